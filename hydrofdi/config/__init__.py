@@ -1,0 +1,16 @@
+"""What is asked for: experiment files, strict models of them, and the runs that they expand to."""
+
+from hydrofdi.config.expansion import RunSpec, RunTable, expand_runs, resolve_run
+from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.loading import load_experiment
+from hydrofdi.config.parameters import RunParameters
+
+__all__ = [
+    "ExperimentConfig",
+    "RunParameters",
+    "RunSpec",
+    "RunTable",
+    "expand_runs",
+    "load_experiment",
+    "resolve_run",
+]

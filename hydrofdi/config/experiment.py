@@ -1,0 +1,49 @@
+"""The experiment file as a whole."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.store import StoreConfig
+from hydrofdi.config.sweep import SweepConfig
+
+NORMAL_CONDITIONS = {"fluid.bulk_modulus": 551e6, "leakage.internal_flow": 0.0}
+"""The paper's normal operating mode: EBM of 551 MPa and a sealed piston."""
+
+INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
+"""The two ways to state the internal leakage; one replaces the other."""
+
+
+class ExperimentConfig(RunParameters):
+    """A nominal actuator, the parameters that vary, and the healthy state to compare with."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")] = "nominal"
+    """Name of the experiment and of its folder below ``results/``."""
+
+    baseline: dict[str, Any] = Field(default_factory=lambda: dict(NORMAL_CONDITIONS))
+    """Dotted parameters that, put into a run, make it the healthy run that δ compares with. The internal
+    leakage flow is solved for K_i under the same conditions."""
+
+    sweep: SweepConfig = SweepConfig()
+    """What varies."""
+
+    store: StoreConfig = StoreConfig()
+    """What is kept."""
+
+    @property
+    def nominal(self) -> RunParameters:
+        """The parameters that all runs start from."""
+        return RunParameters.model_construct(
+            **{name: getattr(self, name) for name in RunParameters.model_fields}
+        )
+
+
+def complete_baseline(given: dict[str, Any]) -> dict[str, Any]:
+    """The baseline as given, with normal conditions for what it leaves out."""
+    normal = dict(NORMAL_CONDITIONS)
+    if any(form in given for form in INTERNAL_LEAKAGE_FORMS):
+        del normal["leakage.internal_flow"]
+    return normal | given

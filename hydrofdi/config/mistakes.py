@@ -1,0 +1,41 @@
+"""What pydantic says of a value, in the words of a user."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from typing import Any
+
+
+def describe_error(error: Any, known: Sequence[str] = ()) -> str:
+    """One sentence on an error of pydantic: what was found, what is allowed."""
+    found, context = error["input"], error.get("ctx", {})
+    match error["type"]:
+        case "extra_forbidden":
+            return f"unknown key{nearest(str(error['loc'][-1]), known)}"
+        case "greater_than":
+            return f"must be greater than {context['gt']:g}; found {found}"
+        case "greater_than_equal":
+            return f"must be at least {context['ge']:g}; found {found}"
+        case "less_than_equal":
+            return f"must be at most {context['le']:g}; found {found}"
+        case "finite_number":
+            return f"must be a finite number; found {found}"
+        case "literal_error":
+            return f"must be {context['expected']}; found {found!r}"
+        case "model_type" | "model_attributes_type" | "dict_type":
+            return f"expected a section with 'key: value' pairs; found {found!r}"
+        case "string_pattern_mismatch":
+            return f"letters, digits, '.', '_' and '-' only, 64 at the most; found {found!r}"
+        case "value_error":
+            found_text = f"; found {found!r}" if str(context["error"]).startswith("expected") else ""
+            return f"{context['error']}{found_text}"
+    return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {found!r}"
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    """A hint at the known name that an unknown one probably means; empty where there is none."""
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    if close:
+        return f"; did you mean {close[0]!r}?"
+    return f"; known are {', '.join(known)}" if 0 < len(known) <= 12 else ""

@@ -1,0 +1,148 @@
+"""All that determines one run, and access to it by dotted names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from typing import Annotated, Any, Self
+
+from pydantic import TypeAdapter, model_validator
+from pydantic.fields import FieldInfo
+
+from hydrofdi.config.actuator import ActuatorConfig
+from hydrofdi.config.fluid import FluidConfig
+from hydrofdi.config.friction import FrictionConfig
+from hydrofdi.config.input import InputConfig
+from hydrofdi.config.leakage import LeakageConfig
+from hydrofdi.config.quantities import SI, Section
+from hydrofdi.config.run import RunConfig, is_whole
+from hydrofdi.config.supply import SupplyConfig
+from hydrofdi.config.valve import ValveConfig
+from hydrofdi.config.wavelet import WaveletConfig
+
+
+class RunParameters(Section):
+    """The validated sections of one run, in SI."""
+
+    actuator: ActuatorConfig = ActuatorConfig()
+    """Cylinder and load."""
+    supply: SupplyConfig = SupplyConfig()
+    """Supply and return pressure."""
+    fluid: FluidConfig = FluidConfig()
+    """Fluid."""
+    valve: ValveConfig = ValveConfig()
+    """Servovalve."""
+    friction: FrictionConfig = FrictionConfig()
+    """Friction."""
+    leakage: LeakageConfig = LeakageConfig()
+    """Internal and external leakage."""
+    input: InputConfig = InputConfig()
+    """Drive voltage."""
+    run: RunConfig = RunConfig()
+    """Integration and sampling."""
+    wavelet: WaveletConfig = WaveletConfig()
+    """Wavelet transform."""
+
+    @model_validator(mode="after")
+    def _sections_fit_each_other(self) -> Self:
+        _require_input_fits_run(self.input, self.run)
+        _require_record_fits_levels(self.run, self.wavelet)
+        return self
+
+    def with_values(self, values: Mapping[str, Any]) -> RunParameters:
+        """These parameters with the dotted names in `values` replaced.
+
+        Either form of the internal leakage replaces the other.
+
+        Raises
+        ------
+        ValueError
+            The values are invalid, or do not fit each other.
+        """
+        changed: dict[str, dict[str, Any]] = {}
+        for name, value in values.items():
+            section, field = name.split(".")
+            changed.setdefault(section, {})[field] = value
+        sections = {name: getattr(self, name) for name in RunParameters.model_fields}
+        for name, fields in changed.items():
+            sections[name] = _replace_fields(sections[name], tuple(fields.items()))
+        _require_input_fits_run(sections["input"], sections["run"])
+        _require_record_fits_levels(sections["run"], sections["wavelet"])
+        return RunParameters.model_construct(**sections)
+
+    def value(self, name: str) -> Any:
+        """The value of a dotted name, e.g. ``"fluid.bulk_modulus"``."""
+        section, field = name.split(".")
+        return getattr(getattr(self, section), field)
+
+
+def parameter_names() -> Iterator[str]:
+    """The dotted names of all parameters of a run."""
+    for section, info in RunParameters.model_fields.items():
+        assert isinstance(info.annotation, type)
+        for field in info.annotation.model_fields:
+            yield f"{section}.{field}"
+
+
+def validate_parameter(name: str, value: Any) -> Any:
+    """A value for a dotted name, in SI, checked on its own.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        The value is not one that the parameter can take.
+    """
+    return _adapter(name).validate_python(value)
+
+
+def parameter_unit(name: str) -> str | None:
+    """SI unit of a dotted name; None for what is no quantity."""
+    quantities = [part for part in _flattened_metadata(_field(name)) if isinstance(part, SI)]
+    return quantities[0].unit if quantities else None
+
+
+def _flattened_metadata(field: FieldInfo) -> list[Any]:
+    nested = [getattr(part, "__metadata__", ()) for part in getattr(field.annotation, "__args__", ())]
+    return [*field.metadata, *(item for metadata in nested for item in metadata)]
+
+
+def _field(name: str) -> FieldInfo:
+    section, field = name.split(".")
+    annotation: Any = RunParameters.model_fields[section].annotation
+    info: FieldInfo = annotation.model_fields[field]
+    return info
+
+
+@lru_cache(maxsize=128)
+def _adapter(name: str) -> TypeAdapter[Any]:
+    field = _field(name)
+    return TypeAdapter(Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation)
+
+
+@lru_cache(maxsize=8192)
+def _replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Section:
+    new = dict(fields)
+    values = section.model_dump()
+    if isinstance(section, LeakageConfig) and new.keys() & {"internal_coefficient", "internal_flow"}:
+        values |= {"internal_coefficient": None, "internal_flow": None}
+    return type(section).model_validate(values | new)
+
+
+@lru_cache(maxsize=1024)
+def _require_input_fits_run(drive: InputConfig, run: RunConfig) -> None:
+    if not is_whole(drive.period / (2 * run.step)):
+        raise ValueError(
+            f"half of input.period = {drive.period:g} s is not a multiple of run.step = {run.step:g} s"
+        )
+
+
+@lru_cache(maxsize=1024)
+def _require_record_fits_levels(run: RunConfig, wavelet: WaveletConfig) -> None:
+    from pywt import Wavelet, dwt_max_level
+
+    deepest = dwt_max_level(run.n_sample, Wavelet(wavelet.name).dec_len)
+    if wavelet.levels > deepest:
+        raise ValueError(
+            f"a record of {run.n_sample} samples is too short for {wavelet.levels} levels of {wavelet.name};"
+            f" it carries {deepest} (lengthen run.duration or lower wavelet.levels)"
+        )

@@ -1,0 +1,55 @@
+"""The kind of number that a configuration holds, and the base of every section."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from hydrofdi.units import parse_quantity
+
+
+class Section(BaseModel):
+    """A strict, frozen part of a configuration."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+@dataclass(frozen=True)
+class SI:
+    """Annotation of a finite quantity held in an SI unit: ``Annotated[float, SI("Pa", above=0)]``.
+
+    Numbers are taken as they are, strings are parsed with their unit.
+    """
+
+    unit: str
+    above: float | None = None
+    least: float | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Parse, then check the limits."""
+        number = core_schema.float_schema(gt=self.above, ge=self.least, allow_inf_nan=False)
+        return core_schema.no_info_before_validator_function(self.parse, number)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """A number in SI or a string with a unit."""
+        return {"anyOf": [{"type": "number"}, {"type": "string"}], "unit": self.unit}
+
+    def parse(self, value: Any) -> float:
+        """The value in `unit`.
+
+        Raises
+        ------
+        ValueError
+            It is neither a number nor a string with a fitting unit.
+        """
+        if isinstance(value, str):
+            return parse_quantity(value, self.unit)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            unit = "" if self.unit == "1" else f" in {self.unit}, or a string with a unit"
+            raise ValueError(f"expected a number{unit}")
+        return float(value)

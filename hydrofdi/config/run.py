@@ -1,0 +1,54 @@
+"""The ``run`` section: how long, how finely, and how often sampled."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import model_validator
+
+from hydrofdi.config.quantities import SI, Section
+
+
+def is_whole(ratio: float) -> bool:
+    """Whether a ratio is a whole number from 1 on, up to rounding."""
+    return round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-6
+
+
+class RunConfig(Section):
+    """Integration and sampling of one run."""
+
+    duration: Annotated[float, SI("s", above=0)] = 20.0
+    """Length of the record [s]."""
+
+    step: Annotated[float, SI("s", above=0)] = 1e-4
+    """Runge-Kutta step [s]. Legible as ".1 seconds", read as 0.1 ms: 1 ms is unstable in the friction's
+    linear zone."""
+
+    sampling_frequency: Annotated[float, SI("Hz", above=0)] = 500.0
+    """Sampling frequency of the record [Hz]. Caption of Figure 2, legible as "5"; 250 Hz is admissible."""
+
+    @model_validator(mode="after")
+    def _times_fit_the_step(self) -> Self:
+        if not is_whole(1.0 / (self.sampling_frequency * self.step)):
+            raise ValueError(
+                f"the sampling interval 1/sampling_frequency = {1 / self.sampling_frequency:g} s"
+                f" is not a multiple of step = {self.step:g} s"
+            )
+        if not is_whole(self.duration * self.sampling_frequency):
+            raise ValueError(f"duration = {self.duration:g} s is not a multiple of the sampling interval")
+        return self
+
+    @property
+    def n_step(self) -> int:
+        """Number of Runge-Kutta steps."""
+        return self.n_sample * self.steps_per_sample
+
+    @property
+    def n_sample(self) -> int:
+        """Number of samples t_k = k/f_s, k = 0 … n_sample − 1."""
+        return round(self.duration * self.sampling_frequency)
+
+    @property
+    def steps_per_sample(self) -> int:
+        """Number of Runge-Kutta steps from one sample to the next."""
+        return round(1.0 / (self.sampling_frequency * self.step))

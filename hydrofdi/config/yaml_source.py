@@ -1,0 +1,117 @@
+"""YAML as plain data that remembers its lines.
+
+PyYAML speaks YAML 1.1, where ``1e-3`` is a string, ``no`` is false and ``12:30`` is 750, and where a
+repeated key silently wins. Here scalars follow the core schema of YAML 1.2, and a repeated key is a mistake.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml
+
+from hydrofdi.errors import Mistake
+
+Path = tuple[str | int, ...]
+
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_SPECIAL = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+    **dict.fromkeys((".inf", ".Inf", ".INF", "+.inf"), float("inf")),
+    "-.inf": float("-inf"),
+    **dict.fromkeys((".nan", ".NaN", ".NAN"), float("nan")),
+}
+
+
+@dataclass
+class Source:
+    """Data with the place that each part of it came from.
+
+    Attributes
+    ----------
+    data : Any
+        Dictionaries, lists and scalars.
+    origins : dict
+        Path of a part → ``file:line`` or the option that set it.
+    mistakes : list of Mistake
+        What is wrong with the text itself.
+    """
+
+    data: Any = None
+    origins: dict[Path, str] = field(default_factory=dict)
+    mistakes: list[Mistake] = field(default_factory=list)
+
+    def origin(self, path: Path) -> str:
+        """Where the part at `path`, or the nearest part around it, came from."""
+        while path and path not in self.origins:
+            path = path[:-1]
+        return self.origins.get(path, "")
+
+    def mistake(self, path: Path, message: str) -> Mistake:
+        """A mistake at `path`."""
+        return Mistake(message, dotted(path), self.origin(path))
+
+
+def dotted(path: Path) -> str:
+    """A path as text, e.g. ``sweep.grid.fluid.bulk_modulus[1]``."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text
+
+
+def parse_yaml(text: str, file: str) -> Source:
+    """The data in a YAML text; its mistakes are collected, not raised."""
+    source = Source()
+    try:
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f":{mark.line + 1}" if mark else ""
+        source.mistakes.append(Mistake(f"not valid YAML: {error.problem}", origin=f"{file}{line}"))
+    except yaml.YAMLError as error:
+        source.mistakes.append(Mistake(f"not valid YAML: {error}".splitlines()[0], origin=file))
+    else:
+        source.data = _construct(node, (), file, source) if node is not None else {}
+    return source
+
+
+def _construct(node: yaml.Node, path: Path, file: str, source: Source) -> Any:
+    source.origins[path] = f"{file}:{node.start_mark.line + 1}"
+    if isinstance(node, yaml.MappingNode):
+        return _construct_mapping(node, path, file, source)
+    if isinstance(node, yaml.SequenceNode):
+        return [_construct(item, (*path, index), file, source) for index, item in enumerate(node.value)]
+    assert isinstance(node, yaml.ScalarNode)
+    return node.value if node.style in ("'", '"', "|", ">") else scalar(node.value)
+
+
+def _construct_mapping(node: yaml.MappingNode, path: Path, file: str, source: Source) -> dict[str, Any]:
+    mapping: dict[str, Any] = {}
+    for key_node, value_node in node.value:
+        key = str(key_node.value)
+        here = (*path, key)
+        if key in mapping:
+            origin = f"{file}:{key_node.start_mark.line + 1}"
+            first = source.origin(here).rpartition(":")[2]
+            source.mistakes.append(Mistake(f"key given twice, first in line {first}", dotted(here), origin))
+            continue
+        mapping[key] = _construct(value_node, here, file, source)
+        source.origins[here] = f"{file}:{key_node.start_mark.line + 1}"
+    return mapping
+
+
+def scalar(text: str) -> Any:
+    """An unquoted YAML 1.2 scalar as None, bool, int, float or str."""
+    if text in _SPECIAL:
+        return _SPECIAL[text]
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    return text

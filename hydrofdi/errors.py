@@ -1,0 +1,61 @@
+"""The error tree: who can fix it decides the type.
+
+::
+
+    HydrofdiError            the user can fix it: short lines, no traceback, exit code 2
+    ├── ConfigError          an experiment file or an option is wrong
+    ├── StoreError           a result file is missing, damaged, locked or of another version
+    └── ReportError          there is nothing to report
+
+Everything else that is raised is a fault of hydrofdi or of its caller and keeps its traceback.
+A run that fails is no exception at all but a stored row with a status and a sentence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+class HydrofdiError(Exception):
+    """Anything that the user of hydrofdi can fix."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One thing that is wrong in a configuration.
+
+    Attributes
+    ----------
+    message : str
+        What was found, what is allowed, what to do.
+    key : str
+        Dotted key, ``""`` where the mistake has none.
+    origin : str
+        ``file:line`` or the command-line option that set the value.
+    """
+
+    message: str
+    key: str = ""
+    origin: str = ""
+
+    def __str__(self) -> str:
+        return ": ".join(part for part in (self.origin, self.key, self.message) if part)
+
+
+class ConfigError(HydrofdiError, ValueError):
+    """A configuration that cannot be used; carries all of its mistakes."""
+
+    def __init__(self, mistakes: Sequence[Mistake] | str) -> None:
+        if isinstance(mistakes, str):
+            mistakes = [Mistake(mistakes)]
+        self.mistakes = tuple(mistakes)
+        super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
+
+
+class StoreError(HydrofdiError, OSError):
+    """A result file that is missing, damaged, locked, or written by another version."""
+
+
+class ReportError(HydrofdiError):
+    """Nothing to show."""

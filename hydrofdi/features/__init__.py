@@ -1,0 +1,6 @@
+"""What is measured from a record."""
+
+from hydrofdi.features.change import percentage_change
+from hydrofdi.features.wavelet import detail_rms, level_bands
+
+__all__ = ["detail_rms", "level_bands", "percentage_change"]

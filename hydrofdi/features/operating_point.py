@@ -1,0 +1,59 @@
+"""The hydraulic mode at the working point of a record."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hydrofdi.config import RunParameters
+from hydrofdi.physics.hydraulic_mode import (
+    HydraulicMode,
+    leakage_conductance,
+    mode_damping_ratio,
+    mode_frequency,
+    valve_flow_pressure_coefficient,
+)
+from hydrofdi.physics.valve import chamber_1_orifice_drop
+from hydrofdi.simulation import Trajectory
+
+
+def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int = 0) -> HydraulicMode:
+    """Frequency and damping of the hydraulic mode at the median working point of a record.
+
+    Valve opening, orifice drop and pressure difference are the medians of their absolute values over the
+    samples; K_c and G are singular where a drop vanishes, so a mean would be ruled by single samples.
+
+    Parameters
+    ----------
+    parameters : RunParameters
+    trajectory : Trajectory
+    run : int
+        Row of the trajectory.
+
+    Returns
+    -------
+    HydraulicMode
+        Frequency [Hz], piston centred, and damping ratio [-].
+    """
+    actuator, valve, supply = parameters.actuator, parameters.valve, parameters.supply
+    beta = parameters.fluid.bulk_modulus
+    spool, pressure_1 = trajectory.spool_position[run], trajectory.chamber_1_pressure[run]
+    drop = chamber_1_orifice_drop(spool, pressure_1, supply.pressure, supply.return_pressure)
+    difference = pressure_1 - trajectory.chamber_2_pressure[run]
+    coefficient = float(trajectory.leakage_coefficient[run])
+    omega = mode_frequency(
+        beta, actuator.piston_area, actuator.chamber_volume, actuator.mass, actuator.load_stiffness
+    )
+    damping = mode_damping_ratio(
+        omega, beta, actuator.chamber_volume, actuator.mass, parameters.friction.viscous,
+        valve_flow_pressure_coefficient(
+            _median_size(spool), _median_size(drop), valve.flow_gain, valve.area_gradient
+        ),
+        leakage_conductance(_median_size(difference), coefficient) if coefficient else 0.0,
+    )  # fmt: skip
+    return HydraulicMode(omega / (2.0 * math.pi), damping)
+
+
+def _median_size(signal: object) -> float:
+    return float(np.median(np.abs(np.asarray(signal))))

@@ -1,0 +1,34 @@
+"""Wavelet features: the RMS of the detail coefficients of a record."""
+
+from __future__ import annotations
+
+import numpy as np
+import pywt
+from numpy.typing import NDArray
+
+from hydrofdi.config.wavelet import WaveletConfig
+
+
+def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[np.float64]:
+    """RMS of all detail coefficients of each level of the discrete wavelet transform.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+        Records, e.g. chamber-1 pressures [Pa].
+    wavelet : WaveletConfig
+        Wavelet, number of levels and extension at the ends of the record.
+
+    Returns
+    -------
+    ndarray, shape (..., n_level)
+        RMS of d1, d2, …, in the unit of the signal.
+    """
+    coefficients = pywt.wavedec(signal, wavelet.name, mode=wavelet.extension, level=wavelet.levels, axis=-1)
+    details = coefficients[:0:-1]
+    return np.stack([np.sqrt(np.mean(np.square(detail), axis=-1)) for detail in details], axis=-1)
+
+
+def level_bands(sampling_frequency: float, levels: int) -> list[tuple[float, float]]:
+    """Nominal frequency bands of d1, d2, … [Hz]: level j covers f_s/2^(j+1) to f_s/2^j."""
+    return [(sampling_frequency / 2 ** (j + 1), sampling_frequency / 2**j) for j in range(1, levels + 1)]

@@ -1,0 +1,104 @@
+"""The linearised hydraulic mode: what EBM and leakage do to its frequency and damping.
+
+EBM moves the frequency, leakage moves the damping; which wavelet level answers depends on the band that the
+mode falls into.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class HydraulicMode:
+    """Frequency [Hz] and damping ratio [-] of the hydraulic mode."""
+
+    frequency: float
+    damping_ratio: float
+
+
+def mode_frequency(bulk_modulus: float, area: float, volume: float, mass: float, stiffness: float) -> float:
+    """Undamped natural frequency of the hydraulic mode.
+
+    Parameters
+    ----------
+    bulk_modulus, area, volume, mass, stiffness : float
+        β [Pa], A [m²], V [m³], m [kg] and K_ex [N/m].
+
+    Returns
+    -------
+    float
+        ω_h = √(2βA²/(Vm) + K_ex/m) [rad/s], piston centred.
+    """
+    return math.sqrt(2.0 * bulk_modulus * area**2 / (volume * mass) + stiffness / mass)
+
+
+def valve_flow_pressure_coefficient(
+    spool_opening: float, orifice_drop: float, flow_gain: float, area_gradient: float
+) -> float:
+    """Slope of the control flow over the chamber pressure.
+
+    Parameters
+    ----------
+    spool_opening : float
+        abs(x_v) [m].
+    orifice_drop : float
+        Pressure drop over the orifice [Pa], positive.
+    flow_gain, area_gradient : float
+        K_v [m^1.5/kg^0.5] and w [m].
+
+    Returns
+    -------
+    float
+        K_c = K_v w abs(x_v)/(2√Δp) [m³/(s·Pa)].
+    """
+    return flow_gain * area_gradient * spool_opening / (2.0 * math.sqrt(orifice_drop))
+
+
+def leakage_conductance(pressure_difference: float, coefficient: float) -> float:
+    """Slope of the internal leakage flow over the pressure difference.
+
+    Parameters
+    ----------
+    pressure_difference : float
+        abs(P_1 − P_2) [Pa], positive.
+    coefficient : float
+        K_i [m^3.5/kg^0.5].
+
+    Returns
+    -------
+    float
+        G = K_i/(2√abs(ΔP)) [m³/(s·Pa)].
+    """
+    return coefficient / (2.0 * math.sqrt(pressure_difference))
+
+
+def mode_damping_ratio(
+    frequency: float,
+    bulk_modulus: float,
+    volume: float,
+    mass: float,
+    viscous: float,
+    valve_coefficient: float,
+    leakage_conductance: float,
+) -> float:
+    """Damping ratio of the hydraulic mode.
+
+    Parameters
+    ----------
+    frequency : float
+        ω_h [rad/s].
+    bulk_modulus, volume, mass, viscous : float
+        β [Pa], V [m³], m [kg] and f [N·s/m].
+    valve_coefficient, leakage_conductance : float
+        K_c and G [m³/(s·Pa)].
+
+    Returns
+    -------
+    float
+        ζ ≈ f/(2mω_h) + β(K_c + 2G)/(2Vω_h) [-].
+    """
+    mechanical = viscous / (2.0 * mass * frequency)
+    hydraulic = bulk_modulus * (valve_coefficient + 2.0 * leakage_conductance) / (2.0 * volume * frequency)
+    return mechanical + hydraulic

@@ -1,0 +1,101 @@
+"""Servovalve: spool dynamics and control flows."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+
+from hydrofdi.physics.equation import Quantity, equation
+from hydrofdi.physics.signed_root import signed_root
+
+Q = TypeVar("Q", bound=Quantity)
+
+
+@equation
+def spool_acceleration(position: Q, velocity: Q, voltage: Q, frequency: Q, damping_ratio: Q, gain: Q) -> Q:
+    """Acceleration of the spool.
+
+    Parameters
+    ----------
+    position, velocity : float or array
+        Spool position x_v [m] and velocity v_v [m/s].
+    voltage : float or array
+        Input u [V].
+    frequency : float or array
+        Undamped natural frequency ω_v [rad/s].
+    damping_ratio : float or array
+        Damping ratio ξ [-].
+    gain : float or array
+        Position gain k_v [m/V].
+
+    Returns
+    -------
+    float or array
+        v_v' [m/s²]. Equation (4).
+    """
+    return frequency * frequency * (gain * voltage - position) - 2.0 * damping_ratio * frequency * velocity
+
+
+@equation
+def chamber_1_orifice_drop(spool_position: Q, pressure: Q, supply: Q, ret: Q) -> Q:
+    """Pressure drop over the metering orifice of chamber 1: from the supply, or to the return.
+
+    Parameters
+    ----------
+    spool_position : float or array
+        x_v [m]; its sign selects the orifice.
+    pressure, supply, ret : float or array
+        P_1, P_s and P_r [Pa].
+
+    Returns
+    -------
+    float or array
+        Argument of the root in equation (7) [Pa]; negative where the flow is reversed.
+    """
+    side = np.copysign(1.0, spool_position)
+    return 0.5 * (supply - ret) + side * (0.5 * (supply + ret) - pressure)
+
+
+@equation
+def chamber_2_orifice_drop(spool_position: Q, pressure: Q, supply: Q, ret: Q) -> Q:
+    """Pressure drop over the metering orifice of chamber 2: to the return, or from the supply.
+
+    Parameters
+    ----------
+    spool_position : float or array
+        x_v [m]; its sign selects the orifice.
+    pressure, supply, ret : float or array
+        P_2, P_s and P_r [Pa].
+
+    Returns
+    -------
+    float or array
+        Argument of the root in equation (8) [Pa]; negative where the flow is reversed.
+    """
+    side = np.copysign(1.0, spool_position)
+    return 0.5 * (supply - ret) + side * (pressure - 0.5 * (supply + ret))
+
+
+@equation
+def control_flow(spool_position: Q, orifice_drop: Q, flow_gain: Q, area_gradient: Q) -> Q:
+    """Flow through one metering orifice of the servovalve.
+
+    Parameters
+    ----------
+    spool_position : float or array
+        x_v [m].
+    orifice_drop : float or array
+        Pressure drop over the orifice [Pa].
+    flow_gain : float or array
+        K_v [m^1.5/kg^0.5].
+    area_gradient : float or array
+        w [m].
+
+    Returns
+    -------
+    float or array
+        q_1 (into chamber 1) or q_2 (out of chamber 2) [m³/s]. Equations (7) and (8); a negative drop
+        gives reverse flow.
+    """
+    return flow_gain * area_gradient * spool_position * signed_root(orifice_drop)

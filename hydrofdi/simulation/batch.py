@@ -1,0 +1,113 @@
+"""Simulation of a batch of runs in lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.config.run import RunConfig
+from hydrofdi.simulation.drive import Drive, Spools
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.trajectory import Outcome, Trajectory
+
+_CHUNK_STEPS = 2000
+"""About so many steps are taken at a time, so that the spool positions of a chunk stay in the cache."""
+
+ABSURD_PRESSURE_RATIO = 100.0
+"""A run whose pressure exceeds the supply so many times has diverged, even while it is finite."""
+
+
+def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> Trajectory:
+    """Simulate runs side by side. A run's signals do not depend on the others.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters
+        At least one; all with the same ``run`` section. Their own internal leakage is not looked at.
+    leakage_coefficients : sequence of float
+        K_i of each run [m^3.5/kg^0.5].
+
+    Returns
+    -------
+    Trajectory
+        Runs that went wrong are in it, with an outcome that says so.
+
+    Raises
+    ------
+    ValueError
+        No runs, or runs of different duration, step or sampling.
+    """
+    if len({parameters.run for parameters in runs}) != 1:
+        raise ValueError("the runs of a batch must share duration, step and sampling frequency")
+    run = runs[0].run
+    drives = list(dict.fromkeys(Drive.of(parameters) for parameters in runs))
+    drive_of_run = np.array([drives.index(Drive.of(parameters)) for parameters in runs])
+    states, voltage, spool = _integrate(runs, leakage_coefficients, drives, drive_of_run, run)
+    position, velocity, pressure_1, pressure_2 = states
+    return Trajectory(
+        time=np.arange(run.n_sample) / run.sampling_frequency,
+        input_voltage=voltage[drive_of_run],
+        spool_position=spool[drive_of_run],
+        piston_position=position,
+        piston_velocity=velocity,
+        chamber_1_pressure=pressure_1,
+        chamber_2_pressure=pressure_2,
+        leakage_coefficient=np.array(leakage_coefficients, dtype=float),
+        outcomes=tuple(_outcome(parameters, states[:, k]) for k, parameters in enumerate(runs)),
+    )
+
+
+def _integrate(
+    runs: Sequence[RunParameters],
+    leakage_coefficients: Sequence[float],
+    drives: Sequence[Drive],
+    drive_of_run: NDArray[np.int64],
+    run: RunConfig,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """States (4, n_run, n_time); voltage and spool position (n_drive, n_time)."""
+    blocks = [slice(first, min(first + WIDTH, len(runs))) for first in range(0, len(runs), WIDTH)]
+    lanes = [pack_lanes(runs[block], leakage_coefficients[block]) for block in blocks]
+    drive_of_lane = [np.resize(drive_of_run[block], WIDTH) for block in blocks]
+    states = np.empty((len(STATES), len(runs), run.n_sample))
+    voltage, spool = np.empty((2, len(drives), run.n_sample))
+    spools = Spools(drives, run)
+    chunk = max(1, _CHUNK_STEPS // run.steps_per_sample)
+    for first in range(0, run.n_sample, chunk):
+        window = slice(first, min(first + chunk, run.n_sample))
+        n_sample = window.stop - window.start
+        steps = n_sample * run.steps_per_sample
+        chunk_voltage, stages = spools.advance(first * run.steps_per_sample, steps)
+        voltage[:, window] = chunk_voltage[:: run.steps_per_sample].T
+        spool[:, window] = stages[:: run.steps_per_sample, 0].T
+        samples = np.empty((n_sample, len(STATES), WIDTH))
+        for block, block_lanes, block_drives in zip(blocks, lanes, drive_of_lane, strict=True):
+            advance_lanes(block_lanes, stages, block_drives, run.step, run.steps_per_sample, samples)
+            states[:, block, window] = samples[:, :, : block.stop - block.start].transpose(1, 2, 0)
+    return states, voltage, spool
+
+
+def _outcome(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
+    """How a run ended, from its states (4, n_time)."""
+    run, actuator = parameters.run, parameters.actuator
+    pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure
+    with np.errstate(invalid="ignore"):
+        diverged = ~np.all(np.isfinite(states), axis=0) | np.any(np.abs(states[2:]) > pressure_limit, axis=0)
+    if diverged.any():
+        time = np.argmax(diverged) / run.sampling_frequency
+        return Outcome(
+            "diverged",
+            f"the state grew without bound by t = {time:g} s; the step of {run.step:g} s is too long",
+        )
+    stroke = actuator.chamber_volume / actuator.piston_area
+    beyond = np.abs(states[0]) >= stroke
+    if beyond.any():
+        time = np.argmax(beyond) / run.sampling_frequency
+        return Outcome(
+            "stroke_exceeded",
+            f"the piston left the cylinder (stroke ±{stroke:.4g} m) at t = {time:g} s",
+        )
+    return Outcome()

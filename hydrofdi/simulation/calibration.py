@@ -1,0 +1,106 @@
+"""The leakage coefficient K_i that causes a given mean leakage flow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.simulation.batch import simulate_batch
+
+RELATIVE_TOLERANCE = 1e-10
+"""Tolerance of K_i."""
+
+_WIDEST_BRACKET = 10
+"""How often the upper end of the bracket is raised tenfold before a flow counts as unreachable."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Solution of one calibration.
+
+    Attributes
+    ----------
+    coefficient : float
+        K_i [m^3.5/kg^0.5]; NaN where no K_i gives the flow.
+    reachable_flow : float
+        The largest mean flow that was seen on the way [m³/s].
+    """
+
+    coefficient: float
+    reachable_flow: float
+
+
+def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Calibration]:
+    """K_i for which the mean of abs(q_il) over the record equals ``leakage.internal_flow``.
+
+    The conditions are solved side by side in lanes; no solution depends on the others.
+
+    Parameters
+    ----------
+    conditions : sequence of RunParameters
+        Each with an internal flow above zero.
+
+    Returns
+    -------
+    list of Calibration, of the same length
+    """
+    solutions: dict[int, Calibration] = {}
+    for run in dict.fromkeys(parameters.run for parameters in conditions):
+        members = [k for k, parameters in enumerate(conditions) if parameters.run == run]
+        solved = _solve_group([conditions[k] for k in members])
+        solutions |= dict(zip(members, solved, strict=True))
+    return [solutions[k] for k in range(len(conditions))]
+
+
+def _solve_group(conditions: Sequence[RunParameters]) -> list[Calibration]:
+    from scipy.optimize.elementwise import find_root
+
+    target = np.array([parameters.leakage.internal_flow for parameters in conditions], dtype=float)
+    upper, reachable = _upper_bracket(conditions, target)
+    solvable = np.flatnonzero(np.isfinite(upper))
+    coefficients = np.full(len(conditions), np.nan)
+    if solvable.size:
+
+        def surplus(coefficient: NDArray[np.float64], index: NDArray[np.int64]) -> NDArray[np.float64]:
+            runs = [conditions[k] for k in index]
+            relative: NDArray[np.float64] = _mean_flow(runs, coefficient) / target[index] - 1.0
+            return relative
+
+        result = find_root(
+            surplus,
+            (np.zeros(solvable.size), upper[solvable]),
+            args=(solvable,),
+            tolerances={"xrtol": RELATIVE_TOLERANCE, "xatol": 0.0, "frtol": 0.0, "fatol": 0.0},
+        )
+        coefficients[solvable] = result.x
+    return [Calibration(float(k), float(q)) for k, q in zip(coefficients, reachable, strict=True)]
+
+
+def _upper_bracket(
+    conditions: Sequence[RunParameters], target: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coefficients that leak at least the target (NaN where none was found), and the largest flows seen."""
+    supply = np.array([parameters.supply.pressure for parameters in conditions])
+    trial = target / np.sqrt(0.25 * supply)
+    upper = np.full(len(conditions), np.nan)
+    reachable = np.zeros(len(conditions))
+    for _ in range(_WIDEST_BRACKET):
+        open_ = np.flatnonzero(np.isnan(upper))
+        if not open_.size:
+            break
+        flow = _mean_flow([conditions[k] for k in open_], trial[open_])
+        reachable[open_] = np.fmax(reachable[open_], flow)
+        reached = flow >= target[open_]
+        upper[open_[reached]] = trial[open_[reached]]
+        trial[open_[~reached]] *= 10.0
+    return upper, reachable
+
+
+def _mean_flow(runs: Sequence[RunParameters], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    trajectory = simulate_batch(runs, list(coefficients))
+    failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
+    return np.where(failed, np.nan, trajectory.mean_internal_leakage_flow)

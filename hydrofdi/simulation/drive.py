@@ -1,0 +1,91 @@
+"""What moves the spools: the input voltage, and the spool positions that follow from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.config.input import InputConfig
+from hydrofdi.config.run import RunConfig
+from hydrofdi.simulation.kernel import advance_spool
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Everything that determines a spool's motion within a batch; runs that agree in it share one spool."""
+
+    input: InputConfig
+    natural_frequency: float
+    damping_ratio: float
+    spool_gain: float
+
+    @classmethod
+    def of(cls, parameters: RunParameters) -> Drive:
+        """The drive of a run."""
+        valve = parameters.valve
+        return cls(parameters.input, valve.natural_frequency, valve.damping_ratio, valve.spool_gain)
+
+
+def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Voltage held over the given steps.
+
+    Parameters
+    ----------
+    drive : InputConfig
+    run : RunConfig
+        Its step divides half of the period.
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        u [V]: +amplitude in the first half of each period, −amplitude in the second.
+    """
+    half_period = round(drive.period / (2.0 * run.step))
+    return np.where((steps // half_period) % 2 == 0, drive.amplitude, -drive.amplitude)
+
+
+class Spools:
+    """The spools of several drives, advanced together chunk by chunk.
+
+    Parameters
+    ----------
+    drives : sequence of Drive
+        One spool each.
+    run : RunConfig
+        Step and length of the record.
+    """
+
+    def __init__(self, drives: Sequence[Drive], run: RunConfig) -> None:
+        self._drives = tuple(drives)
+        self._run = run
+        self._position = np.zeros(len(drives))
+        self._velocity = np.zeros(len(drives))
+        self._frequency = np.array([2.0 * math.pi * drive.natural_frequency for drive in drives])
+        self._damping_ratio = np.array([drive.damping_ratio for drive in drives])
+        self._gain = np.array([drive.spool_gain for drive in drives])
+
+    def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Advance all spools from step `first` on.
+
+        Returns
+        -------
+        voltage : ndarray, shape (n_step, n_drive)
+            Input of each step [V].
+        stages : ndarray, shape (n_step, 4, n_drive)
+            Spool position at the four Runge-Kutta stages of each step [m].
+        """
+        steps = np.arange(first, first + n_step)
+        voltage = np.column_stack([input_voltage(drive.input, self._run, steps) for drive in self._drives])
+        stages = np.empty((n_step, 4, len(self._drives)))
+        advance_spool(
+            self._position, self._velocity, voltage,
+            self._frequency, self._damping_ratio, self._gain, self._run.step, stages,
+        )  # fmt: skip
+        return voltage, stages

@@ -1,0 +1,199 @@
+"""The compiled kernels: classic Runge-Kutta of the six states, many runs side by side.
+
+The spool does not depend on the hydraulics. It is integrated once for all runs that share its drive, and its
+positions at the four stages of every step are handed to the lanes: the same numbers as in a joint integration.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
+from hydrofdi.physics.equation import equation
+from hydrofdi.physics.friction import friction_force
+from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
+from hydrofdi.physics.valve import (
+    chamber_1_orifice_drop,
+    chamber_2_orifice_drop,
+    control_flow,
+    spool_acceleration,
+)
+from hydrofdi.simulation.compilation import compiled
+from hydrofdi.simulation.lanes import HALF_WIDTH
+
+State = tuple[float, float, float, float]
+
+
+@equation
+def hydraulic_rates(state: State, spool_position: float, parameters: tuple[float, ...]) -> State:
+    """Time derivatives of (x_p, v_p, P_1, P_2); `parameters` in the order of ``lanes.PARAMETERS``."""
+    x, v, p1, p2 = state
+    m, A, V, K_ex, p_s, p_r, beta, K_v, w, F_c, F_brk, f, c_v, v_th, K_i, K_e = parameters
+    friction = friction_force(v, F_c, F_brk, f, c_v, v_th)
+    q_1 = control_flow(spool_position, chamber_1_orifice_drop(spool_position, p1, p_s, p_r), K_v, w)
+    q_2 = control_flow(spool_position, chamber_2_orifice_drop(spool_position, p2, p_s, p_r), K_v, w)
+    q_il = internal_leakage_flow(p1 - p2, K_i)
+    net_1 = q_1 - q_il - external_leakage_flow(p1, K_e) - A * v
+    net_2 = q_il - q_2 - external_leakage_flow(p2, K_e) + A * v
+    rate_1, rate_2 = chamber_pressure_rates(x, net_1, net_2, beta, V, A)
+    return v, piston_acceleration(x, p1, p2, friction, m, A, K_ex), rate_1, rate_2
+
+
+@equation
+def moved(state: State, time: float, rates: State) -> State:
+    """The state after going along `rates` for a time."""
+    return (
+        state[0] + time * rates[0],
+        state[1] + time * rates[1],
+        state[2] + time * rates[2],
+        state[3] + time * rates[3],
+    )
+
+
+@equation
+def weighted(first: State, second: State, third: State, fourth: State) -> State:
+    """Six times the mean rates of classic Runge-Kutta: k1 + 2 k2 + 2 k3 + k4."""
+    return (
+        first[0] + 2.0 * (second[0] + third[0]) + fourth[0],
+        first[1] + 2.0 * (second[1] + third[1]) + fourth[1],
+        first[2] + 2.0 * (second[2] + third[2]) + fourth[2],
+        first[3] + 2.0 * (second[3] + third[3]) + fourth[3],
+    )
+
+
+@equation
+def lane_parameters(half: Any, lane: int) -> tuple[float, ...]:
+    """The parameters of one lane, in the order of ``lanes.PARAMETERS``."""
+    return (
+        half.mass[lane], half.area[lane], half.volume[lane], half.stiffness[lane],
+        half.supply[lane], half.ret[lane], half.bulk_modulus[lane],
+        half.flow_gain[lane], half.area_gradient[lane],
+        half.coulomb[lane], half.breakaway[lane], half.viscous[lane],
+        half.transition[lane], half.velocity_threshold[lane],
+        half.internal_leakage[lane], half.external_leakage[lane],
+    )  # fmt: skip
+
+
+@compiled
+def advance_lanes(
+    lanes: NDArray[Any],
+    spool: NDArray[np.float64],
+    drive_of_lane: NDArray[np.int64],
+    step: float,
+    steps_per_sample: int,
+    samples: NDArray[np.float64],
+) -> None:
+    """Advance all lanes by the steps of `spool`, and sample them on the way.
+
+    Parameters
+    ----------
+    lanes : ndarray of LANES, shape (1,)
+        Parameters and state; the state is updated in place.
+    spool : ndarray, shape (n_step, 4, n_drive)
+        Spool position at the stages of each step, one column per drive [m].
+    drive_of_lane : ndarray, shape (WIDTH,)
+        Column of each lane.
+    step : float
+        Runge-Kutta step h [s].
+    steps_per_sample : int
+        A sample is taken before every so many steps, the first step included.
+    samples : ndarray, shape (n_step / steps_per_sample, 4, WIDTH)
+        Filled with x_p [m], v_p [m/s], P_1 and P_2 [Pa].
+    """
+    left, right = lanes[0].left, lanes[0].right
+    half_step, sixth_step = 0.5 * step, step / 6.0
+    for i in range(spool.shape[0]):
+        if i % steps_per_sample == 0:
+            sample = samples[i // steps_per_sample]
+            for k in range(HALF_WIDTH):
+                sample[0, k] = left.position[k]
+                sample[1, k] = left.velocity[k]
+                sample[2, k] = left.pressure_1[k]
+                sample[3, k] = left.pressure_2[k]
+            for k in range(HALF_WIDTH):
+                sample[0, HALF_WIDTH + k] = right.position[k]
+                sample[1, HALF_WIDTH + k] = right.velocity[k]
+                sample[2, HALF_WIDTH + k] = right.pressure_1[k]
+                sample[3, HALF_WIDTH + k] = right.pressure_2[k]
+        stages = spool[i]
+        if spool.shape[2] == 1:
+            for k in range(HALF_WIDTH):
+                left.spool_1[k] = right.spool_1[k] = stages[0, 0]
+                left.spool_2[k] = right.spool_2[k] = stages[1, 0]
+                left.spool_3[k] = right.spool_3[k] = stages[2, 0]
+                left.spool_4[k] = right.spool_4[k] = stages[3, 0]
+        else:
+            for k in range(HALF_WIDTH):
+                drive = drive_of_lane[k]
+                left.spool_1[k] = stages[0, drive]
+                left.spool_2[k] = stages[1, drive]
+                left.spool_3[k] = stages[2, drive]
+                left.spool_4[k] = stages[3, drive]
+                drive = drive_of_lane[HALF_WIDTH + k]
+                right.spool_1[k] = stages[0, drive]
+                right.spool_2[k] = stages[1, drive]
+                right.spool_3[k] = stages[2, drive]
+                right.spool_4[k] = stages[3, drive]
+        # Two independent lanes in one body hide each other's latencies.
+        for k in range(HALF_WIDTH):
+            p = lane_parameters(left, k)
+            q = lane_parameters(right, k)
+            y = (left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k])
+            z = (right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k])
+            y1 = hydraulic_rates(y, left.spool_1[k], p)
+            z1 = hydraulic_rates(z, right.spool_1[k], q)
+            y2 = hydraulic_rates(moved(y, half_step, y1), left.spool_2[k], p)
+            z2 = hydraulic_rates(moved(z, half_step, z1), right.spool_2[k], q)
+            y3 = hydraulic_rates(moved(y, half_step, y2), left.spool_3[k], p)
+            z3 = hydraulic_rates(moved(z, half_step, z2), right.spool_3[k], q)
+            y4 = hydraulic_rates(moved(y, step, y3), left.spool_4[k], p)
+            z4 = hydraulic_rates(moved(z, step, z3), right.spool_4[k], q)
+            y = moved(y, sixth_step, weighted(y1, y2, y3, y4))
+            z = moved(z, sixth_step, weighted(z1, z2, z3, z4))
+            left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k] = y
+            right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k] = z
+
+
+@compiled
+def advance_spool(
+    position: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    voltage: NDArray[np.float64],
+    frequency: NDArray[np.float64],
+    damping_ratio: NDArray[np.float64],
+    gain: NDArray[np.float64],
+    step: float,
+    stages: NDArray[np.float64],
+) -> None:
+    """Integrate the spools of several drives and keep their positions at the stages of each step.
+
+    Parameters
+    ----------
+    position, velocity : ndarray, shape (n_drive,)
+        Spool state [m], [m/s]; updated in place.
+    voltage : ndarray, shape (n_step, n_drive)
+        Input, held over each step [V].
+    frequency, damping_ratio, gain : ndarray, shape (n_drive,)
+        ω_v [rad/s], ξ [-], k_v [m/V].
+    step : float
+        Runge-Kutta step h [s].
+    stages : ndarray, shape (n_step, 4, n_drive)
+        Filled with spool positions [m].
+    """
+    for i in range(voltage.shape[0]):
+        for d in range(position.shape[0]):
+            x, v, u = position[d], velocity[d], voltage[i, d]
+            w, xi, k_v = frequency[d], damping_ratio[d], gain[d]
+            a1 = spool_acceleration(x, v, u, w, xi, k_v)
+            x2, v2 = x + 0.5 * step * v, v + 0.5 * step * a1
+            a2 = spool_acceleration(x2, v2, u, w, xi, k_v)
+            x3, v3 = x + 0.5 * step * v2, v + 0.5 * step * a2
+            a3 = spool_acceleration(x3, v3, u, w, xi, k_v)
+            x4, v4 = x + step * v3, v + step * a3
+            a4 = spool_acceleration(x4, v4, u, w, xi, k_v)
+            stages[i, 0, d], stages[i, 1, d], stages[i, 2, d], stages[i, 3, d] = x, x2, x3, x4
+            position[d] = x + step / 6.0 * (v + 2.0 * (v2 + v3) + v4)
+            velocity[d] = v + step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)

@@ -1,0 +1,84 @@
+"""Runs side by side: the memory that the kernel works on.
+
+A *lane* is one run. Lanes lie in two halves of fixed width, so that every lane is computed by the same vector
+instructions wherever it stands and however many runs there are; unused lanes repeat the first run. Fields of
+one record have constant distances, which lets the compiler prove that they do not overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+
+HALF_WIDTH = 16
+WIDTH = 2 * HALF_WIDTH
+"""Number of lanes that the kernel advances together."""
+
+PARAMETERS = {
+    "mass": "actuator.mass",
+    "area": "actuator.piston_area",
+    "volume": "actuator.chamber_volume",
+    "stiffness": "actuator.load_stiffness",
+    "supply": "supply.pressure",
+    "ret": "supply.return_pressure",
+    "bulk_modulus": "fluid.bulk_modulus",
+    "flow_gain": "valve.flow_gain",
+    "area_gradient": "valve.area_gradient",
+    "coulomb": "friction.coulomb",
+    "breakaway": "friction.breakaway",
+    "viscous": "friction.viscous",
+    "transition": "friction.transition",
+    "velocity_threshold": "friction.velocity_threshold",
+    "internal_leakage": "leakage.internal_coefficient",
+    "external_leakage": "leakage.external_coefficient",
+}
+"""Lane field → the parameter that fills it, in SI."""
+
+STATES = ("position", "velocity", "pressure_1", "pressure_2")
+"""Integrated states of a lane: x_p, v_p, P_1, P_2."""
+
+SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
+"""Spool position x_v at the four Runge-Kutta stages of the current step."""
+
+_HALF = np.dtype([(name, "f8", (HALF_WIDTH,)) for name in (*PARAMETERS, *STATES, *SPOOL_STAGES)])
+LANES = np.dtype([("left", _HALF), ("right", _HALF)])
+"""Record of all lanes."""
+
+
+def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> NDArray[Any]:
+    """Lanes at the initial state: at rest, centred, both chambers at the mean of supply and return pressure.
+
+    Parameters
+    ----------
+    parameters : sequence of RunParameters, length 1 … WIDTH
+        One per lane.
+    leakage_coefficients : sequence of float, of the same length
+        K_i [m^3.5/kg^0.5].
+
+    Returns
+    -------
+    ndarray of LANES, shape (1,)
+    """
+    lanes = np.zeros(1, LANES)
+    for field, name in PARAMETERS.items():
+        if field == "internal_leakage":
+            values = list(leakage_coefficients)
+        else:
+            values = [run.value(name) for run in parameters]
+        _fill(lanes, field, values)
+    for half in ("left", "right"):
+        state = lanes[half]
+        state["pressure_1"] = state["pressure_2"] = 0.5 * (state["supply"] + state["ret"])
+    return lanes
+
+
+def _fill(lanes: NDArray[Any], field: str, values: Sequence[float]) -> None:
+    padded = np.full(WIDTH, values[0])
+    padded[: len(values)] = values
+    lanes["left"][field] = padded[:HALF_WIDTH]
+    lanes["right"][field] = padded[HALF_WIDTH:]

@@ -1,0 +1,68 @@
+"""The sampled signals of a batch of runs, and how each run ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.physics.leakage import internal_leakage_flow
+
+Signal = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: ``ok``, or the class of its failure and one sentence."""
+
+    status: str = "ok"
+    message: str = ""
+
+    @property
+    def is_ok(self) -> bool:
+        """Whether the run's numbers mean anything."""
+        return self.status == "ok"
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Sampled signals; every array but `time` has shape (n_run, n_time).
+
+    Attributes
+    ----------
+    time : ndarray, shape (n_time,)
+        t_k = k/f_s [s].
+    input_voltage : ndarray
+        u [V].
+    spool_position, piston_position, piston_velocity : ndarray
+        x_v [m], x_p [m], v_p [m/s].
+    chamber_1_pressure, chamber_2_pressure : ndarray
+        P_1, P_2 [Pa].
+    leakage_coefficient : ndarray, shape (n_run,)
+        K_i [m^3.5/kg^0.5].
+    outcomes : tuple of Outcome, length n_run
+        How each run ended.
+    """
+
+    time: Signal
+    input_voltage: Signal
+    spool_position: Signal
+    piston_position: Signal
+    piston_velocity: Signal
+    chamber_1_pressure: Signal
+    chamber_2_pressure: Signal
+    leakage_coefficient: Signal
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def internal_leakage_flow(self) -> Signal:
+        """Flow q_il from chamber 1 to chamber 2 [m³/s], shape (n_run, n_time)."""
+        difference = self.chamber_1_pressure - self.chamber_2_pressure
+        return internal_leakage_flow(difference, self.leakage_coefficient[:, None])
+
+    @property
+    def mean_internal_leakage_flow(self) -> Signal:
+        """Mean of abs(q_il) over the samples [m³/s], shape (n_run,)."""
+        mean: Signal = np.mean(np.abs(self.internal_leakage_flow), axis=1)
+        return mean

@@ -1,0 +1,169 @@
+"""Quantities with units at the border, SI floats inside.
+
+``"551 MPa"``, ``"0.12 L/min"`` and ``"22 µm/V"`` become floats in SI. All conversion factors are
+exact fractions, so that every spelling of one quantity gives the same float.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Self
+
+Exponents = tuple[Fraction, ...]
+
+BASE_UNITS = ("kg", "m", "s", "A", "rad")
+"""Base units that span all dimensions; the angle is one, so that Hz and rad/s are not mixed up."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit as an exact (or, after a fractional power, rounded) factor and exponents of the base units."""
+
+    factor: Fraction
+    exponents: Exponents
+
+    def __mul__(self, other: Self) -> Unit:
+        exponents = tuple(a + b for a, b in zip(self.exponents, other.exponents, strict=True))
+        return Unit(self.factor * other.factor, exponents)
+
+    def __pow__(self, power: Fraction) -> Unit:
+        exact = power.denominator == 1
+        factor = self.factor**power.numerator if exact else Fraction(float(self.factor) ** float(power))
+        return Unit(factor, tuple(exponent * power for exponent in self.exponents))
+
+
+def _unit(factor: str | Fraction, **exponents: int) -> Unit:
+    return Unit(Fraction(factor), tuple(Fraction(exponents.get(base, 0)) for base in BASE_UNITS))
+
+
+_POUND_FORCE = Fraction("0.45359237") * Fraction("9.80665")
+_NEWTON = _unit("1", kg=1, m=1, s=-2)
+_PASCAL = _unit("1", kg=1, m=-1, s=-2)
+
+_SYMBOLS = {
+    "1": _unit("1"),
+    "%": _unit("1/100"),
+    "kg": _unit("1", kg=1),
+    "g": _unit("1/1000", kg=1),
+    "m": _unit("1", m=1),
+    "in": _unit("0.0254", m=1),
+    "s": _unit("1", s=1),
+    "min": _unit("60", s=1),
+    "h": _unit("3600", s=1),
+    "Hz": _unit("1", s=-1),
+    "rad": _unit("1", rad=1),
+    "N": _NEWTON,
+    "Pa": _PASCAL,
+    "bar": Unit(Fraction(100_000), _PASCAL.exponents),
+    "psi": Unit(_POUND_FORCE / Fraction("0.0254") ** 2, _PASCAL.exponents),
+    "L": _unit("1/1000", m=3),
+    "l": _unit("1/1000", m=3),
+    "A": _unit("1", A=1),
+    "V": _unit("1", kg=1, m=2, s=-3, A=-1),
+    "J": _unit("1", kg=1, m=2, s=-2),
+    "W": _unit("1", kg=1, m=2, s=-3),
+}
+_PREFIXABLE = {"g", "m", "s", "Hz", "N", "Pa", "L", "l", "A", "V", "J", "W", "psi", "bar"}
+_PREFIXES = {"G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "µ": -6, "μ": -6, "u": -6, "n": -9}
+
+_NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+_TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(-?\d+(?:\.\d+)?|\(-?\d+/\d+\))|([⁻⁰¹²³⁴-⁹]+))")
+_SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+def parse_quantity(text: str, unit: str) -> float:
+    """A quantity such as ``"551 MPa"`` as a float in ``unit``.
+
+    Parameters
+    ----------
+    text : str
+        A number, or a number and a unit of the same dimension as `unit`.
+    unit : str
+        Unit of the returned number, e.g. ``"Pa"``; also the unit of a bare number.
+
+    Raises
+    ------
+    ValueError
+        The text is no number with a unit, or the unit has another dimension.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise ValueError(f"{text!r} is not a number with a unit; write it like '1.5 {unit}'")
+    number, given = match.groups()
+    wanted = parse_unit(unit)
+    found = parse_unit(given.strip()) if given.strip() else wanted
+    if found.exponents != wanted.exponents:
+        raise ValueError(f"{text!r} has the wrong unit; it must be convertible to {unit}")
+    if not 1e-300 < abs(float(number)) < 1e300:
+        return float(number)
+    return float(Fraction(number.replace("_", "")) * (found.factor / wanted.factor))
+
+
+def convert(value: float, unit: str) -> float:
+    """A value in SI expressed in `unit`, e.g. ``convert(2e-6, "L/min")`` is 0.12.
+
+    Non-finite values pass unchanged.
+    """
+    if not math.isfinite(value):
+        return value
+    return float(Fraction(value) / parse_unit(unit).factor)
+
+
+@lru_cache(maxsize=256)
+def parse_unit(text: str) -> Unit:
+    """The unit that an expression such as ``"N·s/m"`` or ``"m^3.5/kg^0.5"`` stands for.
+
+    Raises
+    ------
+    ValueError
+        The expression is malformed or names a unit that hydrofdi does not know.
+    """
+    result, power_sign, open_signs, pending = _SYMBOLS["1"], 1, [1], None
+    for symbol, operator, power in _tokens(text):
+        if symbol:
+            result = result if pending is None else result * pending
+            pending = _symbol(symbol, text) ** Fraction(power_sign * open_signs[-1])
+            power_sign = 1
+        elif power:
+            if pending is None:
+                raise ValueError(f"misplaced exponent in the unit {text!r}")
+            pending = pending ** Fraction(power)
+        elif operator == "/":
+            power_sign = -1
+        elif operator == "(":
+            open_signs.append(open_signs[-1] * power_sign)
+            power_sign = 1
+        elif operator == ")":
+            if len(open_signs) == 1:
+                raise ValueError(f"unbalanced parentheses in the unit {text!r}")
+            open_signs.pop()
+    if pending is None or len(open_signs) != 1 or power_sign != 1:
+        raise ValueError(f"{text!r} is not a unit")
+    return result * pending
+
+
+def _tokens(text: str) -> list[tuple[str, str, str]]:
+    tokens, position = [], 0
+    while position < len(text.rstrip()):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise ValueError(f"{text!r} is not a unit")
+        symbol, operator, power, superscript = match.groups(default="")
+        tokens.append((symbol, operator, power.strip("()") or superscript.translate(_SUPERSCRIPTS)))
+        position = match.end()
+    return tokens
+
+
+def _symbol(symbol: str, text: str) -> Unit:
+    if symbol in _SYMBOLS:
+        return _SYMBOLS[symbol]
+    prefix, stem = symbol[0], symbol[1:]
+    if prefix in _PREFIXES and stem in _PREFIXABLE:
+        unit = _SYMBOLS[stem]
+        return Unit(unit.factor * Fraction(10) ** _PREFIXES[prefix], unit.exponents)
+    within = "" if symbol == text else f" in {text!r}"
+    raise ValueError(f"unknown unit {symbol!r}{within}")

@@ -59,7 +59,9 @@ def _apply_setting(source: Source, setting: str) -> None:
     key, equals, text = setting.partition("=")
     origin = f"--set {setting}"
     if not equals or not key.strip():
-        source.mistakes.append(Mistake("expected KEY=VALUE, like fluid.bulk_modulus='689 MPa'", origin=origin))
+        source.mistakes.append(
+            Mistake("expected KEY=VALUE, like fluid.bulk_modulus='689 MPa'", origin=origin)
+        )
         return
     value = parse_yaml(text, origin)
     path = _setting_path(key.strip())

@@ -116,7 +116,8 @@ def _field(name: str) -> FieldInfo:
 @lru_cache(maxsize=128)
 def _adapter(name: str) -> TypeAdapter[Any]:
     field = _field(name)
-    return TypeAdapter(Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation)
+    annotation: Any = field.annotation
+    return TypeAdapter(Annotated[annotation, *field.metadata] if field.metadata else annotation)
 
 
 @lru_cache(maxsize=8192)

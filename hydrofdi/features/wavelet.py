@@ -32,3 +32,28 @@ def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[n
 def level_bands(sampling_frequency: float, levels: int) -> list[tuple[float, float]]:
     """Nominal frequency bands of d1, d2, … [Hz]: level j covers f_s/2^(j+1) to f_s/2^j."""
     return [(sampling_frequency / 2 ** (j + 1), sampling_frequency / 2**j) for j in range(1, levels + 1)]
+
+
+def detail_coefficients(
+    signal: NDArray[np.float64], wavelet: WaveletConfig, level: int, time: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The detail coefficients of one level, and the instants that they belong to.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n_time,)
+    wavelet : WaveletConfig
+    level : int
+        1 … ``wavelet.levels``.
+    time : ndarray, shape (n_time,)
+        Sampling instants [s].
+
+    Returns
+    -------
+    instants : ndarray, shape (n_coefficient,)
+        Spread evenly over the record [s].
+    coefficients : ndarray, shape (n_coefficient,)
+        In the unit of the signal.
+    """
+    details = pywt.wavedec(signal, wavelet.name, mode=wavelet.extension, level=wavelet.levels)[-level]
+    return np.linspace(time[0], time[-1], details.size), details

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
-
 from hydrofdi.physics.equation import Quantity, equation
-
-Q = TypeVar("Q", bound=Quantity)
 
 
 @equation
 def piston_acceleration(
-    position: Q, pressure_1: Q, pressure_2: Q, friction: Q, mass: Q, area: Q, stiffness: Q
-) -> Q:
+    position: Quantity,
+    pressure_1: Quantity,
+    pressure_2: Quantity,
+    friction: Quantity,
+    mass: Quantity,
+    area: Quantity,
+    stiffness: Quantity,
+) -> Quantity:
     """Acceleration of piston and load.
 
     Parameters
@@ -36,8 +38,13 @@ def piston_acceleration(
 
 @equation
 def chamber_pressure_rates(
-    position: Q, net_flow_1: Q, net_flow_2: Q, bulk_modulus: Q, volume: Q, area: Q
-) -> tuple[Q, Q]:
+    position: Quantity,
+    net_flow_1: Quantity,
+    net_flow_2: Quantity,
+    bulk_modulus: Quantity,
+    volume: Quantity,
+    area: Quantity,
+) -> tuple[Quantity, Quantity]:
     """Rates of the two chamber pressures.
 
     Parameters

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar, cast
+from typing import Any, TypeAlias, TypeVar
 
-import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
-Quantity = float | NDArray[np.float64]
-"""A scalar, or an array of any shape that broadcasts with the other arguments."""
+Quantity: TypeAlias = Any
+"""A float, or a NumPy array of any shape that broadcasts with the other arguments."""
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
+
+FAST_MATH = {"nsz", "arcp", "contract", "afn", "reassoc"}
+"""Liberties of the compiler within compiled equations. NaN and infinity keep their meaning."""
 
 
 def equation(function: _Function) -> _Function:
     """Leave a function as it is for Python, and let compiled code inline it."""
-    return cast(_Function, register_jitable(forceinline=True, fastmath={"nsz","arcp","contract","reassoc","afn"}, error_model="numpy")(function))
+    register: Callable[[_Function], _Function] = register_jitable(
+        forceinline=True, fastmath=FAST_MATH, error_model="numpy"
+    )
+    return register(function)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
-
 from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.signed_root import signed_root
 
-Q = TypeVar("Q", bound=Quantity)
-
 
 @equation
-def internal_leakage_flow(pressure_difference: Q, coefficient: Q) -> Q:
+def internal_leakage_flow(pressure_difference: Quantity, coefficient: Quantity) -> Quantity:
     """Flow from chamber 1 to chamber 2 across the piston seal (orifice law).
 
     Parameters
@@ -30,7 +26,7 @@ def internal_leakage_flow(pressure_difference: Q, coefficient: Q) -> Q:
 
 
 @equation
-def external_leakage_flow(pressure: Q, coefficient: Q) -> Q:
+def external_leakage_flow(pressure: Quantity, coefficient: Quantity) -> Quantity:
     """Flow out of a chamber to the surroundings.
 
     Parameters

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
-
 import numpy as np
 
 from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.signed_root import signed_root
 
-Q = TypeVar("Q", bound=Quantity)
-
 
 @equation
-def spool_acceleration(position: Q, velocity: Q, voltage: Q, frequency: Q, damping_ratio: Q, gain: Q) -> Q:
+def spool_acceleration(
+    position: Quantity,
+    velocity: Quantity,
+    voltage: Quantity,
+    frequency: Quantity,
+    damping_ratio: Quantity,
+    gain: Quantity,
+) -> Quantity:
     """Acceleration of the spool.
 
     Parameters
@@ -38,7 +41,9 @@ def spool_acceleration(position: Q, velocity: Q, voltage: Q, frequency: Q, dampi
 
 
 @equation
-def chamber_1_orifice_drop(spool_position: Q, pressure: Q, supply: Q, ret: Q) -> Q:
+def chamber_1_orifice_drop(
+    spool_position: Quantity, pressure: Quantity, supply: Quantity, ret: Quantity
+) -> Quantity:
     """Pressure drop over the metering orifice of chamber 1: from the supply, or to the return.
 
     Parameters
@@ -58,7 +63,9 @@ def chamber_1_orifice_drop(spool_position: Q, pressure: Q, supply: Q, ret: Q) ->
 
 
 @equation
-def chamber_2_orifice_drop(spool_position: Q, pressure: Q, supply: Q, ret: Q) -> Q:
+def chamber_2_orifice_drop(
+    spool_position: Quantity, pressure: Quantity, supply: Quantity, ret: Quantity
+) -> Quantity:
     """Pressure drop over the metering orifice of chamber 2: to the return, or from the supply.
 
     Parameters
@@ -78,7 +85,9 @@ def chamber_2_orifice_drop(spool_position: Q, pressure: Q, supply: Q, ret: Q) ->
 
 
 @equation
-def control_flow(spool_position: Q, orifice_drop: Q, flow_gain: Q, area_gradient: Q) -> Q:
+def control_flow(
+    spool_position: Quantity, orifice_drop: Quantity, flow_gain: Quantity, area_gradient: Quantity
+) -> Quantity:
     """Flow through one metering orifice of the servovalve.
 
     Parameters

@@ -66,7 +66,7 @@ def _solve_group(conditions: Sequence[RunParameters]) -> list[Calibration]:
     if solvable.size:
 
         def surplus(coefficient: NDArray[np.float64], index: NDArray[np.int64]) -> NDArray[np.float64]:
-            runs = [conditions[k] for k in index]
+            runs = [conditions[int(k)] for k in index]
             relative: NDArray[np.float64] = _mean_flow(runs, coefficient) / target[index] - 1.0
             return relative
 
@@ -92,7 +92,7 @@ def _upper_bracket(
         open_ = np.flatnonzero(np.isnan(upper))
         if not open_.size:
             break
-        flow = _mean_flow([conditions[k] for k in open_], trial[open_])
+        flow = _mean_flow([conditions[int(k)] for k in open_], trial[open_])
         reachable[open_] = np.fmax(reachable[open_], flow)
         reached = flow >= target[open_]
         upper[open_[reached]] = trial[open_[reached]]

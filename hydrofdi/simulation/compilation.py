@@ -12,26 +12,27 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar
 
 import numba
 
-_Function = TypeVar("_Function", bound=Callable[..., object])
+from hydrofdi.physics.equation import FAST_MATH
 
-FAST_MATH = {"nsz", "arcp", "contract"}
-"""Allowed liberties: signed zeros, reciprocals, fused multiply-add. NaN and infinity keep their meaning,
-and sums keep their order."""
+_Function = TypeVar("_Function", bound=Callable[..., object])
 
 
 def compiled(function: _Function) -> _Function:
     """Compile a kernel on its first call, or load it from the cache on disk."""
-    previous = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_directory())
+    settings: Any = numba.config
+    previous = settings.CACHE_DIR
+    settings.CACHE_DIR = str(cache_directory())
     try:
-        kernel = numba.njit(fastmath=FAST_MATH, error_model="numpy", boundscheck=False, nogil=True, cache=True)
-        return cast(_Function, kernel(function))
+        compile_: Callable[[_Function], _Function] = numba.njit(
+            fastmath=FAST_MATH, error_model="numpy", boundscheck=False, nogil=True, cache=True
+        )
+        return compile_(function)
     finally:
-        numba.config.CACHE_DIR = previous
+        settings.CACHE_DIR = previous
 
 
 @cache

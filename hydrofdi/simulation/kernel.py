@@ -1,7 +1,8 @@
 """The compiled kernels: classic Runge-Kutta of the six states, many runs side by side.
 
-The spool does not depend on the hydraulics. It is integrated once for all runs that share its drive, and its
-positions at the four stages of every step are handed to the lanes: the same numbers as in a joint integration.
+The spool does not depend on the hydraulics. It is integrated once for all runs that share its drive, and
+its positions at the four stages of every step are handed to the lanes: the same numbers as in a joint
+integration.
 """
 
 from __future__ import annotations

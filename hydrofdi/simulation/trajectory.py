@@ -59,7 +59,8 @@ class Trajectory:
     def internal_leakage_flow(self) -> Signal:
         """Flow q_il from chamber 1 to chamber 2 [m³/s], shape (n_run, n_time)."""
         difference = self.chamber_1_pressure - self.chamber_2_pressure
-        return internal_leakage_flow(difference, self.leakage_coefficient[:, None])
+        flow: Signal = internal_leakage_flow(difference, self.leakage_coefficient[:, None])
+        return flow
 
     @property
     def mean_internal_leakage_flow(self) -> Signal:

@@ -1,0 +1,77 @@
+"""The command line: its commands, and the one place where errors become messages and exit codes."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from typing import Annotated
+
+import typer
+
+from hydrofdi import __version__
+from hydrofdi.cli.report import report
+from hydrofdi.cli.simulate import simulate
+from hydrofdi.cli.sweep import sweep
+from hydrofdi.errors import HydrofdiError
+
+DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
+
+app = typer.Typer(
+    name="hydrofdi",
+    help="Wavelet-based diagnosis of internal leakage in hydraulic actuators.",
+    epilog="Exit codes: 0 done; 1 done, but runs failed; 2 something that you can fix; "
+    "3 a fault of hydrofdi; 130 interrupted.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+for command in (simulate, sweep, report):
+    app.command()(command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"hydrofdi {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Wavelet-based diagnosis of internal leakage in hydraulic actuators."""
+
+
+def main() -> None:
+    """Run the command line and exit."""
+    try:
+        code = app(standalone_mode=False) or DONE
+        sys.stdout.flush()
+    except HydrofdiError as error:
+        code = _complain(str(error))
+    except typer.TyperException as error:
+        describe = getattr(error, "format_message", error.__str__)
+        message = describe()
+        hint = getattr(getattr(error, "ctx", None), "command_path", "hydrofdi")
+        code = _complain(f"{message} (see '{hint} --help')") if message else USER_ERROR
+    except (KeyboardInterrupt, typer.Abort):
+        _complain("interrupted")
+        code = INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = DONE
+    except Exception:
+        traceback.print_exc()
+        _complain("this is a fault of hydrofdi; please report it with the lines above")
+        code = FAULT
+    sys.exit(code)
+
+
+def _complain(message: str) -> int:
+    for line in message.splitlines():
+        print(f"hydrofdi: {line}", file=sys.stderr)
+    return USER_ERROR

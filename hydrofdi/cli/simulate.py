@@ -1,0 +1,48 @@
+"""``hydrofdi simulate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydrofdi.cli.options import Json, Settings
+
+
+def simulate(
+    config: Annotated[
+        Path | None, typer.Argument(help="Experiment file; without it, the nominal actuator of the paper.")
+    ] = None,
+    settings: Settings = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.h5", help="Store the run in this file.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Draw the signals (.png, .svg or .pdf).")
+    ] = None,
+    json: Json = False,
+) -> int:
+    """Simulate one actuator and print its features; a sweep in the file is left aside."""
+    from hydrofdi.cli.rendering import print_json, print_run, tell
+    from hydrofdi.config import load_experiment
+    from hydrofdi.pipeline import simulate_nominal, write_single_run
+    from hydrofdi.report.run_summary import run_record, summarize_run
+
+    experiment = load_experiment(config, settings or ())
+    single = simulate_nominal(experiment)
+    summary = summarize_run(single.table.runs[0], single.columns)
+    if out is not None:
+        write_single_run(out, experiment, single)
+        tell(f"stored {out}")
+    if figure is not None:
+        from hydrofdi.report.figures import draw_signals, save_figure
+
+        save_figure(draw_signals(single.columns, experiment.wavelet, summary.title), figure)
+        tell(f"drew {figure}")
+    if json:
+        print_json(run_record(summary))
+    else:
+        print_run(summary)
+    if summary.status != "ok":
+        tell(f"the run failed: {summary.status}: {summary.message}")
+        return 1
+    return 0

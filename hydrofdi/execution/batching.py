@@ -1,0 +1,45 @@
+"""How jobs are dealt out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hydrofdi.config import RunParameters
+from hydrofdi.execution.compute import Job
+from hydrofdi.simulation.lanes import WIDTH
+
+_LARGEST_BATCH = 8 * WIDTH
+_BATCHES_PER_WORKER = 4
+_MOST_SAMPLES = 4_000_000
+"""Samples of one signal that a batch may hold in memory."""
+
+
+def split_jobs(jobs: Sequence[Job], workers: int) -> list[tuple[Job, ...]]:
+    """Batches of jobs that fit into one simulation, balanced over the workers.
+
+    Batches are whole numbers of lane widths where there are enough jobs. Results do not depend on the split.
+    """
+    batches: list[tuple[Job, ...]] = []
+    for group in _compatible_groups(jobs):
+        size = _batch_size(len(group), group[0].parameters.run.n_sample, workers)
+        batches.extend(tuple(group[first : first + size]) for first in range(0, len(group), size))
+    return batches
+
+
+def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
+    groups: dict[object, list[Job]] = {}
+    for job in jobs:
+        groups.setdefault(_grid(job.parameters), []).append(job)
+    return list(groups.values())
+
+
+def _grid(parameters: RunParameters) -> object:
+    return parameters.run, parameters.wavelet
+
+
+def _batch_size(n_job: int, n_sample: int, workers: int) -> int:
+    largest = max(WIDTH, min(_LARGEST_BATCH, _MOST_SAMPLES // n_sample // WIDTH * WIDTH))
+    if n_job <= workers * WIDTH:
+        return max(1, -(-n_job // workers))
+    even = -(-n_job // (workers * _BATCHES_PER_WORKER))
+    return min(largest, -(-even // WIDTH) * WIDTH)

@@ -1,0 +1,102 @@
+"""The work of one task: simulate a batch of runs and measure them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.features import detail_rms
+from hydrofdi.features.operating_point import hydraulic_mode
+from hydrofdi.simulation import Trajectory, simulate_batch
+from hydrofdi.store import names, shard_path, write_shard
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run that is ready to be simulated."""
+
+    run_id: str
+    parameters: RunParameters
+    leakage_coefficient: float
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Jobs that share duration, step, sampling and wavelet, and where their shard goes."""
+
+    jobs: tuple[Job, ...]
+    directory: Path
+    signals: str
+
+
+@dataclass(frozen=True)
+class BatchReceipt:
+    """What a finished batch says of itself: how many of its runs did not end well."""
+
+    n_run: int
+    n_failed: int
+
+
+def compute_shard(batch: Batch) -> BatchReceipt:
+    """Simulate and measure a batch and write its shard.
+
+    Raises
+    ------
+    StoreError
+        The shard cannot be written.
+    """
+    columns = compute_columns(batch.jobs)
+    path = shard_path(batch.directory, [job.run_id for job in batch.jobs])
+    write_shard(path, columns, batch.signals)
+    n_failed = sum(status != "ok" for status in columns[names.STATUS])
+    return BatchReceipt(len(batch.jobs), n_failed)
+
+
+def compute_columns(jobs: Sequence[Job]) -> dict[str, NDArray[Any]]:
+    """All variables of a shard, one row per job, and the time axis."""
+    parameters = [job.parameters for job in jobs]
+    trajectory = simulate_batch(parameters, [job.leakage_coefficient for job in jobs])
+    return {
+        names.RUN_ID: np.array([job.run_id for job in jobs]),
+        names.STATUS: np.array([outcome.status for outcome in trajectory.outcomes], dtype=object),
+        names.MESSAGE: np.array([outcome.message for outcome in trajectory.outcomes], dtype=object),
+        names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
+        names.TIME: trajectory.time,
+    } | _signals_and_features(parameters, trajectory)
+
+
+def _signals_and_features(
+    parameters: Sequence[RunParameters], trajectory: Trajectory
+) -> dict[str, NDArray[Any]]:
+    signals = {
+        variable.name: getattr(trajectory, variable.name)
+        for variable in names.stored_variables("all")
+        if variable.is_signal
+    }
+    failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
+    with np.errstate(all="ignore"):
+        features = _features(parameters, trajectory)
+    for values in features.values():
+        values[failed] = np.nan
+    return signals | features
+
+
+def _features(parameters: Sequence[RunParameters], trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
+    modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
+    features = {
+        names.DETAIL_RMS: detail_rms(trajectory.chamber_1_pressure, parameters[0].wavelet),
+        names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow,
+        names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
+        names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),
+    }
+    for variable in names.EXTREMES:
+        signal, _, kind = variable.name.rpartition("_")
+        values = getattr(trajectory, signal)
+        features[variable.name] = values.min(axis=1) if kind == "min" else values.max(axis=1)
+    return features

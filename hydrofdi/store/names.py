@@ -1,0 +1,110 @@
+"""Every name inside a result file, in one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+FORMAT_VERSION = 1
+"""Version of the layout of shards and experiment files."""
+
+RUN, TIME, LEVEL = "run", "time", "level"
+"""Dimensions."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the experiment file.
+
+    Attributes
+    ----------
+    name : str
+    dimensions : tuple of str
+        The first is always the run.
+    units : str
+        SI, as written into the file; ``"1"`` for numbers without a unit, ``""`` for texts and indices.
+    long_name : str
+    """
+
+    name: str
+    dimensions: tuple[str, ...]
+    units: str
+    long_name: str
+
+    @property
+    def is_text(self) -> bool:
+        """Whether it holds texts."""
+        return self.name in {RUN_ID, STATUS, MESSAGE}
+
+    @property
+    def is_signal(self) -> bool:
+        """Whether it is sampled over time."""
+        return TIME in self.dimensions
+
+
+RUN_ID, STATUS, MESSAGE = "run_id", "status", "message"
+DETAIL_RMS = "detail_rms"
+MEAN_LEAKAGE_FLOW = "mean_internal_leakage_flow"
+LEAKAGE_COEFFICIENT = "internal_leakage_coefficient"
+LEAKAGE_LEVEL = "internal_leakage_level"
+BULK_MODULUS = "bulk_modulus"
+MODE_FREQUENCY = "hydraulic_mode_frequency"
+MODE_DAMPING_RATIO = "hydraulic_mode_damping_ratio"
+INPUT_VOLTAGE = "input_voltage"
+CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressure"
+FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
+
+_SIGNALS = (
+    Variable(INPUT_VOLTAGE, (RUN, TIME), "V", "valve input voltage u"),
+    Variable("spool_position", (RUN, TIME), "m", "valve spool position x_v"),
+    Variable("piston_position", (RUN, TIME), "m", "piston position x_p"),
+    Variable("piston_velocity", (RUN, TIME), "m s-1", "piston velocity v_p"),
+    Variable(CHAMBER_1_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 1, P_1"),
+    Variable(CHAMBER_2_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 2, P_2"),
+    Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
+)
+
+EXTREMES = (
+    Variable("piston_position_min", (RUN,), "m", "least piston position"),
+    Variable("piston_position_max", (RUN,), "m", "largest piston position"),
+    Variable("chamber_1_pressure_min", (RUN,), "Pa", "least pressure of chamber 1"),
+    Variable("chamber_1_pressure_max", (RUN,), "Pa", "largest pressure of chamber 1"),
+    Variable("chamber_2_pressure_min", (RUN,), "Pa", "least pressure of chamber 2"),
+    Variable("chamber_2_pressure_max", (RUN,), "Pa", "largest pressure of chamber 2"),
+)
+
+COMPUTED = (
+    Variable(RUN_ID, (RUN,), "", "identity of the run: hash of its request and the physics version"),
+    Variable(STATUS, (RUN,), "", "how the run ended"),
+    Variable(MESSAGE, (RUN,), "", "sentence on a run that failed"),
+    Variable(DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the detail coefficients of the chamber-1 pressure"),
+    Variable(MEAN_LEAKAGE_FLOW, (RUN,), "m3 s-1", "mean of the absolute internal leakage flow"),
+    Variable(LEAKAGE_COEFFICIENT, (RUN,), "m3.5 kg-0.5", "internal leakage coefficient K_i"),
+    Variable(MODE_FREQUENCY, (RUN,), "Hz", "frequency of the hydraulic mode f_h"),
+    Variable(MODE_DAMPING_RATIO, (RUN,), "1", "damping ratio of the hydraulic mode"),
+    *EXTREMES,
+    *_SIGNALS,
+)
+"""What a run computes; these are the variables of a shard."""
+
+REQUESTED = (
+    Variable(BULK_MODULUS, (RUN,), "Pa", "effective bulk modulus of the fluid"),
+    Variable(LEAKAGE_LEVEL, (RUN,), "m3 s-1", "mean leakage flow that K_i was solved for"),
+    Variable(FIXED_BASELINE, (RUN,), "", "index of the healthy run under the baseline's conditions"),
+    Variable(MATCHED_BASELINE, (RUN,), "", "index of the healthy run under the run's own conditions"),
+)
+"""What the experiment itself says of each run; these stand beside the computed variables."""
+
+
+def stored_variables(signals: str) -> tuple[Variable, ...]:
+    """The computed variables that ``store.signals`` keeps."""
+    kept = {
+        "all": {variable.name for variable in _SIGNALS},
+        "pressures": {CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE},
+        "none": set[str](),
+    }[signals]
+    return tuple(variable for variable in COMPUTED if not variable.is_signal or variable.name in kept)
+
+
+def axis_variable(parameter: str) -> str:
+    """Name of the variable that holds a swept parameter, e.g. ``friction_viscous``."""
+    return BULK_MODULUS if parameter == "fluid.bulk_modulus" else parameter.replace(".", "_")

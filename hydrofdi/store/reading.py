@@ -1,0 +1,100 @@
+"""Experiment files read back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.errors import StoreError
+from hydrofdi.store.files import open_for_reading
+from hydrofdi.store.names import COMPUTED, FORMAT_VERSION, REQUESTED, RUN_ID, TIME
+
+
+@dataclass(frozen=True)
+class ExperimentData:
+    """An experiment and its results.
+
+    Attributes
+    ----------
+    path : Path
+        The experiment file.
+    experiment : ExperimentConfig
+        The configuration as it was resolved.
+    columns : dict
+        Variable name → array with one row per run, signals left out.
+    """
+
+    path: Path
+    experiment: ExperimentConfig
+    columns: dict[str, NDArray[Any]]
+
+    @cached_property
+    def table(self) -> RunTable:
+        """The runs, expanded again from the configuration."""
+        return expand_runs(self.experiment)
+
+    @property
+    def n_run(self) -> int:
+        """Number of runs."""
+        return len(self.columns[RUN_ID])
+
+    def signal(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants [s], shape (n_time,), and a signal, shape (n_run, n_time).
+
+        Raises
+        ------
+        StoreError
+            The experiment did not store it.
+        """
+        with open_for_reading(self.path) as file:
+            if name not in file:
+                raise StoreError(f"{self.path}: holds no {name}; set store: {{signals: all}} and sweep again")
+            values = np.asarray(file[name][:])
+            return np.asarray(file[TIME][:]), np.broadcast_to(values, (self.n_run, values.shape[-1]))
+
+
+def read_experiment(path: Path) -> ExperimentData:
+    """An experiment file, signals left on disk.
+
+    Raises
+    ------
+    StoreError
+        The file is missing, damaged, or of another version.
+    """
+    with _experiment_file(path) as file:
+        try:
+            experiment = ExperimentConfig.model_validate_json(file.attrs["configuration"])
+        except ValidationError as error:
+            raise StoreError(f"{path}: its configuration is not readable: {error.title}") from None
+        columns = {
+            variable.name: _values(file[variable.name])
+            for variable in (*REQUESTED, *COMPUTED)
+            if not variable.is_signal
+        }
+    return ExperimentData(path, experiment, columns)
+
+
+@contextmanager
+def _experiment_file(path: Path) -> Iterator[h5py.File]:
+    with open_for_reading(path) as file:
+        version = file.attrs.get("format_version")
+        if version is None or "configuration" not in file.attrs:
+            raise StoreError(f"{path}: is not an experiment file of hydrofdi")
+        if version != FORMAT_VERSION:
+            raise StoreError(f"{path}: has format version {version}; this hydrofdi reads {FORMAT_VERSION}")
+        yield file
+
+
+def _values(dataset: h5py.Dataset) -> NDArray[Any]:
+    is_text = h5py.check_string_dtype(dataset.dtype)
+    return np.asarray(dataset.asstr()[:] if is_text else dataset[:])

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.physics.valve import control_flow
 from hydrofdi.simulation.batch import simulate_batch
 
 RELATIVE_TOLERANCE = 1e-10
 """Tolerance of K_i."""
 
-_WIDEST_BRACKET = 10
-"""How often the upper end of the bracket is raised tenfold before a flow counts as unreachable."""
+_MOST_TRIALS = 12
+"""How often the upper end of the bracket is tripled before a flow counts as unreachable."""
 
 
 @dataclass(frozen=True)
@@ -86,17 +87,19 @@ def _upper_bracket(
     """Coefficients that leak at least the target (NaN where none was found), and the largest flows seen."""
     supply = np.array([parameters.supply.pressure for parameters in conditions])
     trial = target / np.sqrt(0.25 * supply)
+    limit = np.array([_no_load_flow(parameters) for parameters in conditions])
     upper = np.full(len(conditions), np.nan)
     reachable = np.zeros(len(conditions))
-    for _ in range(_WIDEST_BRACKET):
+    for _ in range(_MOST_TRIALS):
         open_ = np.flatnonzero(np.isnan(upper))
         if not open_.size:
             break
         flow = _mean_flow([conditions[int(k)] for k in open_], trial[open_])
+        flow[flow > limit[open_]] = np.nan  # the stiff limit K_i → ∞ chatters instead of saturating
         reachable[open_] = np.fmax(reachable[open_], flow)
         reached = flow >= target[open_]
         upper[open_[reached]] = trial[open_[reached]]
-        trial[open_[~reached]] *= 10.0
+        trial[open_[~reached]] *= 3.0
     return upper, reachable
 
 
@@ -104,3 +107,11 @@ def _mean_flow(runs: Sequence[RunParameters], coefficients: NDArray[np.float64])
     trajectory = simulate_batch(runs, list(coefficients))
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     return np.where(failed, np.nan, trajectory.mean_internal_leakage_flow)
+
+
+def _no_load_flow(parameters: RunParameters) -> float:
+    """The control flow at equal chamber pressures [m³/s], which bounds the mean leakage."""
+    valve, supply = parameters.valve, parameters.supply
+    opening = valve.spool_gain * abs(parameters.input.amplitude)
+    drop = 0.5 * (supply.pressure - supply.return_pressure)
+    return float(control_flow(opening, drop, valve.flow_gain, valve.area_gradient))

@@ -27,10 +27,11 @@ def compiled(function: _Function) -> _Function:
     previous = settings.CACHE_DIR
     settings.CACHE_DIR = str(cache_directory())
     try:
-        compile_: Callable[[_Function], _Function] = numba.njit(
+        compile_: Any = numba.njit(
             fastmath=FAST_MATH, error_model="numpy", boundscheck=False, nogil=True, cache=True
         )
-        return compile_(function)
+        kernel: _Function = compile_(function)
+        return kernel
     finally:
         settings.CACHE_DIR = previous
 

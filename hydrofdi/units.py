@@ -98,9 +98,23 @@ def parse_quantity(text: str, unit: str) -> float:
     found = parse_unit(given.strip()) if given.strip() else wanted
     if found.exponents != wanted.exponents:
         raise ValueError(f"{text!r} has the wrong unit; it must be convertible to {unit}")
-    if not 1e-300 < abs(float(number)) < 1e300:
-        return float(number)
-    return float(Fraction(number.replace("_", "")) * (found.factor / wanted.factor))
+    return _scaled(number, found.factor / wanted.factor)
+
+
+def parse_si(text: str) -> float:
+    """A quantity such as ``"551 MPa"`` in the SI unit of its dimension.
+
+    Raises
+    ------
+    ValueError
+        The text is no number with a unit.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise ValueError(f"{text!r} is not a number with a unit")
+    number, unit = match.groups()
+    factor = parse_unit(unit.strip()).factor if unit.strip() else Fraction(1)
+    return _scaled(number, factor)
 
 
 def convert(value: float, unit: str) -> float:
@@ -144,6 +158,12 @@ def parse_unit(text: str) -> Unit:
     if pending is None or len(open_signs) != 1 or power_sign != 1:
         raise ValueError(f"{text!r} is not a unit")
     return result * pending
+
+
+def _scaled(number: str, factor: Fraction) -> float:
+    if not 1e-300 < abs(float(number)) < 1e300:
+        return float(number)
+    return float(Fraction(number.replace("_", "")) * factor)
 
 
 def _tokens(text: str) -> list[tuple[str, str, str]]:

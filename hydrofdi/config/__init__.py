@@ -1,6 +1,6 @@
 """What is asked for: experiment files, strict models of them, and the runs that they expand to."""
 
-from hydrofdi.config.expansion import RunSpec, RunTable, expand_runs, resolve_run
+from hydrofdi.config.expansion import RunSpec, RunTable, expand_runs
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.config.parameters import RunParameters
@@ -12,5 +12,4 @@ __all__ = [
     "RunTable",
     "expand_runs",
     "load_experiment",
-    "resolve_run",
 ]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import product
+from functools import cached_property, lru_cache
 from typing import Any
 
 from pydantic import ValidationError
@@ -15,11 +13,11 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.leakage import LeakageConfig
 from hydrofdi.config.mistakes import describe_error
 from hydrofdi.config.parameters import RunParameters
-from hydrofdi.config.quantities import Section
+from hydrofdi.config.points import Point, sweep_points
 from hydrofdi.errors import ConfigError, Mistake
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RunSpec:
     """One resolved run.
 
@@ -34,11 +32,11 @@ class RunSpec:
     parameters: RunParameters
     calibration: RunParameters | None = None
 
-    @property
+    @cached_property
     def request(self) -> str:
         """The request as canonical JSON in SI; equal requests are equal texts."""
-        calibration = None if self.calibration is None else canonical_json(self.calibration)
-        return f'{{"calibration":{calibration or "null"},"parameters":{canonical_json(self.parameters)}}}'
+        calibration = "null" if self.calibration is None else self.calibration.canonical_json
+        return f'{{"calibration":{calibration},"parameters":{self.parameters.canonical_json}}}'
 
 
 @dataclass(frozen=True)
@@ -48,9 +46,9 @@ class RunTable:
     Attributes
     ----------
     runs : tuple of RunSpec, length n_run
-        The swept runs, the last axis varying fastest, then the healthy runs that the sweep itself lacks.
+        The swept runs in the order of the sweep, then the healthy runs that the sweep itself lacks.
     axes : dict
-        Dotted parameter → its values in SI.
+        Dotted parameter → its different values in SI, in order of appearance.
     n_swept : int
         How many of the runs belong to the sweep.
     fixed_baseline, matched_baseline : tuple of int, length n_run
@@ -68,83 +66,81 @@ class RunTable:
 def expand_runs(experiment: ExperimentConfig) -> RunTable:
     """The runs of the experiment's sweep and their baselines.
 
+    Points that ask for the same run are one run.
+
     Raises
     ------
     ConfigError
-        A combination of swept values is impossible.
+        A combination of swept values is impossible, or the sweep is empty.
     """
-    nominal, axes = experiment.nominal, experiment.sweep.grid
-    runs = [
-        resolve_run(_at_point(nominal, dict(zip(axes, values, strict=True))), experiment)
-        for values in product(*axes.values())
-    ]
-    n_swept = len(runs)
-    index = {run: position for position, run in reversed(list(enumerate(runs)))}
-    leakage = {name: value for name, value in experiment.baseline.items() if name.startswith("leakage.")}
-
-    def baseline_index(run: RunSpec, changes: Mapping[str, Any]) -> int:
-        baseline = resolve_run(_at_point(run.parameters, changes), experiment)
-        if baseline not in index:
-            index[baseline] = len(runs)
-            runs.append(baseline)
-        return index[baseline]
-
-    swept = tuple(runs)
-    fixed = [baseline_index(run, experiment.baseline) for run in swept]
-    matched = [baseline_index(run, leakage) for run in swept]
-    for added in runs[n_swept:]:
-        fixed.append(baseline_index(added, experiment.baseline))
-        matched.append(baseline_index(added, leakage))
-    return RunTable(
-        tuple(runs),
-        {name: tuple(values) for name, values in axes.items()},
-        n_swept,
-        tuple(fixed),
-        tuple(matched),
-    )
-
-
-def resolve_run(parameters: RunParameters, experiment: ExperimentConfig) -> RunSpec:
-    """A run with the conditions under which its leakage flow, if it is given as such, is solved for K_i."""
-    parameters = _with_plain_sealed_state(parameters)
-    if not parameters.leakage.needs_calibration:
-        return RunSpec(parameters)
-    conditions = {
-        name: value for name, value in experiment.baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
+    points = _points(experiment)
+    expansion = _Expansion(experiment)
+    for point in points:
+        expansion.add(expansion.at(experiment.nominal_parameters, point))
+    n_swept = len(expansion.runs)
+    fixed, matched = expansion.baselines()
+    axes = {
+        name: tuple(dict.fromkeys(point[name] for point in points if name in point))
+        for name in experiment.sweep.names
     }
-    return RunSpec(parameters, parameters.with_values(conditions))
+    return RunTable(tuple(expansion.runs), axes, n_swept, tuple(fixed), tuple(matched))
 
 
-def canonical_json(parameters: RunParameters) -> str:
-    """Parameters as JSON with sorted keys and floats in their shortest exact form."""
-    sections = (f'"{name}":{_section_json(getattr(parameters, name))}' for name in _SECTIONS)
-    return "{" + ",".join(sections) + "}"
+def _points(experiment: ExperimentConfig) -> list[Point]:
+    sweep = experiment.sweep
+    if not sweep.names:
+        return [{}]
+    try:
+        points = sweep_points(sweep, experiment.nominal_parameters.value)
+    except ValidationError as error:
+        raise ConfigError(
+            [Mistake(f"sampled: {describe_error(error.errors()[0])}", "sweep.sample")]
+        ) from None
+    if not points:
+        raise ConfigError([Mistake("no point fulfils 'where'", "sweep")])
+    return points
 
 
-_SECTIONS = sorted(RunParameters.model_fields)
+class _Expansion:
+    """Runs without repetition, in order of appearance."""
+
+    def __init__(self, experiment: ExperimentConfig) -> None:
+        self.runs: list[RunSpec] = []
+        self._index: dict[str, int] = {}
+        self._baseline = experiment.baseline
+        self._leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
+        self._conditions = {
+            name: value for name, value in self._baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
+        }
+
+    def at(self, parameters: RunParameters, values: Mapping[str, Any]) -> RunSpec:
+        """The run at a point."""
+        moved = _with_plain_sealed_state(_with_values(parameters, values))
+        if not moved.leakage.needs_calibration:
+            return RunSpec(moved)
+        return RunSpec(moved, _with_values(moved, self._conditions))
+
+    def add(self, run: RunSpec) -> int:
+        """Position of a run, added where it is new."""
+        position = self._index.setdefault(run.request, len(self.runs))
+        if position == len(self.runs):
+            self.runs.append(run)
+        return position
+
+    def baselines(self) -> tuple[list[int], list[int]]:
+        """Positions of the fixed and the matched baseline of every run; adds the runs that lack."""
+        fixed: list[int] = []
+        matched: list[int] = []
+        position = 0
+        while position < len(self.runs):
+            parameters = self.runs[position].parameters
+            fixed.append(self.add(self.at(parameters, self._baseline)))
+            matched.append(self.add(self.at(parameters, self._leakage)))
+            position += 1
+        return fixed, matched
 
 
-@lru_cache(maxsize=8192)
-def _section_json(section: Section) -> str:
-    return json.dumps(section.model_dump(), sort_keys=True, separators=(",", ":"))
-
-
-def _with_plain_sealed_state(parameters: RunParameters) -> RunParameters:
-    """Give "no leakage" one form: K_i = 0."""
-    leakage = parameters.leakage
-    if leakage.needs_calibration or leakage.internal_coefficient is not None:
-        return parameters
-    sealed = _sealed(leakage)
-    sections = {name: getattr(parameters, name) for name in RunParameters.model_fields}
-    return RunParameters.model_construct(**(sections | {"leakage": sealed}))
-
-
-@lru_cache(maxsize=1024)
-def _sealed(leakage: LeakageConfig) -> LeakageConfig:
-    return LeakageConfig(internal_coefficient=0.0, external_coefficient=leakage.external_coefficient)
-
-
-def _at_point(parameters: RunParameters, values: Mapping[str, Any]) -> RunParameters:
+def _with_values(parameters: RunParameters, values: Mapping[str, Any]) -> RunParameters:
     try:
         return parameters.with_values(values)
     except ValueError as error:
@@ -152,3 +148,16 @@ def _at_point(parameters: RunParameters, values: Mapping[str, Any]) -> RunParame
                           for name, value in values.items())  # fmt: skip
         reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
         raise ConfigError([Mistake(f"at {point}: {reason}", "sweep")]) from None
+
+
+def _with_plain_sealed_state(parameters: RunParameters) -> RunParameters:
+    """Give "no leakage" one form: K_i = 0."""
+    leakage = parameters.leakage
+    if leakage.needs_calibration or leakage.internal_coefficient is not None:
+        return parameters
+    return parameters.with_section("leakage", _sealed(leakage))
+
+
+@lru_cache(maxsize=1024)
+def _sealed(leakage: LeakageConfig) -> LeakageConfig:
+    return leakage.model_copy(update={"internal_coefficient": 0.0, "internal_flow": None})

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Annotated, Any
 
 from pydantic import Field
 
+from hydrofdi.config.limits import LimitsConfig
 from hydrofdi.config.parameters import RunParameters
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.config.sweep import SweepConfig
@@ -33,8 +35,11 @@ class ExperimentConfig(RunParameters):
     store: StoreConfig = StoreConfig()
     """What is kept."""
 
-    @property
-    def nominal(self) -> RunParameters:
+    limits: LimitsConfig = LimitsConfig()
+    """What a run may use up."""
+
+    @cached_property
+    def nominal_parameters(self) -> RunParameters:
         """The parameters that all runs start from."""
         return RunParameters.model_construct(
             **{name: getattr(self, name) for name in RunParameters.model_fields}

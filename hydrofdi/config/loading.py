@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig, complete_baseline
-from hydrofdi.config.mistakes import describe_error, nearest
-from hydrofdi.config.parameters import parameter_names, validate_parameter
+from hydrofdi.config.dotted_values import normalize_baseline, normalize_sweep
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
+from hydrofdi.config.mistakes import describe_error
 from hydrofdi.config.yaml_source import Path, Source, parse_yaml
 from hydrofdi.errors import ConfigError, Mistake
 
-_DOTTED_MAPPINGS: tuple[Path, ...] = (("baseline",), ("sweep", "grid"))
+_DOTTED_MAPPINGS: tuple[Path, ...] = (
+    ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
+)  # fmt: skip
 """Mappings whose keys are dotted parameter names."""
+
+_EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
+"""Pairs of keys of which a later one replaces an earlier other."""
 
 
 def load_experiment(file: str | FilePath | None = None, settings: Sequence[str] = ()) -> ExperimentConfig:
@@ -24,24 +29,59 @@ def load_experiment(file: str | FilePath | None = None, settings: Sequence[str] 
     Parameters
     ----------
     file : path, optional
-        YAML file; without it every parameter has its nominal value.
+        YAML file; without it every parameter has its nominal value. It may extend other files
+        (``extends: other.yaml``), whose keys it overrides.
     settings : sequence of str
         ``"fluid.bulk_modulus=689 MPa"`` and the like; they win over the file.
 
     Raises
     ------
     ConfigError
-        With every mistake in the file and the settings.
+        With every mistake in the files and the settings.
     """
-    source = Source({}) if file is None else parse_yaml(_read_text(FilePath(file)), str(file))
-    if source.data is not None and not isinstance(source.data, dict):
-        source.mistakes.append(source.mistake((), "an experiment file holds 'key: value' pairs"))
-        source.data = None
-    if source.data is None:
-        raise ConfigError(source.mistakes)
+    source = Source({}) if file is None else _compose(FilePath(file), ())
     for setting in settings:
         _apply_setting(source, setting)
     return _validate(source)
+
+
+def _compose(file: FilePath, extending: tuple[FilePath, ...]) -> Source:
+    """A file on top of the files that it extends."""
+    if file.resolve() in extending:
+        chain = " → ".join(path.name for path in (*extending, file.resolve()))
+        raise ConfigError([Mistake(f"the files extend each other: {chain}", "extends", str(file))])
+    own = parse_yaml(_read_text(file), str(file))
+    if own.mistakes and own.data is None:
+        raise ConfigError(own.mistakes)
+    if not isinstance(own.data, dict):
+        raise ConfigError([own.mistake((), "an experiment file holds 'key: value' pairs")])
+    parents = own.data.pop("extends", [])
+    parents = [parents] if isinstance(parents, str) else parents
+    if not isinstance(parents, list) or not all(isinstance(parent, str) for parent in parents):
+        raise ConfigError([own.mistake(("extends",), "expected the path of a file, or a list of paths")])
+    whole = Source({})
+    for parent in parents:
+        _overlay(whole, _compose(file.parent / parent, (*extending, file.resolve())))
+    _overlay(whole, own)
+    return whole
+
+
+def _overlay(base: Source, over: Source) -> None:
+    """Lay a source over another; its keys win, mappings are merged."""
+    base.data = _merged(base.data, over.data)
+    base.origins.update(over.origins)
+    base.mistakes.extend(over.mistakes)
+
+
+def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    replaced = {
+        other for pair in _EXCLUSIVE for key, other in (pair, pair[::-1]) if key in over and other not in over
+    }
+    merged = {key: value for key, value in base.items() if key not in replaced}
+    for key, value in over.items():
+        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
+        merged[key] = _merged(merged[key], value) if both else value
+    return merged
 
 
 def _read_text(file: FilePath) -> str:
@@ -65,19 +105,14 @@ def _apply_setting(source: Source, setting: str) -> None:
         return
     value = parse_yaml(text, origin)
     path = _setting_path(key.strip())
-    parent = source.data
-    for part in path[:-1]:
-        parent = parent.setdefault(part, {})
-        if not isinstance(parent, dict):
-            source.mistakes.append(Mistake("is no section", key, origin))
-            return
-    parent[path[-1]] = value.data
-    source.mistakes.extend(value.mistakes)
-    source.origins[path] = origin
-    source.origins.update(dict.fromkeys(((*path, *inner) for inner in value.origins), origin))
+    nested: Any = value.data
+    for part in reversed(path):
+        nested = {part: nested}
+    origins = dict.fromkeys([path, *((*path, *inner) for inner in value.origins)], origin)
+    _overlay(source, Source(nested, origins, value.mistakes))
 
 
-def _setting_path(key: str) -> tuple[str, ...]:
+def _setting_path(key: str) -> Path:
     parts = tuple(key.split("."))
     for mapping in _DOTTED_MAPPINGS:
         if parts[: len(mapping)] == mapping and len(parts) > len(mapping):
@@ -86,7 +121,8 @@ def _setting_path(key: str) -> tuple[str, ...]:
 
 
 def _validate(source: Source) -> ExperimentConfig:
-    _validate_dotted_mappings(source)
+    normalize_baseline(source)
+    normalize_sweep(source)
     try:
         experiment = ExperimentConfig.model_validate(source.data)
     except ValidationError as errors:
@@ -108,64 +144,19 @@ def _reading_order(mistake: Mistake) -> tuple[str, int]:
     return (file, int(line)) if line.isdigit() else (mistake.origin, 0)
 
 
-def _validate_dotted_mappings(source: Source) -> None:
-    """Bring baseline and grid values into SI where they are valid, and note mistakes where they are not."""
-    baseline = source.data.get("baseline")
-    if baseline is None:
-        source.data["baseline"] = baseline = {}
-    if isinstance(baseline, dict):
-        for name, value in list(baseline.items()):
-            baseline[name] = _parameter(source, ("baseline", name), value)
-        source.data["baseline"] = complete_baseline(baseline)
-        _refuse_both_forms(source, ("baseline",), baseline)
-    sweep = source.data.get("sweep")
-    if sweep is None:
-        source.data.pop("sweep", None)
-    grid = sweep.get("grid") if isinstance(sweep, dict) else None
-    if isinstance(grid, dict):
-        _refuse_both_forms(source, ("sweep", "grid"), grid)
-        for name, values in grid.items():
-            _validate_axis(source, ("sweep", "grid", name), values)
-
-
-def _validate_axis(source: Source, path: Path, values: Any) -> None:
-    if not isinstance(values, list) or not values:
-        source.mistakes.append(source.mistake(path, "an axis is a list of at least one value"))
-        return
-    for index, value in enumerate(values):
-        values[index] = _parameter(source, (*path, index), value)
-    for index, value in enumerate(values):
-        if value in values[:index]:
-            source.mistakes.append(source.mistake((*path, index), f"value {value!r} is in the list twice"))
-
-
-def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None:
-    if set(INTERNAL_LEAKAGE_FORMS) <= set(names):
-        message = "give the internal leakage as internal_coefficient or as internal_flow, not both"
-        source.mistakes.append(source.mistake((*path, INTERNAL_LEAKAGE_FORMS[1]), message))
-
-
-def _parameter(source: Source, path: Path, value: Any) -> Any:
-    name = next(str(part) for part in path if "." in str(part) or part == path[-1])
-    if name not in (known := list(parameter_names())):
-        unknown = source.mistake(path, f"no parameter of this name{nearest(name, known)}")
-        if not any(mistake.message == unknown.message for mistake in source.mistakes):
-            source.mistakes.append(unknown)
-        return value
-    try:
-        return validate_parameter(name, value)
-    except ValidationError as errors:
-        for error in errors.errors():
-            source.mistakes.append(source.mistake(path, describe_error(error)))
-        return value
-
-
 def _known_keys(path: Path) -> list[str]:
     model: Any = ExperimentConfig
     for part in path:
-        field = model.model_fields.get(part) if _is_model(model) else None
-        model = field.annotation if field else None
+        if not isinstance(part, int):
+            field = model.model_fields.get(part) if _is_model(model) else None
+            model = _model_within(field.annotation) if field else None
     return list(model.model_fields) if _is_model(model) else []
+
+
+def _model_within(annotation: Any) -> Any:
+    """The model in ``Model``, ``Model | None`` and ``list[Model]``."""
+    candidates = [annotation, *getattr(annotation, "__args__", ())]
+    return next((candidate for candidate in candidates if _is_model(candidate)), None)
 
 
 def _is_model(candidate: Any) -> bool:

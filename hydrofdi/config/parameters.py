@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Annotated, Any, Self
 
 from pydantic import TypeAdapter, model_validator
@@ -59,21 +59,41 @@ class RunParameters(Section):
         ValueError
             The values are invalid, or do not fit each other.
         """
-        changed: dict[str, dict[str, Any]] = {}
+        changed: dict[str, list[tuple[str, Any]]] = {}
         for name, value in values.items():
             section, field = name.split(".")
-            changed.setdefault(section, {})[field] = value
-        sections = {name: getattr(self, name) for name in RunParameters.model_fields}
+            changed.setdefault(section, []).append((field, value))
+        sections = {name: self.__dict__[name] for name in _SECTIONS}
         for name, fields in changed.items():
-            sections[name] = _replace_fields(sections[name], tuple(fields.items()))
-        _require_input_fits_run(sections["input"], sections["run"])
-        _require_record_fits_levels(sections["run"], sections["wavelet"])
-        return RunParameters.model_construct(**sections)
+            sections[name] = _replace_fields(sections[name], tuple(fields))
+        if not changed.keys().isdisjoint(("input", "run", "wavelet")):
+            _require_input_fits_run(sections["input"], sections["run"])
+            _require_record_fits_levels(sections["run"], sections["wavelet"])
+        return _assembled(sections)
+
+    def with_section(self, name: str, section: Section) -> RunParameters:
+        """These parameters with a valid section replaced."""
+        return _assembled({other: self.__dict__[other] for other in _SECTIONS} | {name: section})
+
+    @cached_property
+    def canonical_json(self) -> str:
+        """All sections as JSON with sorted keys and floats in their shortest exact form."""
+        parts = (f'"{name}":{self.__dict__[name].canonical_json}' for name in _SORTED_SECTIONS)
+        return "{" + ",".join(parts) + "}"
 
     def value(self, name: str) -> Any:
         """The value of a dotted name, e.g. ``"fluid.bulk_modulus"``."""
         section, field = name.split(".")
         return getattr(getattr(self, section), field)
+
+
+_SECTIONS = tuple(RunParameters.model_fields)
+_SORTED_SECTIONS = tuple(sorted(_SECTIONS))
+
+
+def _assembled(sections: dict[str, Any]) -> RunParameters:
+    """Parameters of valid sections that fit each other."""
+    return RunParameters.model_construct(_fields_set=set(), **sections)
 
 
 def parameter_names() -> Iterator[str]:

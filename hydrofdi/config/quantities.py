@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -15,6 +17,11 @@ class Section(BaseModel):
     """A strict, frozen part of a configuration."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    @cached_property
+    def canonical_json(self) -> str:
+        """The section as JSON with sorted keys and floats in their shortest exact form."""
+        return json.dumps(self.model_dump(), sort_keys=True, separators=(",", ":"))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The ``store`` section: what is kept of each run."""
+"""The ``store`` section: what is kept of each run, and how."""
 
 from __future__ import annotations
 
@@ -12,3 +12,9 @@ class StoreConfig(Section):
 
     signals: Literal["all", "pressures", "none"] = "all"
     """``all`` signals, the chamber ``pressures`` alone, or ``none``."""
+
+    compression: Literal["none", "lzf", "gzip"] = "none"
+    """Compression of the signals."""
+
+    dtype: Literal["float32", "float64"] = "float64"
+    """Precision of the stored signals; features are always computed and stored in double precision."""

@@ -1,16 +1,113 @@
-"""The ``sweep`` section: which parameters vary."""
+"""The ``sweep`` section: which parameters vary, and how.
+
+Blocks beside each other multiply, the entries of a union follow one another, and blocks nest.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from hydrofdi.config.condition import parse_condition
 from hydrofdi.config.quantities import Section
+
+_VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "boolean"}]}
+
+
+def _generator(name: str, third: str) -> dict[str, Any]:
+    items = {"type": "array", "prefixItems": [_VALUE, _VALUE, _VALUE], "minItems": 3, "maxItems": 3}
+    return {
+        "type": "object",
+        "properties": {name: items | {"description": f"[first, last, {third}]"}},
+        "required": [name],
+        "additionalProperties": False,
+    }
+
+
+_AXIS = {
+    "anyOf": [
+        {"type": "array", "items": _VALUE, "minItems": 1},
+        _generator("linspace", "count"),
+        _generator("logspace", "count"),
+        _generator("arange", "step"),
+    ]
+}
+_AXES = {"type": "object", "additionalProperties": _AXIS}
+
+Axes = Annotated[dict[str, list[Any]], WithJsonSchema(_AXES)]
+"""Dotted parameter → its values in SI; generators are spelled out when a file is loaded."""
+
+
+class SampleConfig(Section):
+    """Points drawn from distributions."""
+
+    method: Literal["sobol", "lhs", "random"] = "sobol"
+    """Scrambled Sobol sequence, Latin hypercube, or independent draws (scipy.stats.qmc, numpy)."""
+
+    count: Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
+    """Number of points; a power of two keeps a Sobol sequence balanced."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Seed; the same seed gives the same points."""
+
+    over: dict[str, dict[Literal["uniform", "loguniform", "normal", "choice"], list[Any]]] = Field(
+        min_length=1
+    )
+    """Dotted parameter → its distribution: uniform [low, high], loguniform [low, high],
+    normal [mean, standard deviation], or choice [value, …]."""
+
+
+def _parsed(text: Any) -> Any:
+    if isinstance(text, str):
+        parse_condition(text)
+    return text
 
 
 class SweepConfig(Section):
-    """Parameter grid."""
+    """A block of a sweep."""
 
-    grid: dict[str, list[Any]] = Field(default_factory=dict)
-    """Dotted parameter → its values; the runs are all combinations, the last axis varying fastest."""
+    grid: Axes = Field(default_factory=dict)
+    """All combinations of the values of several parameters, the last one varying fastest."""
+
+    zip: Axes = Field(default_factory=dict)
+    """Parameters that vary together; all lists have the same length."""
+
+    sample: SampleConfig | None = None
+    """Points drawn from distributions."""
+
+    union: list[SweepConfig] = Field(default_factory=list)
+    """Blocks whose points follow one another."""
+
+    where: Annotated[str, BeforeValidator(_parsed)] | None = None
+    """Condition that the points of the block must fulfil, e.g. ``friction.breakaway >= friction.coulomb``.
+    Quantities are quoted: ``fluid.bulk_modulus > '600 MPa'``."""
+
+    @model_validator(mode="after")
+    def _zipped_lists_have_one_length(self) -> Self:
+        lengths = {name: len(values) for name, values in self.zip.items()}
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+            raise ValueError(f"zip needs lists of the same length: {told}")
+        return self
+
+    @model_validator(mode="after")
+    def _each_parameter_varies_once(self) -> Self:
+        seen: set[str] = set()
+        for names in self._groups():
+            if twice := seen & names:
+                raise ValueError(f"{sorted(twice)[0]} varies in two blocks that multiply")
+            seen |= names
+        return self
+
+    def _groups(self) -> list[set[str]]:
+        over = set(self.sample.over) if self.sample else set[str]()
+        in_union = {name for block in self.union for name in block.names}
+        return [set(self.grid), set(self.zip), over, in_union]
+
+    @property
+    def names(self) -> list[str]:
+        """All parameters that vary in the block, in the order of the file."""
+        over = self.sample.over if self.sample else {}
+        in_union = [name for block in self.union for name in block.names]
+        return list(dict.fromkeys([*self.grid, *self.zip, *over, *in_union]))

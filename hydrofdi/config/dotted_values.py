@@ -1,0 +1,212 @@
+"""Values under dotted parameter names: brought into SI where valid, told as mistakes where not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from hydrofdi.config.condition import parse_condition
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, complete_baseline
+from hydrofdi.config.mistakes import describe_error, nearest
+from hydrofdi.config.parameters import parameter_names, parameter_unit, validate_parameter
+from hydrofdi.config.yaml_source import Path, Source
+
+_MOST_VALUES = 1_000_000
+_GENERATORS = ("linspace", "logspace", "arange")
+_DISTRIBUTIONS = ("uniform", "loguniform", "normal", "choice")
+
+
+def normalize_baseline(source: Source) -> None:
+    """The ``baseline`` of a source in SI, completed by normal conditions."""
+    baseline = source.data.get("baseline")
+    if baseline is None:
+        source.data["baseline"] = baseline = {}
+    if not isinstance(baseline, dict):
+        return
+    values = {name: _parameter(source, ("baseline", name), name, value) for name, value in baseline.items()}
+    source.data["baseline"] = complete_baseline(values)
+    _refuse_both_forms(source, ("baseline",), baseline)
+
+
+def normalize_sweep(source: Source) -> None:
+    """The ``sweep`` of a source in SI, with generators of values spelled out."""
+    if source.data.get("sweep") is None:
+        source.data.pop("sweep", None)
+    else:
+        _normalize_block(source, ("sweep",), source.data["sweep"])
+
+
+def _normalize_block(source: Source, path: Path, block: Any) -> None:
+    if not isinstance(block, dict):
+        return
+    varied: list[str] = []
+    for kind in ("grid", "zip"):
+        axes = block.get(kind)
+        if isinstance(axes, dict):
+            varied += axes
+            block[kind] = {name: _axis(source, (*path, kind, name), name, axes[name]) for name in axes}
+    sample = block.get("sample")
+    if isinstance(sample, dict) and isinstance(over := sample.get("over"), dict):
+        varied += over
+        sample["over"] = {
+            name: _distribution(source, (*path, "sample", "over", name), name, over[name]) for name in over
+        }
+    _refuse_both_forms(source, path, varied)
+    _check_condition(source, (*path, "where"), block.get("where"))
+    union = block.get("union")
+    if isinstance(union, list):
+        for index, part in enumerate(union):
+            _normalize_block(source, (*path, "union", index), part)
+
+
+def _axis(source: Source, path: Path, name: str, values: Any) -> Any:
+    """An axis as a list of values in SI."""
+    if isinstance(values, dict):
+        return _generated(source, path, name, values)
+    if not isinstance(values, list) or not values:
+        message = "an axis is a list of at least one value, or one of linspace, logspace, arange"
+        source.mistakes.append(source.mistake(path, message))
+        return []
+    converted = [_parameter(source, (*path, index), name, value) for index, value in enumerate(values)]
+    for index, value in enumerate(converted):
+        if value in converted[:index] and path[-2] != "zip":
+            source.mistakes.append(source.mistake((*path, index), f"value {value!r} is in the list twice"))
+    return converted
+
+
+def _generated(source: Source, path: Path, name: str, generator: dict[str, Any]) -> list[Any]:
+    if len(generator) != 1 or (kind := next(iter(generator))) not in _GENERATORS:
+        known = ", ".join(_GENERATORS)
+        source.mistakes.append(source.mistake(path, f"an axis is a list, or one of {known}"))
+        return []
+    path, arguments = (*path, kind), generator[kind]
+    if not isinstance(arguments, list) or len(arguments) != 3:
+        third = "step" if kind == "arange" else "count"
+        source.mistakes.append(source.mistake(path, f"expected [first, last, {third}]; found {arguments!r}"))
+        return []
+    first, last = (_parameter(source, (*path, index), name, arguments[index]) for index in (0, 1))
+    if not all(isinstance(end, float) for end in (first, last)):
+        return []
+    try:
+        values = _range(kind, first, last, _third(kind, name, arguments[2]))
+        return [validate_parameter(name, value) for value in values]
+    except ValueError as error:
+        source.mistakes.append(source.mistake(path, _first_message(error)))
+        return []
+
+
+def _third(kind: str, name: str, value: Any) -> float:
+    """The count of linspace and logspace, or the step of arange in SI."""
+    if kind == "arange":
+        return _in_unit_of(name, value)
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST_VALUES:
+        raise ValueError(f"the count must be a whole number from 1 to {_MOST_VALUES}; found {value!r}")
+    return value
+
+
+def _range(kind: str, first: float, last: float, third: float) -> list[float]:
+    if kind == "linspace":
+        return [float(value) for value in np.linspace(first, last, int(third))]
+    if kind == "logspace":
+        if first <= 0.0 or last <= 0.0:
+            raise ValueError("logspace needs ends above zero")
+        return [float(value) for value in np.geomspace(first, last, int(third))]
+    count = math.ceil((last - first) / third - 1e-9) if third else 0
+    if not 1 <= count <= _MOST_VALUES:
+        raise ValueError(f"arange from {first:g} to below {last:g} by {third:g} gives no sensible list")
+    return [first + index * third for index in range(count)]
+
+
+def _distribution(source: Source, path: Path, name: str, distribution: Any) -> Any:
+    """A distribution with its arguments in SI."""
+    known = ", ".join(_DISTRIBUTIONS)
+    if not isinstance(distribution, dict) or len(distribution) != 1:
+        source.mistakes.append(
+            source.mistake(path, f"expected one of {known}, e.g. {{uniform: [low, high]}}")
+        )
+        return distribution
+    ((kind, arguments),) = distribution.items()
+    path = (*path, kind)
+    if kind not in _DISTRIBUTIONS:
+        source.mistakes.append(source.mistake(path, f"unknown distribution{nearest(kind, _DISTRIBUTIONS)}"))
+        return distribution
+    if not isinstance(arguments, list) or (len(arguments) != 2 if kind != "choice" else not arguments):
+        wanted = "a list of values" if kind == "choice" else "two numbers"
+        source.mistakes.append(source.mistake(path, f"expected {wanted}; found {arguments!r}"))
+        return distribution
+    return {kind: _distribution_arguments(source, path, name, kind, arguments)}
+
+
+def _distribution_arguments(
+    source: Source, path: Path, name: str, kind: str, arguments: list[Any]
+) -> list[Any]:
+    if kind == "normal":
+        mean = _parameter(source, (*path, 0), name, arguments[0])
+        try:
+            deviation = _in_unit_of(name, arguments[1])
+            if not deviation > 0.0:
+                raise ValueError(f"the standard deviation must be greater than 0; found {arguments[1]}")
+        except ValueError as error:
+            source.mistakes.append(source.mistake((*path, 1), _first_message(error)))
+            return arguments
+        return [mean, deviation]
+    values = [_parameter(source, (*path, index), name, value) for index, value in enumerate(arguments)]
+    if kind != "choice" and all(isinstance(value, float) for value in values):
+        low, high = values
+        if not low < high or (kind == "loguniform" and low <= 0.0):
+            source.mistakes.append(
+                source.mistake(path, f"needs low < high{', above zero' if kind == 'loguniform' else ''}")
+            )
+    return values
+
+
+def _in_unit_of(name: str, value: Any) -> float:
+    """A difference of two values of a parameter, in SI."""
+    from hydrofdi.config.quantities import SI
+
+    unit = parameter_unit(name) if name in parameter_names() else None
+    number = SI(unit or "1").parse(value)
+    if not math.isfinite(number):
+        raise ValueError(f"must be a finite number; found {value}")
+    return number
+
+
+def _check_condition(source: Source, path: Path, text: Any) -> None:
+    if not isinstance(text, str):
+        return
+    try:
+        condition = parse_condition(text)
+    except ValueError:
+        return  # told when the model is validated
+    known = list(parameter_names())
+    for name in sorted(condition.names - set(known)):
+        source.mistakes.append(source.mistake(path, f"no parameter {name!r}{nearest(name, known)}"))
+
+
+def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None:
+    if set(INTERNAL_LEAKAGE_FORMS) <= set(names):
+        message = "give the internal leakage as internal_coefficient or as internal_flow, not both"
+        source.mistakes.append(source.mistake(path, message))
+
+
+def _parameter(source: Source, path: Path, name: str, value: Any) -> Any:
+    known = list(parameter_names())
+    if name not in known:
+        unknown = source.mistake(path, f"no parameter {name!r}{nearest(name, known)}")
+        if not any(mistake.message == unknown.message for mistake in source.mistakes):
+            source.mistakes.append(unknown)
+        return value
+    try:
+        return validate_parameter(name, value)
+    except ValidationError as errors:
+        for error in errors.errors():
+            source.mistakes.append(source.mistake(path, describe_error(error)))
+        return value
+
+
+def _first_message(error: ValueError) -> str:
+    return describe_error(error.errors()[0]) if isinstance(error, ValidationError) else str(error)

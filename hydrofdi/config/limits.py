@@ -1,0 +1,14 @@
+"""The ``limits`` section: what a run may use up."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from hydrofdi.config.quantities import SI, Section
+
+
+class LimitsConfig(Section):
+    """Limits that end a run which exceeds them."""
+
+    time_per_job: Annotated[float, SI("s", above=0)] | None = None
+    """Wall time that one run may take [s]; a run that takes longer becomes a row with status ``timeout``."""

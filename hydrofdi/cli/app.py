@@ -10,7 +10,10 @@ from typing import Annotated
 import typer
 
 from hydrofdi import __version__
+from hydrofdi.cli.inspect import collect, rerun, status, verify, why
+from hydrofdi.cli.plan import plan
 from hydrofdi.cli.report import report
+from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
 from hydrofdi.errors import HydrofdiError
@@ -27,7 +30,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (simulate, sweep, report):
+for command in (simulate, plan, sweep, status, report, collect, verify, why, rerun, schema):
     app.command()(command)
 
 

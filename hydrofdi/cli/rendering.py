@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.execution import BatchReceipt
+from hydrofdi.pipeline.inspecting import Explanation
 from hydrofdi.report.formats import (
     BASELINES,
     band_note,
@@ -24,7 +22,8 @@ from hydrofdi.report.formats import (
     lead_headers,
 )
 from hydrofdi.report.run_summary import RunSummary
-from hydrofdi.report.table import SensitivityTable
+from hydrofdi.report.table import SensitivityTable, label_header
+from hydrofdi.units import convert
 
 _PLAIN_WIDTH = 100
 """Columns of text where the output is no terminal."""
@@ -90,25 +89,32 @@ def print_table(table: SensitivityTable, file: Path) -> None:
         console.print(f"failed: {note}")
 
 
-@contextmanager
-def progress_bar(n_run: int) -> Iterator[Callable[[BatchReceipt], None]]:
-    """A bar over runs on a terminal, nothing elsewhere; yields what to call after each batch."""
-    if n_run == 0 or not sys.stderr.isatty():
-        yield lambda receipt: None
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+def print_explanation(explanation: Explanation) -> None:
+    """What a run was asked to do and how it went."""
+    console = _console()
+    console.print(Text(f"run {explanation.run_id}, row {explanation.position}", style="bold"))
+    console.print(f"status    {explanation.status} {explanation.message}".rstrip())
+    console.print(f"stored in {explanation.shard or 'nothing'}")
+    grid = Table(title="differs from the fixed baseline in", title_justify="left", box=None, pad_edge=False)
+    for header in ("parameter", "baseline", "run"):
+        grid.add_column(header)
+    for name, (before, now) in explanation.differences.items():
+        grid.add_row(label_header(name), _shown(before), _shown(now))
+    console.print(grid if explanation.differences else "is the fixed baseline itself")
+    if explanation.calibration:
+        beta = convert(explanation.calibration["fluid"]["bulk_modulus"], "MPa")
+        console.print(f"K_i was solved at an EBM of {beta:g} MPa, other baseline conditions alike")
+    if explanation.provenance:
+        made = explanation.provenance
+        git = made["git"] or {"commit": "unknown", "dirty": False}
+        console.print(
+            f"swept {made['started']} by: {' '.join(made['command'])}\n"
+            f"commit {git['commit']}{' with changes' if git['dirty'] else ''}, Python {made['python']},"
+            f" seeds {made['seeds'] or 'none'}"
+        )
+    if explanation.log:
+        console.print(explanation.log)
 
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-        TextColumn("runs, {task.fields[failed]} failed,"), TimeRemainingColumn(),
-    )  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("sweep", total=n_run, failed=0)
-        n_failed = 0
 
-        def advance(receipt: BatchReceipt) -> None:
-            nonlocal n_failed
-            n_failed += receipt.n_failed
-            progress.update(task, advance=receipt.n_run, failed=n_failed)
-
-        yield advance
+def _shown(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else "–" if value is None else str(value)

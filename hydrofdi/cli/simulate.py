@@ -29,7 +29,7 @@ def simulate(
 
     experiment = load_experiment(config, settings or ())
     single = simulate_nominal(experiment)
-    summary = summarize_run(single.table.runs[0], single.columns)
+    summary = summarize_run(single.run, single.columns)
     if out is not None:
         write_single_run(out, experiment, single)
         tell(f"stored {out}")

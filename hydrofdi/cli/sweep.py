@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from hydrofdi.cli.options import Json, Settings
+
+
+class EngineName(StrEnum):
+    """Places where runs are computed."""
+
+    local = "local"
+    in_process = "in-process"
+    dask = "dask"
 
 
 def sweep(
@@ -19,24 +28,53 @@ def sweep(
         int | None, typer.Option(min=1, help="Processes [default: the cores that hydrofdi may use].")
     ] = None,
     settings: Settings = None,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Try runs again that raised, hung or lost their worker.")
+    ] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what would be done, as 'hydrofdi plan' does.")
+    ] = False,
+    engine: Annotated[EngineName, typer.Option(help="Where the runs are computed.")] = EngineName.local,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786.")
+    ] = None,
+    shared_directory: Annotated[
+        bool,
+        typer.Option(
+            "--shared-directory/--no-shared-directory",
+            help="Whether Dask workers reach the folder of the results; else they send their shards.",
+        ),
+    ] = True,
     json: Json = False,
 ) -> int:
-    """Run all combinations of an experiment file and store them; what is stored already is not run again."""
+    """Run all points of an experiment file and store them; what is stored already is not run again.
+
+    Ctrl-C once finishes what runs and stores it, twice stops at once; the same command goes on later.
+    """
     from dataclasses import asdict
 
-    from hydrofdi.cli.rendering import print_json, progress_bar, tell
+    from hydrofdi.cli.plan import show_plan
+    from hydrofdi.cli.rendering import print_json, tell
+    from hydrofdi.cli.watching import SweepWatcher
     from hydrofdi.config import load_experiment
-    from hydrofdi.pipeline import experiment_directory, plan_sweep, run_sweep
+    from hydrofdi.pipeline import experiment_directory, run_sweep
+    from hydrofdi.pipeline.engines import make_engine
 
     experiment = load_experiment(config, settings or ())
-    plan = plan_sweep(experiment, experiment_directory(experiment, out))
-    with progress_bar(len(plan.missing)) as advance:
-        summary = run_sweep(plan, workers, advance)
+    directory = experiment_directory(experiment, out)
+    if dry_run:
+        return show_plan(experiment, directory, workers, retry_failed=retry_failed, json=json)
+    chosen = make_engine(engine.value, workers, scheduler, shared_directory=shared_directory)
+    with SweepWatcher() as watcher:
+        summary = run_sweep(experiment, directory, chosen, watcher, retry_failed=retry_failed)
     if json:
-        print_json(asdict(summary) | {"file": str(summary.file)})
+        print_json({**asdict(summary), "file": str(summary.file)})
     tell(
         f"{summary.planned} runs: {summary.completed} computed, {summary.skipped} stored before,"
         f" {summary.failed} failed, in {summary.seconds:.1f} s"
     )
+    if summary.interrupted:
+        tell("interrupted; the same command goes on where this one ended")
+        return 130
     tell(f"stored {summary.file}; see 'hydrofdi report {summary.file.parent}'")
     return 1 if summary.failed else 0

@@ -1,19 +1,25 @@
 """Where and how jobs are run."""
 
 from hydrofdi.execution.batching import split_jobs
-from hydrofdi.execution.compute import Batch, BatchReceipt, Job, compute_columns, compute_shard
+from hydrofdi.execution.calibrating import leakage_coefficients
+from hydrofdi.execution.compute import Batch, BatchReceipt, Job, compute_columns
 from hydrofdi.execution.engine import Engine, InProcessEngine
+from hydrofdi.execution.interruption import Interruption
 from hydrofdi.execution.local_pool import LocalPoolEngine, available_cores
+from hydrofdi.execution.running import JobFailure, run_batches
 
 __all__ = [
     "Batch",
     "BatchReceipt",
     "Engine",
     "InProcessEngine",
+    "Interruption",
     "Job",
+    "JobFailure",
     "LocalPoolEngine",
     "available_cores",
     "compute_columns",
-    "compute_shard",
+    "leakage_coefficients",
+    "run_batches",
     "split_jobs",
 ]

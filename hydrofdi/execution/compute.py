@@ -1,4 +1,4 @@
-"""The work of one task: simulate a batch of runs and measure them."""
+"""The work of one task: simulate a batch of runs, measure them, write their shard."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.store import StoreConfig
 from hydrofdi.features import detail_rms
 from hydrofdi.features.operating_point import hydraulic_mode
 from hydrofdi.simulation import Trajectory, simulate_batch
-from hydrofdi.store import names, shard_path, write_shard
+from hydrofdi.store import names, write_shard
 
 
 @dataclass(frozen=True)
@@ -28,19 +29,28 @@ class Job:
 
 @dataclass(frozen=True)
 class Batch:
-    """Jobs that share duration, step, sampling and wavelet, and where their shard goes."""
+    """Jobs that share duration, step, sampling and wavelet, and where and how they are stored."""
 
     jobs: tuple[Job, ...]
     directory: Path
-    signals: str
+    store: StoreConfig
 
 
 @dataclass(frozen=True)
 class BatchReceipt:
-    """What a finished batch says of itself: how many of its runs did not end well."""
+    """What a finished batch says of itself.
+
+    Attributes
+    ----------
+    n_run, n_failed : int
+        Number of its runs, and of those that did not end well.
+    shard : Path
+        Where they are stored.
+    """
 
     n_run: int
     n_failed: int
+    shard: Path
 
 
 def compute_shard(batch: Batch) -> BatchReceipt:
@@ -52,10 +62,9 @@ def compute_shard(batch: Batch) -> BatchReceipt:
         The shard cannot be written.
     """
     columns = compute_columns(batch.jobs)
-    path = shard_path(batch.directory, [job.run_id for job in batch.jobs])
-    write_shard(path, columns, batch.signals)
+    shard = write_shard(batch.directory, columns, batch.store)
     n_failed = sum(status != "ok" for status in columns[names.STATUS])
-    return BatchReceipt(len(batch.jobs), n_failed)
+    return BatchReceipt(len(batch.jobs), n_failed, shard)
 
 
 def compute_columns(jobs: Sequence[Job]) -> dict[str, NDArray[Any]]:
@@ -63,7 +72,7 @@ def compute_columns(jobs: Sequence[Job]) -> dict[str, NDArray[Any]]:
     parameters = [job.parameters for job in jobs]
     trajectory = simulate_batch(parameters, [job.leakage_coefficient for job in jobs])
     return {
-        names.RUN_ID: np.array([job.run_id for job in jobs]),
+        names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
         names.STATUS: np.array([outcome.status for outcome in trajectory.outcomes], dtype=object),
         names.MESSAGE: np.array([outcome.message for outcome in trajectory.outcomes], dtype=object),
         names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,

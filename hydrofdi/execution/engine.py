@@ -2,22 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Protocol, Self, TypeVar
+from typing import Any, Protocol, Self
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+
+@dataclass(frozen=True)
+class TaskFailure:
+    """Why a task gave no result.
+
+    Attributes
+    ----------
+    status : str
+        ``error``, ``timeout`` or ``killed``.
+    message : str
+        One sentence.
+    log : str
+        Traceback, where there is one.
+    error : BaseException or None
+        What the task raised.
+    """
+
+    status: str
+    message: str
+    log: str = ""
+    error: BaseException | None = None
+
+
+@dataclass(frozen=True)
+class TaskResult:
+    """An item with the value that a task gave for it, or its failure."""
+
+    item: Any
+    value: Any = None
+    failure: TaskFailure | None = None
 
 
 class Engine(Protocol):
-    """Runs a function over items and yields the results as they come, in any order.
+    """Runs tasks in its workers. Used as a context: leaving it ends the workers.
 
-    Leaving the context ends all work; a worker that dies or raises ends the iteration with its error.
+    A task that raises, hangs or loses its worker fails alone; the others go on.
     """
 
-    def results(self, task: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
-        """The result of `task` for every item, as they come."""
+    workers: int
+    """Number of tasks that run at a time."""
+
+    def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
+        """Queue a task; `time_limit` is the wall time that it may take [s]."""
+        ...
+
+    def completed(self) -> Iterator[TaskResult]:
+        """Results as they come, until nothing is queued or running."""
+        ...
+
+    def cancel(self) -> None:
+        """Forget what is queued; what runs goes on."""
         ...
 
     def __enter__(self) -> Self:
@@ -30,16 +72,36 @@ class Engine(Protocol):
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """End the workers, and what they still do if there was an error."""
+        """End the workers; after an error in the middle of what they do."""
         ...
 
 
 class InProcessEngine:
-    """Runs everything here, one item after the other."""
+    """Runs tasks here, one after the other; it cannot end one that takes too long."""
 
-    def results(self, task: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
-        """The result of `task` for every item, in their order."""
-        return map(task, items)
+    workers = 1
+
+    def __init__(self) -> None:
+        self._queue: deque[tuple[Callable[[Any], Any], Any]] = deque()
+
+    def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
+        """Queue a task; the time limit is not kept."""
+        self._queue.append((task, item))
+
+    def completed(self) -> Iterator[TaskResult]:
+        """Results in the order of submission."""
+        while self._queue:
+            task, item = self._queue.popleft()
+            try:
+                value = task(item)
+            except Exception as error:
+                yield TaskResult(item, failure=raised(error))
+            else:
+                yield TaskResult(item, value)
+
+    def cancel(self) -> None:
+        """Forget what is queued."""
+        self._queue.clear()
 
     def __enter__(self) -> Self:
         """Nothing to start."""
@@ -52,3 +114,10 @@ class InProcessEngine:
         traceback: TracebackType | None,
     ) -> None:
         """Nothing to end."""
+
+
+def raised(error: BaseException) -> TaskFailure:
+    """The failure of a task that raised."""
+    text = str(error).splitlines()
+    message = f"{type(error).__name__}: {text[0]}" if text else type(error).__name__
+    return TaskFailure("error", message, "".join(traceback.format_exception(error)), error)

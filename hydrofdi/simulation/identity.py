@@ -8,10 +8,10 @@ from hydrofdi.config import RunSpec
 from hydrofdi.physics import PHYSICS_VERSION
 
 
-def run_identity(run: RunSpec) -> str:
+def run_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
     """The first 16 hexadecimal digits of the SHA-256 of a run's request and the physics version.
 
     Names, paths, worker counts and spellings of quantities do not enter.
     """
-    text = f"hydrofdi physics {PHYSICS_VERSION}\n{run.request}"
+    text = f"hydrofdi physics {physics_version}\n{run.request}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,17 +1,27 @@
 """Results on disk: shards written by workers, and the experiment file built from them."""
 
-from hydrofdi.store.experiment_file import ShardColumns, write_experiment
+from hydrofdi.store.experiment_file import write_experiment
+from hydrofdi.store.failures import Failure, forget_failure, read_failures, write_failure
+from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.store.reading import ExperimentData, read_experiment
-from hydrofdi.store.shard import Columns, ShardRow, index_shards, shard_path, write_shard
+from hydrofdi.store.results import HeldResults, Results, ShardResults
+from hydrofdi.store.shard import Columns, write_shard
 
 __all__ = [
     "Columns",
     "ExperimentData",
-    "ShardColumns",
-    "ShardRow",
-    "index_shards",
+    "Failure",
+    "HeldResults",
+    "Results",
+    "ShardIndex",
+    "ShardResults",
+    "StoredRun",
+    "forget_failure",
+    "holds_enough",
     "read_experiment",
-    "shard_path",
+    "read_failures",
+    "read_index",
     "write_experiment",
+    "write_failure",
     "write_shard",
 ]

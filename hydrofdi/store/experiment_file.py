@@ -1,11 +1,12 @@
 """The experiment file: all runs of an experiment as one labelled data set.
 
 It opens with h5py, and with xarray (engine ``h5netcdf``) as a data set with the dimensions run, time, level.
+Its bytes depend on the configuration, the results and the library versions alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,10 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.parameters import parameter_unit
+from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import whole_file
 from hydrofdi.store.names import (
     BULK_MODULUS,
-    COMPUTED,
     DETAIL_RMS,
     FIXED_BASELINE,
     FORMAT_VERSION,
@@ -33,63 +34,15 @@ from hydrofdi.store.names import (
     axis_variable,
     stored_variables,
 )
-from hydrofdi.store.shard import Columns, ShardRow, read_rows
+from hydrofdi.store.results import Results
+from hydrofdi.store.shard import compression
 
-
-class ShardColumns(Mapping[str, NDArray[Any]]):
-    """Columns that are read from shards when they are asked for.
-
-    Parameters
-    ----------
-    rows : sequence of ShardRow
-        One per run, in the order wanted.
-    signals : str
-        Which signals to read, as in ``store.signals``.
-    """
-
-    def __init__(self, rows: Sequence[ShardRow], signals: str) -> None:
-        self._rows = rows
-        self._names = [variable.name for variable in stored_variables(signals)]
-        if signals != "none":
-            self._names.append(TIME)
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        if name not in self._names:
-            raise KeyError(name)
-        if name == TIME:
-            with h5py.File(self._rows[0].path) as file:
-                return np.asarray(file[TIME][:])
-        column: NDArray[Any] | None = None
-        for positions, values in read_rows(self._rows, name):
-            if column is None:
-                column = _empty_column(values, len(self._rows))
-            if column.ndim == 2 and values.shape[1] > column.shape[1]:
-                column = _widened(column, values.shape[1])
-            target = column if column.ndim == 1 else column[:, : values.shape[1]]
-            target[positions] = values
-        assert column is not None
-        return column
-
-    def __iter__(self) -> Any:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
-
-
-def _empty_column(values: NDArray[Any], n_run: int) -> NDArray[Any]:
-    shape = (n_run, *values.shape[1:])
-    return np.full(shape, np.nan) if values.dtype.kind == "f" else np.empty(shape, values.dtype)
-
-
-def _widened(column: NDArray[Any], width: int) -> NDArray[Any]:
-    wider = np.full((column.shape[0], width), np.nan)
-    wider[:, : column.shape[1]] = column
-    return wider
+_WINDOW = 256
+"""Runs of a signal that are held in memory at a time."""
 
 
 def write_experiment(
-    path: Path, experiment: ExperimentConfig, table: RunTable, columns: Columns, versions: Mapping[str, str]
+    path: Path, experiment: ExperimentConfig, table: RunTable, results: Results, versions: Mapping[str, str]
 ) -> None:
     """Write the experiment file, whole or not at all.
 
@@ -100,8 +53,8 @@ def write_experiment(
         Stored as the attribute ``configuration``.
     table : RunTable
         The runs in the order of the rows.
-    columns : mapping
-        Computed variables, one row per run.
+    results : Results
+        What they computed.
     versions : mapping
         Library versions, stored as attributes ``version_<name>``.
 
@@ -110,47 +63,86 @@ def write_experiment(
     StoreError
         The file cannot be written.
     """
-    with whole_file(path) as aside, h5py.File(aside, "w") as file:
-        file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
-        file.attrs["format_version"] = FORMAT_VERSION
-        file.attrs["configuration"] = experiment.model_dump_json()
-        for name, version in sorted(versions.items()):
-            file.attrs[f"version_{name}"] = version
-        requested = _requested_columns(table)
-        shared_input = len({(run.parameters.input, run.parameters.run) for run in table.runs}) == 1
-        _write_coordinates(file, columns, len(table.runs))
-        for variable in (*REQUESTED, *_axis_variables(table), *COMPUTED):
-            if variable.name in requested:
-                _write_variable(file, variable, requested[variable.name])
-            elif variable.name in columns:
-                is_shared = variable.name == INPUT_VOLTAGE and shared_input
-                values = columns[variable.name]
-                _write_variable(file, variable, values[0] if is_shared else values, shared=is_shared)
-
-
-def _write_coordinates(file: h5py.File, columns: Columns, n_run: int) -> None:
-    coordinates = [
-        (RUN, np.arange(n_run), "", "position of the run in the experiment"),
-        (LEVEL, np.arange(1, columns[DETAIL_RMS].shape[1] + 1), "", "level of the wavelet transform"),
+    time = results.time() if experiment.store.signals != "none" else None
+    variables = [
+        variable
+        for variable in stored_variables(experiment.store.signals)
+        if time is not None or not variable.is_signal
     ]
-    if TIME in columns:
-        coordinates.append((TIME, columns[TIME], "s", "time"))
+    columns = {variable.name: results.column(variable) for variable in variables if not variable.is_signal}
+    with whole_file(path) as aside, h5py.File(aside, "w") as file:
+        _write_attributes(file, experiment, versions)
+        _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], results.n_run)
+        requested = _requested_columns(table)
+        for variable in (*REQUESTED, *_axis_variables(table)):
+            _write_column(file, variable, requested[variable.name])
+        shared_input = len({(run.parameters.input, run.parameters.run) for run in table.runs}) == 1
+        for variable in variables:
+            if not variable.is_signal:
+                _write_column(file, variable, columns[variable.name])
+            elif variable.name == INPUT_VOLTAGE and shared_input:
+                _write_shared_input(file, variable, results)
+            else:
+                _write_signal(file, variable, results, experiment)
+
+
+def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: Mapping[str, str]) -> None:
+    file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
+    file.attrs["format_version"] = FORMAT_VERSION
+    file.attrs["physics_version"] = PHYSICS_VERSION
+    file.attrs["configuration"] = experiment.model_dump_json()
+    for name, version in sorted(versions.items()):
+        file.attrs[f"version_{name}"] = version
+
+
+def _write_coordinates(file: h5py.File, time: NDArray[np.float64] | None, n_level: int, n_run: int) -> None:
+    coordinates: list[tuple[str, NDArray[Any], str, str]] = [
+        (RUN, np.arange(n_run), "", "position of the run in the experiment"),
+        (LEVEL, np.arange(1, n_level + 1), "", "level of the wavelet transform"),
+    ]
+    if time is not None:
+        coordinates.append((TIME, time, "s", "time"))
     for name, values, units, long_name in coordinates:
         dataset = file.create_dataset(name, data=values)
         dataset.make_scale(name)
         _describe(dataset, units, long_name)
 
 
-def _write_variable(
-    file: h5py.File, variable: Variable, values: NDArray[Any], *, shared: bool = False
-) -> None:
-    if variable.is_text or values.dtype.kind in "OU":
-        dataset = file.create_dataset(
-            variable.name, data=[str(text) for text in values], dtype=h5py.string_dtype()
-        )
+def _write_column(file: h5py.File, variable: Variable, values: NDArray[Any]) -> None:
+    if values.dtype.kind in "OU":
+        texts = [str(text) for text in values]
+        dataset = file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())
     else:
         dataset = file.create_dataset(variable.name, data=values)
-    for axis, dimension in enumerate(variable.dimensions[1:] if shared else variable.dimensions):
+    _label(file, dataset, variable, variable.dimensions)
+
+
+def _write_shared_input(file: h5py.File, variable: Variable, results: Results) -> None:
+    for first in range(0, results.n_run, _WINDOW):
+        window = slice(first, min(first + _WINDOW, results.n_run))
+        rows = results.signal(variable.name, window)
+        present = ~np.isnan(rows).all(axis=1)
+        if present.any():
+            dataset = file.create_dataset(variable.name, data=rows[np.argmax(present)])
+            _label(file, dataset, variable, variable.dimensions[1:])
+            return
+
+
+def _write_signal(
+    file: h5py.File, variable: Variable, results: Results, experiment: ExperimentConfig
+) -> None:
+    shape = (results.n_run, file[TIME].shape[0])
+    options = compression(experiment.store, np.empty((0, shape[1])))
+    dataset = file.create_dataset(variable.name, shape, experiment.store.dtype, **options)
+    for first in range(0, results.n_run, _WINDOW):
+        window = slice(first, min(first + _WINDOW, results.n_run))
+        rows = results.signal(variable.name, window)
+        dataset[window] = rows if rows.shape[1] == shape[1] else np.nan
+    _label(file, dataset, variable, variable.dimensions)
+
+
+def _label(file: h5py.File, dataset: h5py.Dataset, variable: Variable, dimensions: tuple[str, ...]) -> None:
+    for axis, dimension in enumerate(dimensions):
         dataset.dims[axis].attach_scale(file[dimension])
     _describe(dataset, variable.units, variable.long_name)
 

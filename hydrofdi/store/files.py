@@ -28,12 +28,41 @@ def whole_file(path: Path) -> Iterator[Path]:
         with open(aside, "rb") as file:
             os.fsync(file.fileno())
         os.replace(aside, path)
-    except OSError as error:
-        if isinstance(error, StoreError):
-            raise
+        sync_folder(path.parent)
+    except StoreError:
+        raise
+    except (OSError, RuntimeError) as error:
         raise StoreError(f"{path}: cannot be written: {reason(error)}") from None
     finally:
-        aside.unlink(missing_ok=True) if os.access(aside.parent, os.W_OK) else None
+        if aside.exists():
+            aside.unlink()
+
+
+def write_whole_text(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all.
+
+    Raises
+    ------
+    StoreError
+        It cannot be written.
+    """
+    with whole_file(path) as aside:
+        aside.write_text(text, encoding="utf-8")
+
+
+def remove_leftovers(directory: Path) -> None:
+    """Remove what killed processes left half written below an experiment's folder."""
+    for path in directory.rglob(".*.part"):
+        path.unlink(missing_ok=True)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make new names in a folder survive a crash of the machine."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 @contextmanager
@@ -54,12 +83,21 @@ def open_for_reading(path: Path) -> Iterator[h5py.File]:
     with file:
         try:
             yield file
+        except StoreError:
+            raise
         except (KeyError, RuntimeError, OSError) as error:
-            if isinstance(error, StoreError):
-                raise
             raise StoreError(f"{path}: is damaged: {reason(error)}") from error
+
+
+_ERRNO_WORDS = {28: "no space left on device", 27: "file too large", 122: "disk quota exceeded"}
 
 
 def reason(error: Exception) -> str:
     """The cause of an error in a few words."""
-    return getattr(error, "strerror", None) or str(error).strip("'\"").splitlines()[0]
+    if text := getattr(error, "strerror", None):
+        return str(text)
+    text = str(error).strip("'\"").splitlines()[0] if str(error) else type(error).__name__
+    for number, words in _ERRNO_WORDS.items():
+        if f"errno = {number}," in text:
+            return words
+    return text

@@ -16,8 +16,10 @@ from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.errors import StoreError
+from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.names import COMPUTED, FORMAT_VERSION, REQUESTED, RUN_ID, TIME
+from hydrofdi.store.names import COMPUTED, FORMAT_VERSION, REQUESTED, RUN_ID, STATUS, TIME
+from hydrofdi.store.results import MISSING
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,29 @@ def read_experiment(path: Path) -> ExperimentData:
             if not variable.is_signal
         }
     return ExperimentData(path, experiment, columns)
+
+
+def is_current(path: Path, experiment: ExperimentConfig) -> bool:
+    """Whether an experiment file holds all runs of just this configuration."""
+    try:
+        with _experiment_file(path) as file:
+            same = file.attrs["configuration"] == experiment.model_dump_json()
+            current = file.attrs["physics_version"] == PHYSICS_VERSION
+            return bool(same and current and MISSING not in file[STATUS].asstr()[:])
+    except StoreError:
+        return False
+
+
+def read_statuses(path: Path) -> list[str]:
+    """How the runs of an experiment file ended.
+
+    Raises
+    ------
+    StoreError
+        The file is missing, damaged, or of another version.
+    """
+    with _experiment_file(path) as file:
+        return list(file[STATUS].asstr()[:])
 
 
 @contextmanager

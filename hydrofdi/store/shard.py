@@ -1,9 +1,10 @@
-"""Shards: the results of one batch of runs, written whole by a worker."""
+"""Shards: the results of one batch of runs, written whole and named by their content."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,112 +13,151 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config.store import StoreConfig
 from hydrofdi.errors import StoreError
-from hydrofdi.store.files import open_for_reading, whole_file
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store.files import open_for_reading, reason, sync_folder
 from hydrofdi.store.names import FORMAT_VERSION, RUN_ID, STATUS, TIME, stored_variables
 
 Columns = Mapping[str, NDArray[Any]]
 """Variable name → array with one row per run; and ``time`` → sampling instants [s]."""
 
+SHARDS = "shards"
+"""Folder of the shards within an experiment's folder."""
+
 
 @dataclass(frozen=True)
-class ShardRow:
-    """Where the results of a run lie.
+class ShardContent:
+    """What a shard holds.
 
     Attributes
     ----------
-    path : Path
-        The shard.
-    row : int
-        Row within it.
-    status : str
-        How the run ended.
-    signals : str
-        Which signals it holds, as in ``store.signals``.
+    run_ids, statuses : tuple of str
+        One per row.
+    signals, dtype : str
+        As in the ``store`` section.
+    physics_version : int
     """
 
-    path: Path
-    row: int
-    status: str
+    run_ids: tuple[str, ...]
+    statuses: tuple[str, ...]
     signals: str
+    dtype: str
+    physics_version: int
 
 
-def shard_path(directory: Path, run_ids: Sequence[str]) -> Path:
-    """File of the shard that holds these runs."""
-    digest = hashlib.sha256("\n".join(run_ids).encode()).hexdigest()
-    return directory / "shards" / f"{digest[:16]}.h5"
+def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
+    """Write the results of a batch below an experiment's folder, whole or not at all.
 
-
-def write_shard(path: Path, columns: Columns, signals: str) -> None:
-    """Write the results of a batch, whole or not at all.
+    Returns
+    -------
+    Path
+        The shard; its name is the hash of its content.
 
     Raises
     ------
     StoreError
         The file cannot be written.
     """
-    with whole_file(path) as aside, h5py.File(aside, "w") as file:
+    return _place_shard(directory, lambda aside: _write_file(aside, columns, store))
+
+
+def store_shard_bytes(directory: Path, content: bytes) -> Path:
+    """Place the content of a shard that was made elsewhere.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
+    """
+
+    def write(aside: Path) -> None:
+        aside.write_bytes(content)
+
+    return _place_shard(directory, write)
+
+
+def _place_shard(directory: Path, write: Callable[[Path], None]) -> Path:
+    folder = directory / SHARDS
+    aside = folder / f".{os.getpid()}.part"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write(aside)
+        path = folder / f"{content_digest(aside)}.h5"
+        with open(aside, "rb") as file:
+            os.fsync(file.fileno())
+        os.replace(aside, path)
+        sync_folder(folder)
+    except (OSError, RuntimeError) as error:
+        raise StoreError(f"{folder}: cannot be written: {reason(error)}") from None
+    finally:
+        if aside.exists():
+            aside.unlink()
+    return path
+
+
+def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
+    with h5py.File(path, "w") as file:
         file.attrs["format_version"] = FORMAT_VERSION
-        file.attrs["signals"] = signals
-        for variable in stored_variables(signals):
+        file.attrs["physics_version"] = PHYSICS_VERSION
+        file.attrs["signals"] = store.signals
+        file.attrs["dtype"] = store.dtype
+        for variable in stored_variables(store.signals):
             values = columns[variable.name]
             if variable.is_text:
+                texts = [str(text) for text in values]
+                file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())
+            elif variable.is_signal:
                 file.create_dataset(
-                    variable.name, data=[str(text) for text in values], dtype=h5py.string_dtype()
+                    variable.name, data=values.astype(store.dtype, copy=False), **compression(store, values)
                 )
             else:
                 file.create_dataset(variable.name, data=values)
-        if signals != "none":
+        if store.signals != "none":
             file.create_dataset(TIME, data=columns[TIME])
 
 
-def index_shards(directory: Path) -> dict[str, ShardRow]:
-    """All runs that are stored below an experiment's folder, by identity.
-
-    Files that cannot be read, or that another version wrote, hold nothing.
-    """
-    rows: dict[str, ShardRow] = {}
-    for path in sorted((directory / "shards").glob("*.h5")):
-        try:
-            rows |= _shard_rows(path)
-        except StoreError:
-            continue
-    return rows
+def compression(store: StoreConfig, signal: NDArray[Any]) -> dict[str, Any]:
+    """Options of h5py for a signal of shape (n_run, n_time); a compressed chunk is one run."""
+    if store.compression == "none":
+        return {}
+    options = {"compression": store.compression, "shuffle": True, "chunks": (1, signal.shape[1])}
+    return options | ({"compression_opts": 4} if store.compression == "gzip" else {})
 
 
-def _shard_rows(path: Path) -> dict[str, ShardRow]:
-    with open_for_reading(path) as file:
-        if file.attrs.get("format_version") != FORMAT_VERSION:
-            return {}
-        signals = str(file.attrs["signals"])
-        run_ids, statuses = file[RUN_ID].asstr()[:], file[STATUS].asstr()[:]
-        return {
-            run_id: ShardRow(path, row, status, signals)
-            for row, (run_id, status) in enumerate(zip(run_ids, statuses, strict=True))
-        }
+def content_digest(path: Path) -> str:
+    """The first 32 hexadecimal digits of the SHA-256 of a file."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:32]
 
 
-def read_rows(rows: Sequence[ShardRow], name: str) -> Iterator[tuple[list[int], NDArray[Any]]]:
-    """The values of a variable, shard by shard.
+def read_content(path: Path) -> ShardContent:
+    """What a shard holds.
 
-    Parameters
-    ----------
-    rows : sequence of ShardRow
-    name : str
-        Variable that the shards hold.
-
-    Yields
+    Raises
     ------
-    positions : list of int
-        Positions in `rows`.
-    values : ndarray
-        One row per position.
+    StoreError
+        It is damaged, or of another format version.
     """
-    by_path: dict[Path, list[int]] = {}
-    for position, row in enumerate(rows):
-        by_path.setdefault(row.path, []).append(position)
-    for path, positions in by_path.items():
-        with open_for_reading(path) as file:
-            dataset = file[name].asstr() if h5py.check_string_dtype(file[name].dtype) else file[name]
-            values = np.asarray(dataset[:])
-            yield positions, values[[rows[position].row for position in positions]]
+    if content_digest(path) != path.stem:
+        raise StoreError(f"{path}: is damaged: its content does not fit its name")
+    with open_for_reading(path) as file:
+        if file.attrs["format_version"] != FORMAT_VERSION:
+            raise StoreError(f"{path}: has format version {file.attrs['format_version']}")
+        return ShardContent(
+            run_ids=tuple(file[RUN_ID].asstr()[:]),
+            statuses=tuple(file[STATUS].asstr()[:]),
+            signals=str(file.attrs["signals"]),
+            dtype=str(file.attrs["dtype"]),
+            physics_version=int(file.attrs["physics_version"]),
+        )
+
+
+def read_variable(path: Path, name: str, rows: NDArray[np.int64]) -> NDArray[Any]:
+    """Rows of a variable of a shard."""
+    with open_for_reading(path) as file:
+        dataset = file[name]
+        if h5py.check_string_dtype(dataset.dtype):
+            return np.asarray(dataset.asstr()[:])[rows]
+        first, last = int(rows.min()), int(rows.max())
+        return np.asarray(dataset[first : last + 1])[rows - first]

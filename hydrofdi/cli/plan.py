@@ -1,0 +1,129 @@
+"""``hydrofdi plan``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hydrofdi.cli.options import Json, Settings
+
+if TYPE_CHECKING:
+    from hydrofdi.config import ExperimentConfig
+    from hydrofdi.pipeline import SweepPlan
+    from hydrofdi.pipeline.planning import Prediction
+
+
+def plan(
+    config: Annotated[Path, typer.Argument(help="Experiment file with the parameters to vary.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of the results [default: results/<name>].")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes [default: the cores that hydrofdi may use].")
+    ] = None,
+    settings: Settings = None,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Count runs that failed without a result as missing.")
+    ] = False,
+    json: Json = False,
+) -> int:
+    """Say what 'hydrofdi sweep' would do and why, how long it would take and how much it would store.
+
+    Writes nothing.
+    """
+    from hydrofdi.config import load_experiment
+    from hydrofdi.pipeline import experiment_directory
+
+    experiment = load_experiment(config, settings or ())
+    directory = experiment_directory(experiment, out)
+    return show_plan(experiment, directory, workers, retry_failed=retry_failed, json=json)
+
+
+def show_plan(
+    experiment: ExperimentConfig, directory: Path, workers: int | None, *, retry_failed: bool, json: bool
+) -> int:
+    """Print the plan of a sweep."""
+    from hydrofdi.cli.rendering import print_json, write_out
+    from hydrofdi.execution import available_cores
+    from hydrofdi.pipeline import plan_sweep, predict
+
+    workers = workers or available_cores()
+    sweep_plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
+    record = _record(sweep_plan, predict(sweep_plan, workers), workers)
+    if json:
+        print_json(record)
+    else:
+        write_out("\n".join(_lines(record)) + "\n")
+    return 0
+
+
+def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, Any]:
+    n_run = len(plan.run_ids)
+    return {
+        "experiment": plan.experiment.name,
+        "file": str(plan.file),
+        "planned": n_run,
+        "swept": plan.table.n_swept,
+        "controls_added": n_run - plan.table.n_swept,
+        "axes": {name: list(values) for name, values in plan.table.axes.items()},
+        "first_point": _point(plan, 0),
+        "last_point": _point(plan, plan.table.n_swept - 1),
+        "stored": n_run - len(plan.missing) - sum(run_id in plan.failures for run_id in plan.run_ids),
+        "failed_before": sum(run_id in plan.failures for run_id in plan.run_ids),
+        "missing": len(plan.missing),
+        "reasons": plan.reasons(),
+        "workers": workers,
+        "predicted_seconds": prediction.seconds,
+        "predicted_file_bytes": prediction.file_bytes,
+        "free_bytes": prediction.free_bytes,
+        "warnings": plan.warnings(prediction),
+    }
+
+
+def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
+    parameters = plan.table.runs[position].parameters
+    values = {name: parameters.value(name) for name in plan.table.axes}
+    return {name: 0.0 if value is None else value for name, value in values.items()}
+
+
+def _lines(record: dict[str, Any]) -> list[str]:
+    from hydrofdi.report.table import label_header
+
+    def point(values: dict[str, Any]) -> str:
+        return ", ".join(
+            f"{label_header(name)} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
+            for name, value in values.items()
+        )
+
+    lines = [
+        f"experiment   {record['experiment']} → {record['file']}",
+        f"runs         {record['planned']}: {record['swept']} of the sweep,"
+        f" {record['controls_added']} healthy ones added to compare with",
+    ]
+    for name, values in record["axes"].items():
+        spread = (
+            f" from {min(values):g} to {max(values):g}" if values and isinstance(values[0], float) else ""
+        )
+        lines.append(f"  axis       {label_header(name)}: {len(values)} values{spread}")
+    if record["axes"]:
+        lines += [
+            f"first point  {point(record['first_point'])}",
+            f"last point   {point(record['last_point'])}",
+        ]
+    lines.append(f"stored       {record['stored']}")
+    if record["failed_before"]:
+        lines.append(f"failed       {record['failed_before']} before; --retry-failed tries them again")
+    lines.append(f"to compute   {record['missing']}")
+    lines += [f"  because    {reason}: {count}" for reason, count in record["reasons"].items()]
+    lines.append(
+        f"predicted    {record['predicted_seconds']:.1f} s with {record['workers']} workers,"
+        f" {_megabytes(record['predicted_file_bytes'])} (and as much in shards);"
+        f" {_megabytes(record['free_bytes'])} free"
+    )
+    return lines + [f"warning      {warning}" for warning in record["warnings"]]
+
+
+def _megabytes(n_byte: int) -> str:
+    return f"{n_byte / 1e6:,.1f} MB"

@@ -1,0 +1,28 @@
+"""The JSON Schema of experiment files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.parameters import parameter_names
+
+
+def experiment_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of an experiment file, field texts and units included."""
+    schema = ExperimentConfig.model_json_schema()
+    names = {"enum": list(parameter_names())}
+    sweep = schema["$defs"]["SweepConfig"]["properties"]
+    sample = schema["$defs"]["SampleConfig"]["properties"]
+    for mapping in (schema["properties"]["baseline"], sweep["grid"], sweep["zip"], sample["over"]):
+        mapping["propertyNames"] = names
+        mapping.pop("default", None)
+    schema["properties"]["extends"] = {
+        "description": "Experiment file, or files, whose keys this one overrides.",
+        "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "hydrofdi experiment",
+        **{key: value for key, value in schema.items() if key != "title"},
+    }

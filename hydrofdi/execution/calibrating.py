@@ -1,0 +1,93 @@
+"""The leakage coefficients of the runs of a sweep."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+
+from hydrofdi.config import RunParameters, RunSpec
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.execution.engine import Engine
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.simulation import Calibration, solve_leakage_coefficients
+from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.units import convert
+
+_MOST_CONDITIONS = 8 * WIDTH
+
+
+def leakage_coefficients(runs: Sequence[RunSpec], engine: Engine, known: dict[str, float]) -> list[float]:
+    """K_i of each run [m^3.5/kg^0.5]: as given, or solved from the leakage flow.
+
+    Parameters
+    ----------
+    runs : sequence of RunSpec
+    engine : Engine
+        Solves what is not known.
+    known : dict
+        Identity of a calibration → K_i; what is solved is added.
+
+    Raises
+    ------
+    ConfigError
+        Some leakage flows cannot be reached.
+    """
+    conditions = {calibration_identity(run.calibration): run.calibration for run in runs if run.calibration}
+    unsolved = {identity: condition for identity, condition in conditions.items() if identity not in known}
+    solved = _solve(list(unsolved.values()), engine)
+    _require_reachable(list(zip(unsolved.values(), solved, strict=True)))
+    known.update(
+        {identity: solution.coefficient for identity, solution in zip(unsolved, solved, strict=True)}
+    )
+    return [
+        known[calibration_identity(run.calibration)]
+        if run.calibration
+        else run.parameters.leakage.internal_coefficient or 0.0
+        for run in runs
+    ]
+
+
+def calibration_identity(condition: RunParameters) -> str:
+    """Hash of the conditions of a calibration and the physics version."""
+    text = f"hydrofdi calibration, physics {PHYSICS_VERSION}\n{condition.canonical_json}"
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _solve(conditions: list[RunParameters], engine: Engine) -> list[Calibration]:
+    size = max(1, min(_MOST_CONDITIONS, -(-len(conditions) // max(1, engine.workers))))
+    if len(conditions) > WIDTH:
+        size = -(-size // WIDTH) * WIDTH
+    for first in range(0, len(conditions), size):
+        engine.submit(_solve_group, (first, tuple(conditions[first : first + size])))
+    groups: dict[int, list[Calibration]] = {}
+    for result in engine.completed():
+        if result.failure is not None:
+            raise RuntimeError(f"a calibration failed: {result.failure.message}") from result.failure.error
+        first, solutions = result.value
+        groups[first] = solutions
+    return [solution for first in sorted(groups) for solution in groups[first]]
+
+
+def _solve_group(group: tuple[int, tuple[RunParameters, ...]]) -> tuple[int, list[Calibration]]:
+    first, conditions = group
+    return first, solve_leakage_coefficients(conditions)
+
+
+def _require_reachable(solved: Sequence[tuple[RunParameters, Calibration]]) -> None:
+    unreachable = {
+        (condition.leakage.internal_flow or 0.0, calibration.reachable_flow)
+        for condition, calibration in solved
+        if math.isnan(calibration.coefficient)
+    }
+    if unreachable:
+        raise ConfigError(
+            [
+                Mistake(
+                    f"no K_i gives a mean leakage of {convert(flow, 'L/min'):.4g} L/min;"
+                    f" the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min",
+                    "leakage.internal_flow",
+                )
+                for flow, most in sorted(unreachable)
+            ]
+        )

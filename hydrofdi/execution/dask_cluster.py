@@ -1,0 +1,124 @@
+"""An engine on a Dask cluster, for many machines."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
+from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
+from hydrofdi.store.shard import store_shard_bytes
+
+
+class DaskEngine:
+    """Tasks on the workers of a Dask scheduler; tasks of a worker that is lost are computed by another.
+
+    Parameters
+    ----------
+    scheduler : str
+        Address, e.g. ``tcp://host:8786``.
+    shared_directory : bool
+        Whether the workers reach the folder of the results under the same path. Otherwise they send their
+        shards back.
+
+    Raises
+    ------
+    ConfigError
+        Dask is not installed.
+    """
+
+    def __init__(self, scheduler: str, *, shared_directory: bool = True) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise ConfigError("the engine dask needs the extra: pip install 'hydrofdi[dask]'") from None
+        self._distributed = distributed
+        self._scheduler = scheduler
+        self._shared_directory = shared_directory
+        self._client: Any = None
+        self._completed: Any = None
+        self._items: dict[str, Any] = {}
+        self.workers = 1
+
+    def __enter__(self) -> Self:
+        """Connect to the scheduler.
+
+        Raises
+        ------
+        ConfigError
+            Nobody answers, or it has no workers.
+        """
+        try:
+            self._client = self._distributed.Client(self._scheduler, timeout="10s", set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise ConfigError(
+                f"--scheduler {self._scheduler}: nobody answers ({type(error).__name__})"
+            ) from None
+        self.workers = sum(self._client.nthreads().values())
+        if self.workers == 0:
+            self._client.close()
+            raise ConfigError(f"--scheduler {self._scheduler}: the cluster has no workers")
+        self._completed = self._distributed.as_completed()
+        return self
+
+    def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
+        """Queue a task. Dask cannot end a running task; a limit belongs to the cluster's job then."""
+        work = task if self._shared_directory or task is not compute_shard else _compute_and_send
+        if isinstance(item, Batch) and self._shared_directory:
+            item = replace(item, directory=item.directory.resolve())
+        future = self._client.submit(work, item, pure=False)
+        self._items[future.key] = item
+        self._completed.add(future)
+
+    def completed(self) -> Iterator[TaskResult]:
+        """Results as they come, until nothing is queued or running."""
+        while self._items:
+            future = next(self._completed)
+            item = self._items.pop(future.key, None)
+            if item is not None and not future.cancelled():
+                yield self._result(item, future)
+
+    def cancel(self) -> None:
+        """Forget what is queued; what runs goes on."""
+        running = {key for keys in self._client.processing().values() for key in keys}
+        queued = [key for key in self._items if key not in running]
+        for key in queued:
+            self._items.pop(key)
+        self._client.cancel([self._distributed.Future(key, self._client) for key in queued], force=True)
+
+    def _result(self, item: Any, future: Any) -> TaskResult:
+        try:
+            value = future.result()
+        except self._distributed.KilledWorker as error:
+            return TaskResult(item, failure=TaskFailure("killed", str(error).splitlines()[0], error=error))
+        except Exception as error:
+            return TaskResult(item, failure=raised(error))
+        if isinstance(value, tuple) and value and isinstance(value[0], BatchReceipt):
+            receipt, content = value
+            value = replace(receipt, shard=store_shard_bytes(item.directory, content))
+        return TaskResult(item, value)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Leave the cluster; after an error forget what it still does for us."""
+        if error is not None:
+            self._client.cancel(
+                [self._distributed.Future(key, self._client) for key in self._items], force=True
+            )
+        self._client.close()
+
+
+def _compute_and_send(batch: Batch) -> tuple[BatchReceipt, bytes]:
+    """Compute a shard in a folder of the worker's own, and return its content."""
+    with tempfile.TemporaryDirectory(prefix="hydrofdi-") as folder:
+        receipt = compute_shard(replace(batch, directory=Path(folder)))
+        return receipt, receipt.shard.read_bytes()

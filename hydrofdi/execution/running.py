@@ -1,0 +1,65 @@
+"""Batches through an engine; what fails is taken apart until the run is found that fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.execution.compute import Batch, BatchReceipt, Job, compute_shard
+from hydrofdi.execution.engine import Engine, TaskFailure
+from hydrofdi.simulation.lanes import WIDTH
+
+
+@dataclass(frozen=True)
+class JobFailure:
+    """A job that gave no result, and why."""
+
+    job: Job
+    failure: TaskFailure
+
+
+def run_batches(
+    engine: Engine,
+    batches: Iterable[Batch],
+    time_per_job: float | None,
+    on_done: Callable[[BatchReceipt], None],
+    on_failure: Callable[[JobFailure], None],
+) -> None:
+    """Run batches; the jobs of a batch that fails are run one by one.
+
+    Parameters
+    ----------
+    engine : Engine
+    batches : iterable of Batch
+    time_per_job : float or None
+        Wall time that one run may take [s]. Runs of a batch that lie side by side in lanes share it.
+    on_done : callable
+        Is told of each batch that is stored.
+    on_failure : callable
+        Is told of each job that failed by itself.
+
+    Raises
+    ------
+    HydrofdiError
+        A task met an error that the user can fix, such as a full disk.
+    """
+    for batch in batches:
+        engine.submit(compute_shard, batch, _time_limit(batch, time_per_job))
+    for result in engine.completed():
+        batch = result.item
+        if result.failure is None:
+            on_done(result.value)
+        elif isinstance(result.failure.error, HydrofdiError):
+            engine.cancel()
+            raise result.failure.error
+        elif len(batch.jobs) > 1:
+            for job in batch.jobs:
+                alone = replace(batch, jobs=(job,))
+                engine.submit(compute_shard, alone, _time_limit(alone, time_per_job))
+        else:
+            on_failure(JobFailure(batch.jobs[0], result.failure))
+
+
+def _time_limit(batch: Batch, time_per_job: float | None) -> float | None:
+    return None if time_per_job is None else time_per_job * -(-len(batch.jobs) // WIDTH)

@@ -1,0 +1,214 @@
+"""Questions to an experiment's folder: how far it is, whether it is sound, why a run is as it is."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.config import RunSpec
+from hydrofdi.config.parameters import RunParameters, parameter_names
+from hydrofdi.errors import StoreError
+from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
+from hydrofdi.pipeline.places import experiment_file
+from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
+from hydrofdi.store import read_index
+from hydrofdi.store.names import STATUS, stored_variables
+from hydrofdi.store.provenance import read_provenance
+from hydrofdi.store.reading import read_statuses
+from hydrofdi.store.request import read_request
+from hydrofdi.store.results import ShardResults
+from hydrofdi.store.shard import read_variable
+
+
+@dataclass(frozen=True)
+class SweepStatus:
+    """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result."""
+
+    planned: int
+    done: int
+    failed: int
+    missing: int
+    statuses: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Why a run is as it is.
+
+    Attributes
+    ----------
+    run_id, status, message, log : str
+    position : int
+        Row in the experiment file.
+    request : dict
+        All that determines the run, in SI.
+    differences : dict
+        Dotted parameter → (value of the fixed baseline, value of the run), in SI.
+    calibration : dict or None
+        Conditions under which its K_i was solved.
+    shard : str
+        Where it is stored, empty where it is not.
+    provenance : dict or None
+        The latest sweep on the folder.
+    """
+
+    run_id: str
+    status: str
+    message: str
+    log: str
+    position: int
+    request: dict[str, Any]
+    differences: dict[str, tuple[Any, Any]]
+    calibration: dict[str, Any] | None
+    shard: str
+    provenance: dict[str, Any] | None
+
+
+def sweep_status(directory: Path) -> SweepStatus:
+    """How far the latest sweep on a folder is.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment.
+    """
+    plan = _stored_plan(directory)
+    results = ShardResults(plan.run_ids, plan.index.runs, plan.failures)
+    statuses = Counter(map(str, results.column(_variable(STATUS))))
+    missing = len(plan.missing)
+    failed = sum(count for status, count in statuses.items() if status not in ("ok", "missing"))
+    return SweepStatus(len(plan.run_ids), len(plan.run_ids) - missing, failed, missing, dict(statuses))
+
+
+def verify(directory: Path) -> list[str]:
+    """What is wrong with an experiment's folder, one sentence each; every shard is read again.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment.
+    """
+    plan = _stored_plan(directory)
+    index = read_index(directory, trust=False)
+    faults = [*index.damaged.values()]
+    faults += [f"run {run_id}: its shard is gone or damaged" for run_id in sorted(index.lost)]
+    for run_id in plan.run_ids:
+        remembered, found = plan.index.runs.get(run_id), index.runs.get(run_id)
+        if remembered and found and (remembered.row, remembered.status) != (found.row, found.status):
+            faults.append(f"run {run_id}: the index does not fit its shard {found.shard.name}")
+    file = experiment_file(directory)
+    if file.exists():
+        try:
+            n_run = len(read_statuses(file))
+            if n_run != len(plan.run_ids):
+                faults.append(f"{file}: holds {n_run} runs of {len(plan.run_ids)}; run 'hydrofdi collect'")
+        except StoreError as error:
+            faults.append(str(error))
+    return faults
+
+
+def explain(directory: Path, wanted: str) -> Explanation:
+    """Why a run is as it is.
+
+    Parameters
+    ----------
+    directory : Path
+    wanted : str
+        Beginning of the identity of a run, or its position in the experiment file.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment, or no such run.
+    """
+    plan = _stored_plan(directory)
+    position = _find(plan, wanted)
+    run, run_id = plan.table.runs[position], plan.run_ids[position]
+    baseline = plan.table.runs[plan.table.fixed_baseline[position]].parameters
+    stored, failure = plan.index.runs.get(run_id), plan.failures.get(run_id)
+    message = ""
+    if stored is not None:
+        message = str(read_variable(stored.shard, "message", np.array([stored.row]))[0])
+    provenance = read_provenance(directory)
+    return Explanation(
+        run_id=run_id,
+        status=stored.status if stored else failure.status if failure else "missing",
+        message=failure.message if failure and not stored else message,
+        log=failure.log if failure and not stored else "",
+        position=position,
+        request=json.loads(run.request)["parameters"],
+        differences=_differences(baseline, run.parameters),
+        calibration=json.loads(run.calibration.canonical_json) if run.calibration else None,
+        shard=str(stored.shard) if stored else "",
+        provenance=provenance[-1] if provenance else None,
+    )
+
+
+def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
+    """Compute a stored run again, and compare the bits.
+
+    Returns
+    -------
+    run_id : str
+    differing : list of str
+        Variables that came out different.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment, no such run, or the run is not stored.
+    """
+    plan = _stored_plan(directory)
+    position = _find(plan, wanted)
+    run, run_id = plan.table.runs[position], plan.run_ids[position]
+    stored = plan.index.runs.get(run_id)
+    if stored is None:
+        raise StoreError(f"run {run_id} is not stored; there is nothing to compare with")
+    columns = compute_columns([_job(run, run_id)])
+    differing = []
+    for variable in stored_variables(stored.signals):
+        old = read_variable(stored.shard, variable.name, np.array([stored.row]))
+        new = np.asarray(columns[variable.name])
+        new = new.astype(stored.dtype) if variable.is_signal else new
+        same = np.array_equal(old, new) if variable.is_text else np.array_equal(old, new, equal_nan=True)
+        if not same:
+            differing.append(variable.name)
+    return run_id, differing
+
+
+def _job(run: RunSpec, run_id: str) -> Job:
+    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {})
+    return Job(run_id, run.parameters, coefficient)
+
+
+def _stored_plan(directory: Path) -> SweepPlan:
+    if not directory.is_dir():
+        raise StoreError(f"{directory}: no such folder")
+    return plan_sweep(read_request(directory), directory)
+
+
+def _find(plan: SweepPlan, wanted: str) -> int:
+    if wanted.isdigit() and int(wanted) < len(plan.run_ids):
+        return int(wanted)
+    matches = [position for position, run_id in enumerate(plan.run_ids) if run_id.startswith(wanted)]
+    if len(matches) != 1:
+        found = "no run" if not matches else f"{len(matches)} runs"
+        raise StoreError(f"{plan.directory}: has {found} whose identity begins with {wanted!r}")
+    return matches[0]
+
+
+def _differences(baseline: RunParameters, run: RunParameters) -> dict[str, tuple[Any, Any]]:
+    return {
+        name: (baseline.value(name), run.value(name))
+        for name in parameter_names()
+        if baseline.value(name) != run.value(name)
+    }
+
+
+def _variable(name: str) -> Any:
+    return next(variable for variable in stored_variables("none") if variable.name == name)

@@ -1,0 +1,183 @@
+"""What a sweep will do, said before it does it."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.execution import Job, compute_columns
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.pipeline.places import experiment_file
+from hydrofdi.simulation import run_identity
+from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.store import Failure, ShardIndex, holds_enough, read_failures, read_index
+from hydrofdi.store.names import stored_variables
+
+_CALIBRATION_ROUNDS = 14
+"""Simulations that a calibration takes, about."""
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """What a sweep has to do.
+
+    Attributes
+    ----------
+    experiment : ExperimentConfig
+    directory : Path
+        Folder of the experiment.
+    table : RunTable
+        The runs in their order.
+    run_ids : tuple of str
+        Their identities.
+    index : ShardIndex
+        What is stored.
+    failures : dict
+        Runs that failed before without a result, by identity.
+    """
+
+    experiment: ExperimentConfig
+    directory: Path
+    table: RunTable
+    run_ids: tuple[str, ...]
+    index: ShardIndex
+    failures: dict[str, Failure]
+
+    @property
+    def file(self) -> Path:
+        """The experiment file."""
+        return experiment_file(self.directory)
+
+    @cached_property
+    def missing(self) -> list[int]:
+        """Positions of the runs that are neither stored with all that is asked for nor known to fail."""
+        store = self.experiment.store
+        return [
+            position
+            for position, run_id in enumerate(self.run_ids)
+            if run_id not in self.failures
+            and not (
+                (stored := self.index.runs.get(run_id)) and holds_enough(stored, store.signals, store.dtype)
+            )
+        ]
+
+    def reasons(self) -> dict[str, int]:
+        """Why runs are to be computed → how many of them."""
+        return dict(Counter(self.reason(position) for position in self.missing))
+
+    def warnings(self, prediction: Prediction) -> list[str]:
+        """What deserves a second look before the sweep starts."""
+        warnings = []
+        needed = 2 * prediction.file_bytes
+        if needed > prediction.free_bytes:
+            warnings.append(
+                f"needs {needed / 1e6:,.0f} MB, of which {prediction.free_bytes / 1e6:,.0f} are free"
+            )
+        sample = self.experiment.sweep.sample
+        if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
+            warnings.append(f"a Sobol sample of {sample.count} points is not balanced; take a power of two")
+        warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
+        return warnings
+
+    def reason(self, position: int) -> str:
+        """Why a missing run is to be computed."""
+        run_id = self.run_ids[position]
+        if run_id in self.index.runs:
+            return "stored without the signals or the precision that are asked for"
+        if run_id in self.index.lost:
+            return "its shard is damaged"
+        run = self.table.runs[position]
+        for version in sorted(self.index.physics_versions - {PHYSICS_VERSION}):
+            if run_identity(run, version) in self.index.runs:
+                return f"physics version changed from {version} to {PHYSICS_VERSION}"
+        return "new"
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What the missing runs of a plan will take.
+
+    Attributes
+    ----------
+    seconds : float
+        Wall time, from a pilot of a few runs.
+    file_bytes : int
+        Size of the experiment file before compression; the shards take as much again.
+    free_bytes : int
+        Free space where they will lie.
+    """
+
+    seconds: float
+    file_bytes: int
+    free_bytes: int
+
+
+def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: bool = False) -> SweepPlan:
+    """The runs of an experiment, and which of them are stored. Writes nothing.
+
+    Parameters
+    ----------
+    experiment : ExperimentConfig
+    directory : Path
+        Folder of the experiment.
+    retry_failed : bool
+        Whether runs that failed without a result count as missing.
+
+    Raises
+    ------
+    ConfigError
+        The sweep is impossible.
+    """
+    table = expand_runs(experiment)
+    if experiment.store.signals != "none" and len({run.parameters.run for run in table.runs}) > 1:
+        message = (
+            "signals with different durations or sampling do not fit into one data set;"
+            " set store: {signals: none}"
+        )
+        raise ConfigError([Mistake(message, "store.signals")])
+    run_ids = tuple(run_identity(run) for run in table.runs)
+    failures = {} if retry_failed else read_failures(directory)
+    return SweepPlan(experiment, directory, table, run_ids, read_index(directory), failures)
+
+
+def predict(plan: SweepPlan, workers: int) -> Prediction:
+    """Wall time and size of a plan, from simulating a few of its runs without their leakage."""
+    rows = len(plan.run_ids) * sum(8 * _n_value(plan, name) for name in _stored_names(plan))
+    folder = next(path for path in (plan.directory, *plan.directory.resolve().parents) if path.exists())
+    return Prediction(_predicted_seconds(plan, workers), rows, shutil.disk_usage(folder).free)
+
+
+def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
+    runs = [plan.table.runs[position] for position in plan.missing]
+    if not runs:
+        return 0.0
+    grid = runs[0].parameters.run
+    pilot = [run for run in runs if run.parameters.run == grid][:WIDTH]
+    jobs = [Job("", run.parameters, run.parameters.leakage.internal_coefficient or 0.0) for run in pilot]
+    compute_columns(jobs[:1])  # compiles, or loads the kernel
+    start = time.perf_counter()
+    compute_columns(jobs)
+    seconds = time.perf_counter() - start
+    n_calibration = len({run.calibration.canonical_json for run in runs if run.calibration is not None})
+    blocks = -(-len(runs) // WIDTH) + _CALIBRATION_ROUNDS * -(-n_calibration // WIDTH)
+    return max(seconds, blocks * seconds * WIDTH / max(len(jobs), WIDTH) / workers)
+
+
+def _stored_names(plan: SweepPlan) -> list[str]:
+    return [variable.name for variable in stored_variables(plan.experiment.store.signals)]
+
+
+def _n_value(plan: SweepPlan, name: str) -> int:
+    """Numbers that a run stores of a variable."""
+    parameters = plan.table.runs[0].parameters
+    variable = next(v for v in stored_variables("all") if v.name == name)
+    if variable.is_signal:
+        half = 0.5 if plan.experiment.store.dtype == "float32" else 1.0
+        return round(parameters.run.n_sample * half)
+    return parameters.wavelet.levels if len(variable.dimensions) > 1 else 1

@@ -1,0 +1,47 @@
+"""One run by itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
+from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
+from hydrofdi.pipeline.places import library_versions
+from hydrofdi.simulation import run_identity
+from hydrofdi.store import Columns, HeldResults, write_experiment
+
+
+@dataclass(frozen=True)
+class SingleRun:
+    """One simulated run: what was asked for, and its variables with one row."""
+
+    run: RunSpec
+    columns: Columns
+
+
+def simulate_nominal(experiment: ExperimentConfig) -> SingleRun:
+    """Simulate the nominal run of an experiment, its sweep left aside.
+
+    Raises
+    ------
+    ConfigError
+        Its leakage flow cannot be reached.
+    """
+    alone = experiment.model_copy(update={"sweep": type(experiment.sweep)()})
+    run = expand_runs(alone).runs[0]
+    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {})
+    return SingleRun(run, compute_columns([Job(run_identity(run), run.parameters, coefficient)]))
+
+
+def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun) -> None:
+    """Store a simulated run as an experiment file.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
+    """
+    alone = experiment.model_copy(update={"sweep": type(experiment.sweep)()})
+    table = RunTable((single.run,), {}, 1, (0,), (0,))
+    write_experiment(path, alone, table, HeldResults(single.columns), library_versions())

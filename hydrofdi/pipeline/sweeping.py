@@ -1,0 +1,222 @@
+"""A sweep from its plan to its experiment file."""
+
+from __future__ import annotations
+
+import time
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from hydrofdi.config import ExperimentConfig, expand_runs
+from hydrofdi.execution import (
+    Batch,
+    BatchReceipt,
+    Engine,
+    Interruption,
+    Job,
+    JobFailure,
+    leakage_coefficients,
+    run_batches,
+    split_jobs,
+)
+from hydrofdi.pipeline.places import experiment_file, library_versions
+from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
+from hydrofdi.simulation import run_identity
+from hydrofdi.store import (
+    Failure,
+    ShardResults,
+    forget_failure,
+    read_failures,
+    read_index,
+    write_experiment,
+    write_failure,
+)
+from hydrofdi.store.calibrations import read_calibrations, write_calibrations
+from hydrofdi.store.files import remove_leftovers
+from hydrofdi.store.lock import experiment_lock, require_unlocked
+from hydrofdi.store.log import RunLog
+from hydrofdi.store.provenance import add_provenance, environment_record, now
+from hydrofdi.store.reading import is_current, read_statuses
+from hydrofdi.store.request import read_request, write_request
+from hydrofdi.store.results import MISSING
+
+
+@dataclass(frozen=True)
+class SweepSummary:
+    """What a sweep did.
+
+    Attributes
+    ----------
+    planned, completed, skipped, failed : int
+        Runs of the experiment; computed now; stored or failed before; without a good end.
+    seconds : float
+        Wall time [s].
+    file : Path
+        The experiment file.
+    interrupted : bool
+        Whether it was asked to finish early.
+    """
+
+    planned: int
+    completed: int
+    skipped: int
+    failed: int
+    seconds: float
+    file: Path
+    interrupted: bool = False
+
+
+class Watcher(Protocol):
+    """Who looks on while a sweep runs."""
+
+    def begin(self, n_run: int) -> None:
+        """So many runs are to be computed."""
+        ...
+
+    def advance(self, n_run: int, n_failed: int) -> None:
+        """So many more runs ended, and so many of them failed."""
+        ...
+
+    def tell(self, message: str) -> None:
+        """A line for the user."""
+        ...
+
+
+def run_sweep(
+    experiment: ExperimentConfig,
+    directory: Path,
+    engine: Engine,
+    watcher: Watcher,
+    *,
+    retry_failed: bool = False,
+) -> SweepSummary:
+    """Compute the missing runs of an experiment and build its experiment file.
+
+    Parameters
+    ----------
+    experiment : ExperimentConfig
+    directory : Path
+        Folder of the results.
+    engine : Engine
+        Where the runs are computed; not entered yet.
+    watcher : Watcher
+        Is told of the progress.
+    retry_failed : bool
+        Whether runs that failed without a result are tried again.
+
+    Raises
+    ------
+    ConfigError
+        The sweep is impossible or a leakage flow cannot be reached; nothing is written then.
+    StoreError
+        The folder is in use by another sweep, or cannot be written.
+    """
+    start = time.perf_counter()
+    require_unlocked(directory)
+    plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
+    if not plan.missing and is_current(plan.file, experiment):
+        return _summary(plan, 0, start, interrupted=False)
+    with engine if plan.missing else nullcontext():
+        known = read_calibrations(directory)
+        jobs = _jobs(plan, engine, known)
+        with experiment_lock(directory, watcher.tell):
+            record = environment_record(experiment)
+            _prepare(plan, known, watcher)
+            with Interruption(lambda: _finish_early(engine, watcher)) as interruption:
+                completed = _Recorder(plan, watcher).run(engine, jobs)
+            add_provenance(directory, record | {"ended": now(), "computed": completed})
+            collect(directory)
+    return _summary(plan, completed, start, interrupted=interruption.requested)
+
+
+def collect(directory: Path) -> Path:
+    """Build the experiment file from what is stored; runs without a result are holes with a reason.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment, or the file cannot be written.
+    """
+    experiment = read_request(directory)
+    table = expand_runs(experiment)
+    index = read_index(directory)
+    run_ids = [run_identity(run) for run in table.runs]
+    results = ShardResults(run_ids, index.runs, read_failures(directory))
+    file = experiment_file(directory)
+    write_experiment(file, experiment, table, results, library_versions())
+    index.save()
+    return file
+
+
+def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float]) -> list[Job]:
+    runs = [plan.table.runs[position] for position in plan.missing]
+    coefficients = leakage_coefficients(runs, engine, known)
+    return [
+        Job(plan.run_ids[position], run.parameters, coefficient)
+        for position, run, coefficient in zip(plan.missing, runs, coefficients, strict=True)
+    ]
+
+
+def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watcher) -> None:
+    """Clear away what earlier sweeps left unusable, and keep what this one asks for."""
+    for shard in plan.index.damaged:
+        shard.unlink(missing_ok=True)
+        watcher.tell(f"removed the damaged shard {shard.name}; its runs are computed again")
+    remove_leftovers(plan.directory)
+    for position in plan.missing:
+        forget_failure(plan.directory, plan.run_ids[position])
+    write_request(plan.directory, plan.experiment)
+    if calibrations:
+        write_calibrations(plan.directory, calibrations)
+
+
+def _finish_early(engine: Engine, watcher: Watcher) -> None:
+    engine.cancel()
+    watcher.tell("finishing what runs and storing it; press Ctrl-C again to stop at once")
+
+
+class _Recorder:
+    """Runs jobs and keeps log, failures and progress."""
+
+    def __init__(self, plan: SweepPlan, watcher: Watcher) -> None:
+        self._plan = plan
+        self._watcher = watcher
+        self._log = RunLog(plan.directory)
+        self._completed = 0
+
+    def run(self, engine: Engine, jobs: list[Job]) -> int:
+        """Run the jobs; returns how many ended."""
+        experiment, directory = self._plan.experiment, self._plan.directory
+        self._log.write("begin", planned=len(self._plan.run_ids), missing=len(jobs))
+        self._watcher.begin(len(jobs))
+        batches = [Batch(batch, directory, experiment.store) for batch in split_jobs(jobs, engine.workers)]
+        run_batches(engine, batches, experiment.limits.time_per_job, self._stored, self._failed)
+        self._log.write("end", completed=self._completed)
+        return self._completed
+
+    def _stored(self, receipt: BatchReceipt) -> None:
+        self._completed += receipt.n_run
+        self._log.write("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
+        self._watcher.advance(receipt.n_run, receipt.n_failed)
+
+    def _failed(self, failed: JobFailure) -> None:
+        self._completed += 1
+        failure = failed.failure
+        stored = Failure(failed.job.run_id, failure.status, failure.message, failure.log)
+        write_failure(self._plan.directory, stored)
+        self._log.write("failed", run=stored.run_id, status=stored.status, message=stored.message)
+        self._watcher.advance(1, 1)
+
+
+def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool) -> SweepSummary:
+    statuses = read_statuses(plan.file)
+    return SweepSummary(
+        planned=len(plan.run_ids),
+        completed=completed,
+        skipped=len(plan.run_ids) - len(plan.missing),
+        failed=sum(status not in ("ok", MISSING) for status in statuses),
+        seconds=time.perf_counter() - start,
+        file=plan.file,
+        interrupted=interrupted,
+    )

@@ -1,0 +1,29 @@
+"""Solved leakage coefficients, kept so that a sweep that goes on need not solve them again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from hydrofdi.store.files import write_whole_text
+
+_FILE = "calibrations.json"
+
+
+def read_calibrations(directory: Path) -> dict[str, float]:
+    """Identity of a calibration → K_i [m^3.5/kg^0.5]; empty where nothing readable is kept."""
+    try:
+        return {str(key): float(value) for key, value in json.loads((directory / _FILE).read_text()).items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        return {}
+
+
+def write_calibrations(directory: Path, coefficients: dict[str, float]) -> None:
+    """Keep solved coefficients.
+
+    Raises
+    ------
+    StoreError
+        They cannot be written.
+    """
+    write_whole_text(directory / _FILE, json.dumps(coefficients, indent=0, sort_keys=True))

@@ -1,0 +1,138 @@
+"""The index of an experiment's shards: which run lies where.
+
+It is rebuilt from the shards whenever it is missing; a shard is read and checked again when its size or its
+time of change differs from what the index remembers.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from hydrofdi.errors import StoreError
+from hydrofdi.store.files import write_whole_text
+from hydrofdi.store.shard import SHARDS, ShardContent, read_content
+
+_FILE = "index.json"
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """Where the results of a run lie, and what they are."""
+
+    shard: Path
+    row: int
+    status: str
+    signals: str
+    dtype: str
+
+
+class ShardIndex:
+    """All shards below an experiment's folder.
+
+    Attributes
+    ----------
+    runs : dict
+        Identity of a run → where it lies. Of several copies the one with the most signals counts.
+    damaged : dict
+        Shard whose content is broken → what is wrong with it.
+    lost : set of str
+        Runs that the index remembers in shards which are broken or gone.
+    physics_versions : set of int
+        Physics versions that the shards were computed with.
+    """
+
+    def __init__(
+        self, directory: Path, entries: dict[str, dict[str, Any]], damaged: dict[Path, str], lost: set[str]
+    ) -> None:
+        self._directory = directory
+        self._entries = entries
+        self.damaged = damaged
+        self.runs: dict[str, StoredRun] = {}
+        self.physics_versions: set[int] = set()
+        for name in sorted(entries):
+            self._add(directory / SHARDS / name, entries[name])
+        self.lost = lost - self.runs.keys()
+
+    def _add(self, shard: Path, entry: dict[str, Any]) -> None:
+        signals, dtype = entry["signals"], entry["dtype"]
+        self.physics_versions.add(entry["physics_version"])
+        for row, (run_id, status) in enumerate(zip(entry["run_ids"], entry["statuses"], strict=True)):
+            stored = StoredRun(shard, row, status, signals, dtype)
+            known = self.runs.get(run_id)
+            if known is None or _richness(known) < _richness(stored):
+                self.runs[run_id] = stored
+
+    def save(self) -> None:
+        """Remember what was read, for the next time.
+
+        Raises
+        ------
+        StoreError
+            The file cannot be written.
+        """
+        write_whole_text(
+            self._directory / _FILE,
+            json.dumps({"format": _FORMAT, "shards": self._entries}, separators=(",", ":")),
+        )
+
+
+def read_index(directory: Path, *, trust: bool = True) -> ShardIndex:
+    """The index of the shards that lie below a folder.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder of the experiment.
+    trust : bool
+        Whether shards that look unchanged are taken as the index remembers them, or checked again.
+    """
+    remembered = _remembered(directory / _FILE)
+    entries: dict[str, dict[str, Any]] = {}
+    damaged: dict[Path, str] = {}
+    for path in sorted((directory / SHARDS).glob("*.h5")):
+        if path.name.startswith("."):
+            continue
+        stat = path.stat()
+        mark = {"size": stat.st_size, "mtime_ns": stat.st_mtime_ns}
+        known = remembered.get(path.name, {})
+        if trust and known.items() >= mark.items():
+            entries[path.name] = known
+            continue
+        try:
+            entries[path.name] = _entry(read_content(path)) | mark
+        except StoreError as error:
+            damaged[path] = str(error)
+    lost = {run_id for name in remembered.keys() - entries.keys() for run_id in remembered[name]["run_ids"]}
+    return ShardIndex(directory, entries, damaged, lost)
+
+
+def _entry(content: ShardContent) -> dict[str, Any]:
+    return asdict(content)
+
+
+def _remembered(path: Path) -> dict[str, Any]:
+    try:
+        index = json.loads(path.read_text())
+        return dict(index["shards"]) if index["format"] == _FORMAT else {}
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+
+
+_SIGNALS = ("none", "pressures", "all")
+_DTYPES = ("float32", "float64")
+
+
+def _richness(stored: StoredRun) -> tuple[int, int]:
+    return _SIGNALS.index(stored.signals), _DTYPES.index(stored.dtype)
+
+
+def holds_enough(stored: StoredRun, signals: str, dtype: str) -> bool:
+    """Whether a stored run has the signals that are asked for, in at least that precision."""
+    if signals == "none":
+        return True
+    enough_signals = _SIGNALS.index(stored.signals) >= _SIGNALS.index(signals)
+    return enough_signals and _DTYPES.index(stored.dtype) >= _DTYPES.index(dtype)

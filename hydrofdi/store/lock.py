@@ -1,0 +1,87 @@
+"""One sweep at a time on an experiment's folder."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from hydrofdi.errors import StoreError
+from hydrofdi.store.files import reason
+
+_FILE = ".lock"
+
+
+@contextmanager
+def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[None]:
+    """Hold the folder of an experiment; the operating system lets go of it when this process ends.
+
+    Parameters
+    ----------
+    directory : Path
+    tell : callable
+        Is told when a lock that a dead process left is taken over.
+
+    Raises
+    ------
+    StoreError
+        Another sweep holds it; the message names its process and host.
+    """
+    path = directory / _FILE
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        file = open(path, "a+", encoding="utf-8")  # noqa: SIM115 (held for as long as the lock)
+    except OSError as error:
+        raise StoreError(f"{directory}: cannot be written: {reason(error)}") from None
+    with file:
+        file.seek(0)
+        holder = _holder(file.read())
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.seek(0)
+            raise _in_use(directory, file.read()) from None
+        if holder:
+            tell(f"took over the lock of a sweep that ended without letting go{holder}")
+        file.truncate(0)
+        file.write(json.dumps({"pid": os.getpid(), "host": socket.gethostname()}))
+        file.flush()
+        try:
+            yield
+        finally:
+            file.truncate(0)
+
+
+def require_unlocked(directory: Path) -> None:
+    """Check, without leaving a trace, that no sweep holds the folder of an experiment.
+
+    Raises
+    ------
+    StoreError
+        One does; the message names its process and host.
+    """
+    try:
+        file = open(directory / _FILE, encoding="utf-8")  # noqa: SIM115 (closed below)
+    except OSError:
+        return
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise _in_use(directory, file.read()) from None
+
+
+def _in_use(directory: Path, text: str) -> StoreError:
+    return StoreError(f"{directory}: another sweep is at work there{_holder(text)}")
+
+
+def _holder(text: str) -> str:
+    try:
+        entry = json.loads(text)
+        return f" (process {entry['pid']} on {entry['host']})"
+    except (ValueError, KeyError, TypeError):
+        return ""

@@ -1,0 +1,100 @@
+"""What a sweep ran on, beside the data and never in it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import socket
+import subprocess
+import sys
+from datetime import UTC, datetime
+from importlib.metadata import distributions
+from pathlib import Path
+from typing import Any
+
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.store.files import write_whole_text
+
+_FILE = "provenance.json"
+_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
+    """Configuration, command, code, libraries and machine, as they are now."""
+    return {
+        "started": now(),
+        "command": sys.argv,
+        "configuration": json.loads(experiment.model_dump_json()),
+        "seeds": _seeds(experiment.sweep.model_dump()),
+        "git": _git_state(Path(__file__).parent),
+        "python": platform.python_version(),
+        "libraries": dict(sorted({item.name: item.version for item in distributions()}.items())),
+        "machine": {
+            "host": socket.gethostname(),
+            "system": platform.platform(),
+            "processor": _processor(),
+            "cores": os.cpu_count(),
+        },
+        "threads": {name: os.environ[name] for name in _THREAD_VARIABLES if name in os.environ},
+    }
+
+
+def add_provenance(directory: Path, record: dict[str, Any]) -> None:
+    """Add the record of a sweep to those of the earlier ones.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
+    """
+    write_whole_text(directory / _FILE, json.dumps([*read_provenance(directory), record], indent=2))
+
+
+def read_provenance(directory: Path) -> list[dict[str, Any]]:
+    """The records of all sweeps on an experiment's folder."""
+    try:
+        return list(json.loads((directory / _FILE).read_text()))
+    except (OSError, ValueError):
+        return []
+
+
+def now() -> str:
+    """The time in UTC, in ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def _seeds(sweep: Any) -> list[int]:
+    if isinstance(sweep, dict):
+        own = [sweep["seed"]] if isinstance(sweep.get("seed"), int) else []
+        return own + [seed for part in sweep.values() for seed in _seeds(part)]
+    return [seed for part in sweep for seed in _seeds(part)] if isinstance(sweep, list) else []
+
+
+def _git_state(folder: Path) -> dict[str, Any] | None:
+    """Commit of the code, and a hash of what differs from it; None where it is no checkout."""
+    try:
+        commit = _git(folder, "rev-parse", "HEAD").strip()
+        difference = _git(folder, "diff", "HEAD")
+        untracked = _git(folder, "ls-files", "--others", "--exclude-standard")
+    except (OSError, subprocess.SubprocessError):
+        return None
+    is_dirty = bool(difference.strip() or untracked.strip())
+    digest = hashlib.sha256((difference + untracked).encode()).hexdigest() if is_dirty else None
+    return {"commit": commit, "dirty": is_dirty, "difference_sha256": digest}
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(folder), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout
+
+
+def _processor() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor()

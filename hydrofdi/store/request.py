@@ -1,0 +1,41 @@
+"""What was asked for, kept in an experiment's folder so that a sweep can be gone on with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.errors import StoreError
+from hydrofdi.store.files import write_whole_text
+
+_FILE = "experiment.json"
+
+
+def write_request(directory: Path, experiment: ExperimentConfig) -> None:
+    """Keep the resolved configuration of a sweep.
+
+    Raises
+    ------
+    StoreError
+        It cannot be written.
+    """
+    write_whole_text(directory / _FILE, experiment.model_dump_json(indent=2) + "\n")
+
+
+def read_request(directory: Path) -> ExperimentConfig:
+    """The resolved configuration of the latest sweep on a folder.
+
+    Raises
+    ------
+    StoreError
+        There is none, or it cannot be read.
+    """
+    path = directory / _FILE
+    try:
+        return ExperimentConfig.model_validate_json(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise StoreError(f"{directory}: is not the folder of an experiment (it has no {_FILE})") from None
+    except (OSError, ValidationError, ValueError) as error:
+        raise StoreError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None

@@ -1,28 +1,94 @@
-"""A pool of processes on this machine."""
+"""A pool of processes on this machine.
+
+Every worker has a pipe of its own, and nothing is shared between workers: no lock that a killed worker could
+take with it. So a task that raises, hangs or loses its worker fails alone.
+"""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from multiprocessing.connection import wait as wait_for_sentinels
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection, wait
 from types import TracebackType
 from typing import Any, Self
-
-from pebble import ProcessExpired, ProcessPool
 
 from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
 
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_SECONDS_TO_END = 2.0
 
 
 def available_cores() -> int:
     """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class _Task:
+    function: Callable[[Any], Any]
+    item: Any
+    time_limit: float | None
+
+
+class _Worker:
+    """A process that computes one task after the other."""
+
+    def __init__(self, context: Any) -> None:
+        self.pipe, other = multiprocessing.Pipe()
+        self.process = context.Process(target=_serve, args=(other,), daemon=True)
+        self.process.start()
+        other.close()
+        self.task: _Task | None = None
+        self._deadline = float("inf")
+
+    def begin(self, task: _Task) -> None:
+        """Hand a task over."""
+        self.task = task
+        self._deadline = float("inf") if task.time_limit is None else time.monotonic() + task.time_limit
+        self.pipe.send((task.function, task.item))
+
+    def seconds_left(self) -> float:
+        """Until the time limit of the task."""
+        return self._deadline - time.monotonic()
+
+    def end_task(self) -> TaskResult:
+        """The result of a task that has ended, one way or another."""
+        assert self.task is not None
+        item, self.task = self.task.item, None
+        try:
+            value, failure = self.pipe.recv()
+        except (EOFError, OSError):
+            self.process.join()
+            message = f"its worker process ended with code {self.process.exitcode}"
+            return TaskResult(item, failure=TaskFailure("killed", message))
+        return TaskResult(item, value, failure)
+
+    def time_out(self) -> TaskResult:
+        """Kill the process in the middle of its task."""
+        assert self.task is not None
+        item, limit, self.task = self.task.item, self.task.time_limit, None
+        self.kill()
+        return TaskResult(item, failure=TaskFailure("timeout", f"ended after the limit of {limit:g} s"))
+
+    def kill(self) -> None:
+        """End the process at once."""
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+    def dismiss(self) -> None:
+        """Let an idle process end."""
+        self.pipe.close()
+        self.process.join(_SECONDS_TO_END)
+        if self.process.is_alive():
+            self.process.kill()
 
 
 class LocalPoolEngine:
@@ -36,45 +102,58 @@ class LocalPoolEngine:
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
-        self._pool: Any = None
-        self._queue: deque[tuple[Callable[[Any], Any], Any, float | None]] = deque()
-        self._running: dict[Future[Any], tuple[Any, float | None]] = {}
+        self._context: Any = None
+        self._queue: deque[_Task] = deque()
+        self._crew: list[_Worker] = []
 
     def __enter__(self) -> Self:
-        """Start the workers."""
+        """Start the server that workers are forked from."""
         for variable in _THREAD_VARIABLES:
             os.environ.setdefault(variable, "1")
         if "forkserver" in multiprocessing.get_all_start_methods():
-            context: Any = multiprocessing.get_context("forkserver")
-            context.set_forkserver_preload(["hydrofdi.execution.compute"])
+            self._context = multiprocessing.get_context("forkserver")
+            self._context.set_forkserver_preload(["hydrofdi.execution.compute"])
         else:
-            context = multiprocessing.get_context("spawn")
-        self._pool = ProcessPool(max_workers=self.workers, initializer=_start_worker, context=context)
+            self._context = multiprocessing.get_context("spawn")
         return self
 
     def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
         """Queue a task; it is ended and fails when it runs longer than the limit [s]."""
-        self._queue.append((task, item, time_limit))
+        self._queue.append(_Task(task, item, time_limit))
 
     def completed(self) -> Iterator[TaskResult]:
         """Results as they come, until nothing is queued or running."""
-        while self._queue or self._running:
+        while self._queue or self._busy():
             self._feed()
-            done, _ = wait(self._running, return_when=FIRST_COMPLETED)
-            for future in done:
-                item, time_limit = self._running.pop(future)
-                yield _result(item, time_limit, future)
+            busy = self._busy()
+            patience = max(0.0, min(worker.seconds_left() for worker in busy))
+            ready = wait([worker.pipe for worker in busy], None if patience == float("inf") else patience)
+            for worker in busy:
+                if worker.pipe in ready:
+                    yield worker.end_task()
+                elif worker.seconds_left() <= 0.0:
+                    yield worker.time_out()
 
     def cancel(self) -> None:
         """Forget what is queued; what runs goes on."""
         self._queue.clear()
 
+    def _busy(self) -> list[_Worker]:
+        return [worker for worker in self._crew if worker.task is not None]
+
     def _feed(self) -> None:
-        """Keep every worker busy, and no more, so that little is lost when all stops."""
-        while self._queue and len(self._running) < self.workers:
-            task, item, time_limit = self._queue.popleft()
-            future = self._pool.schedule(task, args=(item,), timeout=time_limit)
-            self._running[future] = item, time_limit
+        """Give every worker one task, and no more, so that little is lost when all stops."""
+        self._crew = [worker for worker in self._crew if worker.task is not None or worker.process.is_alive()]
+        while len(self._crew) < min(self.workers, len(self._queue) + len(self._busy())):
+            self._crew.append(_Worker(self._context))
+        for worker in self._crew:
+            if self._queue and worker.task is None:
+                try:
+                    worker.begin(self._queue[0])
+                except OSError:  # killed while it was idle
+                    worker.task = None
+                    continue
+                self._queue.popleft()
 
     def __exit__(
         self,
@@ -83,35 +162,41 @@ class LocalPoolEngine:
         traceback: TracebackType | None,
     ) -> None:
         """End the workers; after an error in the middle of what they do."""
-        if error is None:
-            self._pool.close()
-        else:
-            self._pool.stop()
-        self._pool.join()
+        for worker in self._crew:
+            if error is None and worker.task is None:
+                worker.dismiss()
+            else:
+                worker.kill()
 
 
-def _result(item: Any, time_limit: float | None, future: Future[Any]) -> TaskResult:
-    try:
-        return TaskResult(item, future.result())
-    except TimeoutError as error:
-        message = f"ended after the limit of {time_limit:g} s" if time_limit else str(error)
-        return TaskResult(item, failure=TaskFailure("timeout", message, error=error))
-    except ProcessExpired as error:
-        message = f"its worker process ended with code {error.exitcode}"
-        return TaskResult(item, failure=TaskFailure("killed", message, error=error))
-    except Exception as error:
-        return TaskResult(item, failure=raised(error))
-
-
-def _start_worker() -> None:
-    """Leave Ctrl-C to the parent, and die when it dies."""
+def _serve(pipe: Connection) -> None:
+    """Compute what comes through a pipe until it is closed. The body of a worker."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
     assert parent is not None
     threading.Thread(target=_die_with, args=(parent.sentinel,), daemon=True).start()
+    while True:
+        try:
+            function, item = pipe.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer: tuple[Any, TaskFailure | None] = function(item), None
+        except Exception as error:
+            answer = None, _picklable(raised(error))
+        pipe.send(answer)
+
+
+def _picklable(failure: TaskFailure) -> TaskFailure:
+    try:
+        pickle.loads(pickle.dumps(failure))
+    except Exception:
+        return replace(failure, error=None)
+    return failure
 
 
 def _die_with(sentinel: int) -> None:
-    wait_for_sentinels([sentinel])
+    """End this process as soon as its parent is gone."""
+    wait([sentinel])
     os._exit(1)

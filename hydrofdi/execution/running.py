@@ -1,4 +1,4 @@
-"""Batches through an engine; what fails is taken apart until the run is found that fails."""
+"""Batches through an engine; a batch that fails is halved until the run is found that fails."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def run_batches(
     on_done: Callable[[BatchReceipt], None],
     on_failure: Callable[[JobFailure], None],
 ) -> None:
-    """Run batches; the jobs of a batch that fails are run one by one.
+    """Run batches; a batch that fails is halved until its failing jobs stand alone.
 
     Parameters
     ----------
@@ -54,11 +54,15 @@ def run_batches(
             engine.cancel()
             raise result.failure.error
         elif len(batch.jobs) > 1:
-            for job in batch.jobs:
-                alone = replace(batch, jobs=(job,))
-                engine.submit(compute_shard, alone, _time_limit(alone, time_per_job))
+            for half in _halves(batch):
+                engine.submit(compute_shard, half, _time_limit(half, time_per_job))
         else:
             on_failure(JobFailure(batch.jobs[0], result.failure))
+
+
+def _halves(batch: Batch) -> tuple[Batch, Batch]:
+    middle = len(batch.jobs) // 2
+    return replace(batch, jobs=batch.jobs[:middle]), replace(batch, jobs=batch.jobs[middle:])
 
 
 def _time_limit(batch: Batch, time_per_job: float | None) -> float | None:

@@ -24,6 +24,7 @@ from hydrofdi.store.names import (
     FIXED_BASELINE,
     FORMAT_VERSION,
     INPUT_VOLTAGE,
+    LEAKAGE_COEFFICIENT,
     LEAKAGE_LEVEL,
     LEVEL,
     MATCHED_BASELINE,
@@ -70,6 +71,7 @@ def write_experiment(
         if time is not None or not variable.is_signal
     ]
     columns = {variable.name: results.column(variable) for variable in variables if not variable.is_signal}
+    _fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
     with whole_file(path) as aside, h5py.File(aside, "w") as file:
         _write_attributes(file, experiment, versions)
         _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], results.n_run)
@@ -84,6 +86,14 @@ def write_experiment(
                 _write_shared_input(file, variable, results)
             else:
                 _write_signal(file, variable, results, experiment)
+
+
+def _fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:
+    """Name K_i also where a run has no result, if it was asked for as such."""
+    for position, run in enumerate(table.runs):
+        given = run.parameters.leakage.internal_coefficient
+        if given is not None and np.isnan(coefficients[position]):
+            coefficients[position] = given
 
 
 def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: Mapping[str, str]) -> None:

@@ -1,0 +1,76 @@
+"""Kill a sweep at random moments, go on, and compare the bits with an uninterrupted one.
+
+python -m tests.runner.torture --kills 40 --runs 6000
+"""
+
+import argparse
+import random
+import tempfile
+import time
+from pathlib import Path
+
+from tests.runner.processes import kill, nobody_left, run, run_json, start, workers
+
+CONFIG = """\
+name: torture
+run: {{duration: 20 s}}
+store: {{signals: none}}
+sweep:
+  grid:
+    leakage.internal_coefficient: {{linspace: [0, 3e-8, {leakages}]}}
+    fluid.bulk_modulus: {{linspace: [551 MPa, 827 MPa, {moduli}]}}
+"""
+
+
+def torture(folder, n_kill, n_run, seed=0):
+    """Returns how often the parent and how often a worker was killed; raises when the bits differ."""
+    chance = random.Random(seed)
+    config = folder / "torture.yaml"
+    moduli = max(2, n_run // 20)
+    config.write_text(CONFIG.format(leakages=20, moduli=moduli))
+    whole, broken = folder / "whole" / "torture", folder / "broken" / "torture"
+    began = time.monotonic()
+    run("sweep", config, "--out", whole, check=0)
+    length = time.monotonic() - began
+    kills = {"parent": 0, "worker": 0}
+    while sum(kills.values()) < n_kill:
+        process = start("sweep", config, "--out", broken, "--retry-failed")
+        time.sleep(chance.uniform(0.15, 1.0) * length)
+        if chance.random() < 0.5:
+            kills["parent"] += kill(process.pid) and process.poll() is None
+            process.wait()
+        else:
+            pids = workers(process.pid)
+            kills["worker"] += bool(pids) and kill(chance.choice(pids))
+            if chance.random() < 0.5:
+                kill(process.pid)
+        process.communicate()
+        assert nobody_left(process.pid, 5.0), "processes are left behind"
+        if sum(kills.values()) < n_kill and (broken / "torture.h5").exists():
+            for path in sorted((broken / "shards").glob("*.h5"))[::2]:
+                path.unlink()
+            (broken / "torture.h5").unlink()
+    run("sweep", config, "--out", broken, "--retry-failed", check=0)
+    assert run_json("verify", broken)["sound"]
+    assert (whole / "torture.h5").read_bytes() == (broken / "torture.h5").read_bytes(), "the bits differ"
+    assert not list(broken.rglob(".*.part")), "half-written files are left"
+    return kills
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--kills", type=int, default=40)
+    parser.add_argument("--runs", type=int, default=6000)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        kills = torture(Path(folder), arguments.kills, arguments.runs, arguments.seed)
+    print(
+        f"parents killed {kills['parent']}, workers killed {kills['worker']}, seed {arguments.seed}:"
+        f" the experiment file has the same bits; {time.monotonic() - began:.0f} s"
+    )
+
+
+if __name__ == "__main__":
+    main()

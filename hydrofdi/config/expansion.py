@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -32,11 +33,16 @@ class RunSpec:
     parameters: RunParameters
     calibration: RunParameters | None = None
 
-    @cached_property
+    @property
     def request(self) -> str:
         """The request as canonical JSON in SI; equal requests are equal texts."""
-        calibration = "null" if self.calibration is None else self.calibration.canonical_json
-        return f'{{"calibration":{calibration},"parameters":{self.parameters.canonical_json}}}'
+        calibration = "null" if self.calibration is None else self.calibration.text()
+        return f'{{"calibration":{calibration},"parameters":{self.parameters.text()}}}'
+
+    @cached_property
+    def request_digest(self) -> bytes:
+        """SHA-256 of the request."""
+        return hashlib.sha256(self.request.encode()).digest()
 
 
 @dataclass(frozen=True)
@@ -106,7 +112,8 @@ class _Expansion:
 
     def __init__(self, experiment: ExperimentConfig) -> None:
         self.runs: list[RunSpec] = []
-        self._index: dict[str, int] = {}
+        self._index: dict[bytes, int] = {}
+        self._known_baselines: dict[tuple[int, ...], tuple[int, dict[str, Any]]] = {}
         self._baseline = experiment.baseline
         self._leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
         self._conditions = {
@@ -122,7 +129,7 @@ class _Expansion:
 
     def add(self, run: RunSpec) -> int:
         """Position of a run, added where it is new."""
-        position = self._index.setdefault(run.request, len(self.runs))
+        position = self._index.setdefault(run.request_digest, len(self.runs))
         if position == len(self.runs):
             self.runs.append(run)
         return position
@@ -134,10 +141,19 @@ class _Expansion:
         position = 0
         while position < len(self.runs):
             parameters = self.runs[position].parameters
-            fixed.append(self.add(self.at(parameters, self._baseline)))
-            matched.append(self.add(self.at(parameters, self._leakage)))
+            fixed.append(self._baseline_of(parameters, self._baseline))
+            matched.append(self._baseline_of(parameters, self._leakage))
             position += 1
         return fixed, matched
+
+    def _baseline_of(self, parameters: RunParameters, changes: Mapping[str, Any]) -> int:
+        """Position of the run that changes make of another; the same sections make the same run."""
+        sections = dict(parameters) | parameters.changed_sections(changes)
+        key = tuple(map(id, sections.values()))
+        if key not in self._known_baselines:
+            position = self.add(self.at(parameters, changes))
+            self._known_baselines[key] = position, sections
+        return self._known_baselines[key][0]
 
 
 def _with_values(parameters: RunParameters, values: Mapping[str, Any]) -> RunParameters:
@@ -155,7 +171,7 @@ def _with_plain_sealed_state(parameters: RunParameters) -> RunParameters:
     leakage = parameters.leakage
     if leakage.needs_calibration or leakage.internal_coefficient is not None:
         return parameters
-    return parameters.with_section("leakage", _sealed(leakage))
+    return parameters.with_sections({"leakage": _sealed(leakage)})
 
 
 @lru_cache(maxsize=1024)

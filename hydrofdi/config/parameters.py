@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Annotated, Any, Self
 
 from pydantic import TypeAdapter, model_validator
@@ -59,24 +59,37 @@ class RunParameters(Section):
         ValueError
             The values are invalid, or do not fit each other.
         """
+        return self.with_sections(self.changed_sections(values))
+
+    def changed_sections(self, values: Mapping[str, Any]) -> dict[str, Section]:
+        """The sections that dotted values change, as they become.
+
+        Raises
+        ------
+        ValueError
+            The values are invalid.
+        """
         changed: dict[str, list[tuple[str, Any]]] = {}
         for name, value in values.items():
             section, field = name.split(".")
             changed.setdefault(section, []).append((field, value))
-        sections = {name: self.__dict__[name] for name in _SECTIONS}
-        for name, fields in changed.items():
-            sections[name] = _replace_fields(sections[name], tuple(fields))
-        if not changed.keys().isdisjoint(("input", "run", "wavelet")):
-            _require_input_fits_run(sections["input"], sections["run"])
-            _require_record_fits_levels(sections["run"], sections["wavelet"])
-        return _assembled(sections)
+        return {name: _replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
 
-    def with_section(self, name: str, section: Section) -> RunParameters:
-        """These parameters with a valid section replaced."""
-        return _assembled({other: self.__dict__[other] for other in _SECTIONS} | {name: section})
+    def with_sections(self, sections: Mapping[str, Section]) -> RunParameters:
+        """These parameters with valid sections replaced.
 
-    @cached_property
-    def canonical_json(self) -> str:
+        Raises
+        ------
+        ValueError
+            The sections do not fit each other.
+        """
+        moved = self.model_copy(update=sections)
+        if not sections.keys().isdisjoint(("input", "run", "wavelet")):
+            _require_input_fits_run(moved.input, moved.run)
+            _require_record_fits_levels(moved.run, moved.wavelet)
+        return moved
+
+    def text(self) -> str:
         """All sections as JSON with sorted keys and floats in their shortest exact form."""
         parts = (f'"{name}":{self.__dict__[name].canonical_json}' for name in _SORTED_SECTIONS)
         return "{" + ",".join(parts) + "}"
@@ -87,13 +100,7 @@ class RunParameters(Section):
         return getattr(getattr(self, section), field)
 
 
-_SECTIONS = tuple(RunParameters.model_fields)
-_SORTED_SECTIONS = tuple(sorted(_SECTIONS))
-
-
-def _assembled(sections: dict[str, Any]) -> RunParameters:
-    """Parameters of valid sections that fit each other."""
-    return RunParameters.model_construct(_fields_set=set(), **sections)
+_SORTED_SECTIONS = tuple(sorted(RunParameters.model_fields))
 
 
 def parameter_names() -> Iterator[str]:

@@ -50,7 +50,7 @@ def leakage_coefficients(runs: Sequence[RunSpec], engine: Engine, known: dict[st
 
 def calibration_identity(condition: RunParameters) -> str:
     """Hash of the conditions of a calibration and the physics version."""
-    text = f"hydrofdi calibration, physics {PHYSICS_VERSION}\n{condition.canonical_json}"
+    text = f"hydrofdi calibration, physics {PHYSICS_VERSION}\n{condition.text()}"
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

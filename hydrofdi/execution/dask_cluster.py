@@ -54,7 +54,9 @@ class DaskEngine:
             Nobody answers, or it has no workers.
         """
         try:
-            self._client = self._distributed.Client(self._scheduler, timeout="10s", set_as_default=False)
+            self._client = self._distributed.Client(  # type: ignore[no-untyped-call]
+                self._scheduler, timeout="10s", set_as_default=False
+            )
         except (OSError, TimeoutError, ValueError) as error:
             raise ConfigError(
                 f"--scheduler {self._scheduler}: nobody answers ({type(error).__name__})"
@@ -63,7 +65,7 @@ class DaskEngine:
         if self.workers == 0:
             self._client.close()
             raise ConfigError(f"--scheduler {self._scheduler}: the cluster has no workers")
-        self._completed = self._distributed.as_completed()
+        self._completed = self._distributed.as_completed()  # type: ignore[no-untyped-call]
         return self
 
     def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:

@@ -143,7 +143,7 @@ def explain(directory: Path, wanted: str) -> Explanation:
         position=position,
         request=json.loads(run.request)["parameters"],
         differences=_differences(baseline, run.parameters),
-        calibration=json.loads(run.calibration.canonical_json) if run.calibration else None,
+        calibration=json.loads(run.calibration.text()) if run.calibration else None,
         shard=str(stored.shard) if stored else "",
         provenance=provenance[-1] if provenance else None,
     )

@@ -164,7 +164,7 @@ def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
     start = time.perf_counter()
     compute_columns(jobs)
     seconds = time.perf_counter() - start
-    n_calibration = len({run.calibration.canonical_json for run in runs if run.calibration is not None})
+    n_calibration = len({run.calibration.text() for run in runs if run.calibration is not None})
     blocks = -(-len(runs) // WIDTH) + _CALIBRATION_ROUNDS * -(-n_calibration // WIDTH)
     return max(seconds, blocks * seconds * WIDTH / max(len(jobs), WIDTH) / workers)
 

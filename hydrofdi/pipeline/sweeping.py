@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from hydrofdi.config import ExperimentConfig, expand_runs
+from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.execution import (
     Batch,
     BatchReceipt,
@@ -126,7 +127,7 @@ def run_sweep(
             with Interruption(lambda: _finish_early(engine, watcher)) as interruption:
                 completed = _Recorder(plan, watcher).run(engine, jobs)
             add_provenance(directory, record | {"ended": now(), "computed": completed})
-            collect(directory)
+            _write_file(experiment, directory, plan.table, plan.run_ids)
     return _summary(plan, completed, start, interrupted=interruption.requested)
 
 
@@ -140,8 +141,13 @@ def collect(directory: Path) -> Path:
     """
     experiment = read_request(directory)
     table = expand_runs(experiment)
+    return _write_file(experiment, directory, table, [run_identity(run) for run in table.runs])
+
+
+def _write_file(
+    experiment: ExperimentConfig, directory: Path, table: RunTable, run_ids: Sequence[str]
+) -> Path:
     index = read_index(directory)
-    run_ids = [run_identity(run) for run in table.runs]
     results = ShardResults(run_ids, index.runs, read_failures(directory))
     file = experiment_file(directory)
     write_experiment(file, experiment, table, results, library_versions())

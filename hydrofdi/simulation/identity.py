@@ -9,9 +9,8 @@ from hydrofdi.physics import PHYSICS_VERSION
 
 
 def run_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
-    """The first 16 hexadecimal digits of the SHA-256 of a run's request and the physics version.
+    """The first 16 hexadecimal digits of the SHA-256 of the physics version and a run's request.
 
     Names, paths, worker counts and spellings of quantities do not enter.
     """
-    text = f"hydrofdi physics {physics_version}\n{run.request}"
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return hashlib.sha256(b"hydrofdi physics %d\n" % physics_version + run.request_digest).hexdigest()[:16]

@@ -113,7 +113,7 @@ class _Expansion:
     def __init__(self, experiment: ExperimentConfig) -> None:
         self.runs: list[RunSpec] = []
         self._index: dict[bytes, int] = {}
-        self._known_baselines: dict[tuple[int, ...], tuple[int, dict[str, Any]]] = {}
+        self._known_baselines: dict[tuple[str, ...], int] = {}
         self._baseline = experiment.baseline
         self._leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
         self._conditions = {
@@ -149,11 +149,10 @@ class _Expansion:
     def _baseline_of(self, parameters: RunParameters, changes: Mapping[str, Any]) -> int:
         """Position of the run that changes make of another; the same sections make the same run."""
         sections = dict(parameters) | parameters.changed_sections(changes)
-        key = tuple(map(id, sections.values()))
+        key = tuple(section.canonical_json for section in sections.values())
         if key not in self._known_baselines:
-            position = self.add(self.at(parameters, changes))
-            self._known_baselines[key] = position, sections
-        return self._known_baselines[key][0]
+            self._known_baselines[key] = self.add(self.at(parameters, changes))
+        return self._known_baselines[key]
 
 
 def _with_values(parameters: RunParameters, values: Mapping[str, Any]) -> RunParameters:

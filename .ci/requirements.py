@@ -6,7 +6,7 @@
     python .ci/requirements.py runtime test  the dependencies of hydrofdi, its build backend, and of extras
 
 pip takes versions and hashes of the second list from constraints.txt, and checks every file against them
-(``--require-hashes``). A pip older than 25 cannot do that, which is why the pinned one is installed first.
+(``--require-hashes``). The pip of Python 3.11 (23.2) cannot do that, so the pinned one is installed first.
 """
 
 import sys

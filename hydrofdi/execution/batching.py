@@ -8,7 +8,9 @@ from hydrofdi.config import RunParameters
 from hydrofdi.execution.compute import Job
 from hydrofdi.simulation.lanes import WIDTH
 
-_LARGEST_BATCH = 8 * WIDTH
+_LARGEST_BATCH = 4 * WIDTH
+"""Jobs; the records of larger batches leave the processor's cache."""
+
 _BATCHES_PER_WORKER = 4
 _MOST_SAMPLES = 4_000_000
 """Samples of one signal that a batch may hold in memory."""

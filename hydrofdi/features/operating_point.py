@@ -56,4 +56,4 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
 
 
 def _median_size(signal: object) -> float:
-    return float(np.median(np.abs(np.asarray(signal))))
+    return float(np.median(np.abs(np.asarray(signal)), overwrite_input=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ class Trajectory:
     leakage_coefficient: Signal
     outcomes: tuple[Outcome, ...]
 
-    @property
+    @cached_property
     def internal_leakage_flow(self) -> Signal:
         """Flow q_il from chamber 1 to chamber 2 [m³/s], shape (n_run, n_time)."""
         difference = self.chamber_1_pressure - self.chamber_2_pressure

@@ -1,0 +1,84 @@
+# hydrofdi: everything that is done with this repository. `make` alone lists it.
+#
+# Needs Python 3.11 or newer, make and a network. All packages go into .venv, in the versions of
+# constraints.txt; pip refuses a file whose hash is not listed there.
+
+PYTHON ?= python3
+BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
+RESULT := results/table3
+
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+INSTALL = $(BIN)/python -m pip install --quiet --no-input
+CHECKED = $(INSTALL) --require-hashes --constraint constraints.txt
+
+.DEFAULT_GOAL := help
+.PHONY: help install table3 test check bench constraints docs clean
+
+help:  ## list the targets
+	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+install: .venv/installed-runtime  ## make .venv and install hydrofdi into it
+
+table3: .venv/installed-runtime  ## run the study and write Table 3 to results/table3/
+	$(BIN)/hydrofdi sweep configs/table3.yaml
+	@$(BIN)/hydrofdi report $(RESULT)
+	@$(BIN)/hydrofdi report $(RESULT) --format markdown > $(RESULT)/table3.md
+	@$(BIN)/hydrofdi report $(RESULT) --format csv > $(RESULT)/table3.csv
+	@echo "wrote $(RESULT)/table3.md and $(RESULT)/table3.csv"
+
+test: .venv/installed-test  ## run the tests
+	$(BIN)/pytest
+
+check: .venv/installed-test  ## lint, format, types, layers and generated pages
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/pytest -k layer
+	$(BIN)/python docs/generate_configuration.py --check
+
+bench: .venv/installed-bench  ## measure kernel, sweep and start-up (about four minutes; quiet machine)
+	$(BIN)/python benchmarks/kernel.py
+
+docs: .venv/installed-runtime  ## generate docs/configuration.md and the picture of the README
+	$(BIN)/python docs/generate_configuration.py
+	$(BIN)/hydrofdi sweep configs/table3.yaml
+	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/table3.png > $(RESULT)/table3.txt
+
+constraints: .venv/made  ## resolve all dependencies anew into constraints.txt
+	$(INSTALL) uv
+	$(BIN)/python .ci/requirements.py runtime test bench > .venv/wanted.txt
+	echo pip >> .venv/wanted.txt
+	$(BIN)/uv pip compile .venv/wanted.txt --quiet --upgrade --universal --python-version 3.11 \
+		--fork-strategy fewest --generate-hashes --no-header --no-annotate --no-emit-index-url \
+		--no-emit-find-links --allow-unsafe --output-file .venv/resolved.txt
+	sed 's/ ;[^\\]*\\$$/ \\/' .venv/resolved.txt > constraints.txt
+	$(INSTALL) --dry-run --require-hashes --constraint constraints.txt --requirement .venv/wanted.txt
+
+clean:  ## remove .venv and caches; results stay
+	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+.venv/made: constraints.txt .ci/requirements.py
+	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'hydrofdi needs Python 3.11 or newer, not ' + sys.version.split()[0])"
+	$(PYTHON) -m venv .venv
+	$(BIN)/python .ci/requirements.py pip > .venv/pip.txt
+	$(INSTALL) --require-hashes --requirement .venv/pip.txt
+	@touch $@
+
+.venv/installed-runtime: .venv/made pyproject.toml
+	$(BIN)/python .ci/requirements.py runtime > .venv/runtime.txt
+	$(CHECKED) --requirement .venv/runtime.txt
+	$(INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+.venv/installed-test: .venv/installed-runtime
+	$(BIN)/python .ci/requirements.py test > .venv/test.txt
+	$(CHECKED) --requirement .venv/test.txt
+	@touch $@
+
+# numbalsoda is built from source and needs cmake and a Fortran compiler; the benchmark does without it.
+.venv/installed-bench: .venv/installed-runtime
+	$(BIN)/python .ci/requirements.py bench > .venv/bench.txt
+	@$(CHECKED) --requirement .venv/bench.txt > .venv/bench.log 2>&1 \
+		|| echo "numbalsoda is left out: it could not be built (see .venv/bench.log)"
+	@touch $@

@@ -1,0 +1,284 @@
+"""How fast hydrofdi is, side by side with other ways to do the same, and against its targets.
+
+Run it by ``make bench``. The table goes to standard error, the same numbers go to standard output as JSON.
+Contestants take turns, so that a load from outside hits all of them; medians of the rounds are shown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+import plain_loop
+import processes
+import solvers
+from jobs import Job, d2_rms, lane_jobs
+
+from hydrofdi.execution import available_cores
+from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.drive import Drive, Spools
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+
+KERNEL_RECORD = 4.0
+"""Record of the timed kernels [s]."""
+
+SOLVER_RECORD = 2.0
+"""Record of the general solvers and of all errors [s]."""
+
+ERROR_JOBS = (0, 7, 20, 31)
+"""Of the jobs in the lanes, those whose d2 is compared; the largest error counts."""
+
+CHUNK = 2000
+"""Steps at a time, as in a batch."""
+
+
+@dataclass
+class Contestant:
+    """A way to solve jobs, and what was measured of it."""
+
+    title: str
+    run: Callable[[], object]
+    job_steps: int
+    pressures: Callable[[list[Job]], list[np.ndarray]]
+    times: list[float] = field(default_factory=list)
+
+    def nanoseconds(self, statistic: Callable[[list[float]], float] = np.median) -> float:
+        return 1e9 * float(statistic(self.times)) / self.job_steps
+
+
+@dataclass(frozen=True)
+class Target:
+    """A measured value beside what it has to reach."""
+
+    name: str
+    measured: float
+    relation: str
+    target: float
+    unit: str
+
+    @property
+    def is_met(self) -> bool:
+        met = self.measured >= self.target if self.relation == ">=" else self.measured <= self.target
+        return bool(met)
+
+    def __str__(self) -> str:
+        verdict = "met" if self.is_met else "NOT MET"
+        return (
+            f"{self.name:58} {self.measured:9.3g} {self.unit:3} {self.relation} {self.target:<5g} {verdict}"
+        )
+
+
+def advance_full_lanes(jobs: list[Job]) -> None:
+    """The kernels alone: spools and lanes, chunk by chunk."""
+    runs = [parameters for parameters, _ in jobs]
+    run = runs[0].run
+    drives = list(dict.fromkeys(map(Drive.of, runs)))
+    drive_of_lane = np.array([drives.index(Drive.of(parameters)) for parameters in runs])
+    lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])
+    samples = np.empty((CHUNK // run.steps_per_sample, len(STATES), WIDTH))
+    spools = Spools(drives, run)
+    for first in range(0, run.n_step, CHUNK):
+        _, stages = spools.advance(first, CHUNK)
+        advance_lanes(lanes, stages, drive_of_lane, run.step, run.steps_per_sample, samples)
+
+
+def lane_pressures(jobs: list[Job]) -> list[np.ndarray]:
+    return list(simulate_batch([run for run, _ in jobs], [k for _, k in jobs]).chamber_1_pressure)
+
+
+def one_by_one(solve: Callable[[Job], np.ndarray]) -> Callable[[list[Job]], list[np.ndarray]]:
+    return lambda jobs: [solve(job) for job in jobs]
+
+
+def contestants() -> list[Contestant]:
+    shared = lane_jobs(KERNEL_RECORD)
+    different = lane_jobs(KERNEL_RECORD, drives=WIDTH)
+    short = lane_jobs(SOLVER_RECORD)
+    steps, short_steps = shared[0][0].run.n_step, short[0][0].run.n_step
+    some = shared[::8]
+
+    def solver(title: str, solve: Callable[[Job], np.ndarray]) -> Contestant:
+        return Contestant(title, lambda: solve(short[7]), short_steps, one_by_one(solve))
+
+    entrants = [
+        Contestant(
+            "lane kernel, one drive", lambda: advance_full_lanes(shared), WIDTH * steps, lane_pressures
+        ),
+        Contestant(
+            f"lane kernel, {WIDTH} drives",
+            lambda: advance_full_lanes(different),
+            WIDTH * steps,
+            lane_pressures,
+        ),
+        Contestant(
+            "plain compiled loop",
+            lambda: [plain_loop.pressure(job) for job in some],
+            len(some) * steps,
+            one_by_one(plain_loop.pressure),
+        ),
+        solver("SciPy LSODA, rtol 1e-6", solvers.scipy_lsoda),
+    ]
+    if (numbalsoda := solvers.numbalsoda_solver()) is not None:
+        entrants.append(solver("numbalsoda, rtol 1e-6", numbalsoda))
+    else:
+        tell("numbalsoda is not installed and left out")
+    return entrants
+
+
+def take_turns(entrants: list[Contestant], rounds: int) -> None:
+    for entrant in entrants:
+        entrant.run()
+    for _ in range(rounds):
+        for entrant in entrants:
+            start = time.perf_counter()
+            entrant.run()
+            entrant.times.append(time.perf_counter() - start)
+
+
+def d2_errors(entrants: list[Contestant]) -> dict[str, float]:
+    """Largest error of the RMS of d2 [Pa] against a plain loop with a hundredth of the step."""
+    jobs = [lane_jobs(SOLVER_RECORD)[k] for k in ERROR_JOBS]
+    reference = [d2_rms(plain_loop.pressure(job, refinement=100)) for job in jobs]
+    return {
+        entrant.title: max(
+            abs(d2_rms(pressure) - exact)
+            for pressure, exact in zip(entrant.pressures(jobs), reference, strict=True)
+        )
+        for entrant in entrants
+    }
+
+
+def measure_kernels(rounds: int) -> tuple[dict[str, dict[str, float]], list[Target]]:
+    entrants = contestants()
+    take_turns(entrants, rounds)
+    errors = d2_errors(entrants)
+    rows = {
+        entrant.title: {
+            "ns_per_step_and_job": entrant.nanoseconds(),
+            "least_ns_per_step_and_job": entrant.nanoseconds(min),
+            "d2_rms_error_Pa": errors[entrant.title],
+        }
+        for entrant in entrants
+    }
+    kernel, _, plain, *_ = entrants
+    targets = [Target("lane kernel: times faster than the plain loop", ratio(plain, kernel), ">=", 25, "×")]
+    if "numbalsoda, rtol 1e-6" in rows:
+        faster = ratio(entrants[-1], kernel)
+        targets.append(Target("lane kernel: times faster than numbalsoda", faster, ">=", 5, "×"))
+    return rows, targets
+
+
+def ratio(slow: Contestant, fast: Contestant) -> float:
+    """Median over the rounds of how much longer `slow` took per step and job."""
+    quotients = np.array(slow.times) / np.array(fast.times) * (fast.job_steps / slow.job_steps)
+    return float(np.median(quotients))
+
+
+def kernel_rate(core: int | None) -> float:
+    """Seconds per step and job of the kernel on one core while the others do the same."""
+    pin(core)
+    jobs = lane_jobs(KERNEL_RECORD)
+    advance_full_lanes(jobs)
+    start, rounds = time.perf_counter(), 0
+    while time.perf_counter() - start < 2.0:
+        advance_full_lanes(jobs)
+        rounds += 1
+    return (time.perf_counter() - start) / (rounds * WIDTH * jobs[0][0].run.n_step)
+
+
+def measure_sweep(n_job: int, repetitions: int) -> tuple[dict[str, float], list[Target]]:
+    """The sweep between two measurements of the pure kernel on the same cores."""
+    cores = own_cores()
+    n_step = lane_jobs(20.0)[0][0].run.n_step
+    results = []
+    with multiprocessing.get_context("spawn").Pool(len(cores)) as pool:
+        for _ in range(repetitions):
+            before = pool.map(kernel_rate, cores, chunksize=1)
+            sweep = processes.large_sweep(n_job, len(cores))
+            rate = float(np.mean(before + pool.map(kernel_rate, cores, chunksize=1)))
+            sweep["kernel_seconds"] = rate * sweep["jobs"] * n_step / len(cores)
+            results.append(sweep)
+    best = min(results, key=lambda sweep: sweep["seconds"] / sweep["kernel_seconds"])
+    best["cores"], best["repetitions"] = len(cores), repetitions
+    quotient = best["seconds"] / best["kernel_seconds"]
+    targets = [
+        Target(f"{best['jobs']:g} jobs without signals: times the pure kernel", quotient, "<=", 2.5, "×"),
+        Target("  peak memory of parent and workers", best["peak_memory"] / 1e9, "<=", 1.5, "GB"),
+    ]
+    return best, targets
+
+
+def measure_start_up(rounds: int) -> tuple[dict[str, dict[str, float]], list[Target]]:
+    times = processes.start_up(rounds)
+    compilation = processes.first_compilation(2)
+    times["first compilation"] = {"median": float(np.median(compilation)), "least": min(compilation)}
+    numpy_time = times["import numpy"]["median"]
+    for time_ in times.values():
+        time_["median_per_import_numpy"] = time_["median"] / numpy_time
+    limits = {"hydrofdi --help": 0.25, "hydrofdi simulate": 1.2, "first compilation": 8.0}
+    targets = [
+        Target(
+            f"{name} ({times[name]['median_per_import_numpy']:.1f} × import numpy)",
+            times[name]["median"], "<=", limit, "s",
+        )
+        for name, limit in limits.items()
+    ]  # fmt: skip
+    return times, targets
+
+
+def own_cores() -> list[int | None]:
+    return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [None] * available_cores()
+
+
+def pin(core: int | None) -> None:
+    if core is not None:
+        os.sched_setaffinity(0, {core})
+
+
+def tell(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def tell_kernels(rows: dict[str, dict[str, float]]) -> None:
+    tell(f"{'per core':26} {'ns per step and job':>20} {'least':>9} {'error of d2 RMS [Pa]':>22}")
+    for title, row in rows.items():
+        tell(
+            f"{title:26} {row['ns_per_step_and_job']:20.2f} {row['least_ns_per_step_and_job']:9.2f}"
+            f" {row['d2_rms_error_Pa']:22.2g}"
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--rounds", type=int, default=7, help="rounds of each comparison")
+    parser.add_argument("--sweep", type=int, default=10_000, metavar="N", help="jobs of the sweep; 0: none")
+    parser.add_argument("--sweeps", type=int, default=2, metavar="N", help="so many sweeps; the best counts")
+    options = parser.parse_args()
+    cores = own_cores()
+    tell(f"{platform.machine()}, {len(cores)} cores, Python {platform.python_version()}\n")
+    report: dict[str, object] = {"rounds": options.rounds, "cores": len(cores)}
+    report["start_up"], targets = measure_start_up(options.rounds)
+    if options.sweep:
+        report["sweep"], more = measure_sweep(options.sweep, options.sweeps)
+        targets += more
+    pin(cores[0])
+    report["kernels"], more = measure_kernels(options.rounds)
+    tell_kernels(report["kernels"])  # type: ignore[arg-type]
+    tell("\ntarget")
+    for target in targets + more:
+        tell(str(target))
+    report["targets"] = [asdict(target) | {"is_met": target.is_met} for target in targets + more]
+    print(json.dumps(report, indent=2))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,144 @@
+"""Write docs/configuration.md from the models in hydrofdi/config, so that it cannot drift from the code.
+
+::
+
+    python docs/generate_configuration.py           write the page (also: make docs)
+    python docs/generate_configuration.py --check   fail if the page is not what would be written (make check)
+"""
+
+from __future__ import annotations
+
+import sys
+import typing
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.parameters import parameter_unit
+from hydrofdi.config.quantities import SI
+from hydrofdi.units import convert, parse_quantity
+
+PAGE = Path(__file__).parent / "configuration.md"
+
+INTRODUCTION = """\
+# Configuration
+
+<!-- written by docs/generate_configuration.py from hydrofdi/config; change the docstrings there -->
+
+An experiment file is YAML. Whatever it leaves out keeps the nominal value below. A quantity is a number in
+SI or a string with a unit, such as `551 MPa`, `0.12 L/min` or `22 µm/V`; units that do not fit are refused.
+So are unknown keys, keys given twice, and numbers that are out of range; all mistakes of a file are told at
+once with `file:line` and the dotted key. `extends: other.yaml` starts from another file.
+
+The same keys, dotted, are used by `--set fluid.bulk_modulus='689 MPa'`, by `baseline`, and by the axes of
+`sweep`. [configs/table3.yaml](../configs/table3.yaml) is a complete example.
+
+Symbols and equation numbers are those of Maddahi et al., CDSR 2015, paper 181. All digits 0 and 2 of the
+paper's text are lost, so nominal values are readings: "legible as" quotes what is left, and the text says how
+far a reading is to be trusted.
+"""
+
+READABLE = {"Pa": "MPa", "m^2": "mm^2", "m^3": "cm^3", "m": "mm", "m/V": "µm/V"}
+"""SI unit → unit in which a default is shown."""
+
+
+def page() -> str:
+    """The text of docs/configuration.md."""
+    models = [
+        (name, info) for name, info in ExperimentConfig.model_fields.items() if _model(info) is not None
+    ]
+    plain = {name: info for name, info in ExperimentConfig.model_fields.items() if _model(info) is None}
+    parts = [INTRODUCTION, "## Top level\n", _table(plain)]
+    for name, info in models:
+        parts += _section(name, _model(info))
+    return "\n".join(parts)
+
+
+def _section(name: str, model: type[BaseModel]) -> Iterator[str]:
+    fields = model.model_fields
+    yield f"\n## `{name}`\n"
+    yield f"{_sentence(model.__doc__)}\n"
+    yield _table(fields)
+    for field, info in fields.items():
+        inner = _model(info)
+        if inner not in (None, model):
+            yield from _section(f"{name}.{field}", inner)
+
+
+def _table(fields: dict[str, FieldInfo]) -> str:
+    lines = ["| key | default | allowed | meaning |", "|---|---|---|---|"]
+    for name, info in fields.items():
+        cells = f"`{name}`", _default(info), _allowed(info), _sentence(info.description)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines)
+
+
+def _sentence(text: str | None) -> str:
+    return " ".join((text or "").replace("``", "`").split())
+
+
+def _default(info: FieldInfo) -> str:
+    if info.is_required():
+        return "(required)"
+    value, quantity = info.get_default(call_default_factory=True), _metadata(info, SI)
+    if value is None or isinstance(value, BaseModel) or value in ({}, []):
+        return "–"
+    if isinstance(value, dict):
+        return ", ".join(
+            f"`{key}: {_shown(item, parameter_unit(key) or '1')}`" for key, item in value.items()
+        )
+    return f"`{value if quantity is None else _shown(float(value), quantity.unit)}`"
+
+
+def _shown(value: float, unit: str) -> str:
+    if unit == "1":
+        return f"{value:g}"
+    readable = READABLE.get(unit, unit)
+    text = f"{convert(value, readable):g} {readable}"
+    assert parse_quantity(text, unit) == value, text
+    return text
+
+
+def _allowed(info: FieldInfo) -> str:
+    if (quantity := _metadata(info, SI)) is not None:
+        limits = [("> ", quantity.above), ("≥ ", quantity.least)]
+        numbers = " ".join(f"{sign}{limit:g}" for sign, limit in limits if limit is not None) or "any"
+        return numbers if quantity.unit == "1" else f"{numbers} {quantity.unit}"
+    if choices := _literals(info.annotation):
+        return ", ".join(f"`{choice}`" for choice in choices)
+    limits = [f"≥ {part.ge}" for part in info.metadata if getattr(part, "ge", None) is not None]
+    limits += [f"≤ {part.le}" for part in info.metadata if getattr(part, "le", None) is not None]
+    return ", ".join([_kind(info), *limits])
+
+
+def _kind(info: FieldInfo) -> str:
+    kinds: dict[Any, str] = {int: "whole number", dict: "mapping", list: "list"}
+    kind = typing.get_origin(info.annotation) or info.annotation
+    return "section" if _model(info) and kind is not list else kinds.get(kind, "text")
+
+
+def _literals(annotation: Any) -> list[Any]:
+    return list(typing.get_args(annotation)) if typing.get_origin(annotation) is typing.Literal else []
+
+
+def _metadata(info: FieldInfo, kind: type) -> Any:
+    nested = [
+        part for union in typing.get_args(info.annotation) for part in getattr(union, "__metadata__", ())
+    ]
+    return next((part for part in [*info.metadata, *nested] if isinstance(part, kind)), None)
+
+
+def _model(info: FieldInfo) -> Any:
+    candidates = [info.annotation, *typing.get_args(info.annotation)]
+    return next((part for part in candidates if isinstance(part, type) and issubclass(part, BaseModel)), None)
+
+
+if __name__ == "__main__":
+    if "--check" not in sys.argv[1:]:
+        PAGE.write_text(page(), encoding="utf-8")
+    elif not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != page():
+        sys.exit("docs/configuration.md is not up to date; run 'make docs'")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -96,7 +96,7 @@ def failing_sweep(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
 
 
 @pytest.fixture
-def experiment_file(tmp_path: Path) -> Iterator[Callable[[str | bytes], Path]]:
+def experiment_file(tmp_path: Path) -> Callable[[str | bytes], Path]:
     """Writes an experiment file."""
 
     def write(text: str | bytes) -> Path:
@@ -104,4 +104,4 @@ def experiment_file(tmp_path: Path) -> Iterator[Callable[[str | bytes], Path]]:
         path.write_bytes(text.encode() if isinstance(text, str) else text)
         return path
 
-    yield write
+    return write

@@ -38,7 +38,9 @@ def test_a_quantity_is_read_in_si(text, unit, expected):
 
 
 def test_psi_are_pounds_per_square_inch():
-    assert parse_quantity("2500 psi", "Pa") == pytest.approx(2500 * 0.45359237 * 9.80665 / 0.0254**2, rel=1e-15)
+    assert parse_quantity("2500 psi", "Pa") == pytest.approx(
+        2500 * 0.45359237 * 9.80665 / 0.0254**2, rel=1e-15
+    )
 
 
 def test_every_spelling_of_a_quantity_gives_the_same_float():
@@ -88,7 +90,9 @@ def test_no_unit_raises_anything_but_a_value_error(text):
     st.sampled_from(["MPa", "kPa", "bar", "psi"]),
 )
 def test_what_is_converted_comes_back(value, unit):
-    assert convert(parse_quantity(f"{value!r} {unit}", "Pa"), unit) == pytest.approx(value, rel=1e-14, abs=1e-300)
+    assert convert(parse_quantity(f"{value!r} {unit}", "Pa"), unit) == pytest.approx(
+        value, rel=1e-14, abs=1e-300
+    )
 
 
 @given(st.floats(min_value=-1e250, max_value=1e250))

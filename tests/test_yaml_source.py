@@ -1,3 +1,4 @@
+import json
 import math
 
 import pytest
@@ -67,7 +68,9 @@ def test_any_text_is_data_or_a_mistake(text):
 
 @given(
     st.recursive(
-        st.one_of(st.booleans(), st.integers(-(10**9), 10**9), st.floats(allow_nan=False, allow_infinity=False)),
+        st.one_of(
+            st.booleans(), st.integers(-(10**9), 10**9), st.floats(allow_nan=False, allow_infinity=False)
+        ),
         lambda inner: st.one_of(
             st.lists(inner, min_size=1, max_size=3),
             st.dictionaries(st.text("abcdefgh", min_size=1, max_size=4), inner, min_size=1, max_size=3),
@@ -76,8 +79,6 @@ def test_any_text_is_data_or_a_mistake(text):
     )
 )
 def test_json_is_read_as_it_was_written(data):
-    import json
-
     assert parse_yaml(json.dumps(data), "f").data == data
 
 

@@ -21,6 +21,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     StoreError
         The folder cannot be made or written.
     """
+    if path.is_dir():
+        raise StoreError(f"{path}: cannot be written: is a directory")
     aside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

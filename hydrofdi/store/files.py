@@ -87,7 +87,7 @@ def open_for_reading(path: Path) -> Iterator[h5py.File]:
             yield file
         except StoreError:
             raise
-        except (KeyError, RuntimeError, OSError) as error:
+        except (KeyError, RuntimeError, OSError, TypeError, ValueError) as error:
             raise StoreError(f"{path}: is damaged: {reason(error)}") from error
 
 

@@ -13,13 +13,14 @@ import h5py
 import pytest
 
 from hydrofdi.errors import StoreError
-from hydrofdi.store import index_shards, read_experiment
+from hydrofdi.store import read_experiment, read_index
 
 WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
-from hydrofdi.store import names, shard_path, write_shard
+from hydrofdi.config.store import StoreConfig
+from hydrofdi.store import names, write_shard
 
 n_run, n_time = 16, 40_000
 columns = {names.TIME: np.arange(float(n_time))}
@@ -30,7 +31,7 @@ columns[names.STATUS] = columns[names.MESSAGE] = ["ok"] * n_run
 for number in range(10_000):
     run_ids = [f"{number:08d}{row:08d}" for row in range(n_run)]
     columns[names.RUN_ID] = run_ids
-    write_shard(shard_path(Path(sys.argv[1]), run_ids), columns, "all")
+    write_shard(Path(sys.argv[1]), columns, StoreConfig())
     print(number, flush=True)
 """
 
@@ -44,12 +45,12 @@ def test_a_writer_killed_in_mid_write_leaves_whole_shards_or_none(tmp_path, seed
     acknowledged = max([acknowledged, *map(int, process.stdout.read().split())])
     process.stdout.close()
     process.wait()
-    rows = index_shards(tmp_path)
-    assert len(rows) >= 16 * (acknowledged + 1)
-    for path in (tmp_path / "shards").glob("*.h5"):
+    index = read_index(tmp_path)
+    assert not index.damaged
+    assert len(index.runs) >= 16 * (acknowledged + 1)
+    for path in {run.shard for run in index.runs.values()}:
         with h5py.File(path) as file:
             assert all(dataset[()].size for dataset in file.values())
-    assert {row.path for row in rows.values()} == set((tmp_path / "shards").glob("*.h5"))
 
 
 def test_a_file_cut_short_anywhere_is_told_as_damaged(small_sweep, tmp_path):

@@ -72,6 +72,7 @@ _PREFIXES = {"G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "µ": -6, "μ": -6, "u": 
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 _TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(-?\d+(?:\.\d+)?|\(-?\d+/\d+\))|([⁻⁰¹²³⁴-⁹]+))")
+_LARGEST_EXPONENT = 12
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
@@ -145,7 +146,7 @@ def parse_unit(text: str) -> Unit:
         elif power:
             if pending is None:
                 raise ValueError(f"misplaced exponent in the unit {text!r}")
-            pending = pending ** Fraction(power)
+            pending = pending ** _exponent(power, text)
         elif operator == "/":
             power_sign = -1
         elif operator == "(":
@@ -163,19 +164,35 @@ def parse_unit(text: str) -> Unit:
 def _scaled(number: str, factor: Fraction) -> float:
     if not 1e-300 < abs(float(number)) < 1e300:
         return float(number)
-    return float(Fraction(number.replace("_", "")) * factor)
+    try:
+        return float(Fraction(number.replace("_", "")) * factor)
+    except OverflowError:
+        raise ValueError(f"{number!r} is too large a number in its unit") from None
 
 
 def _tokens(text: str) -> list[tuple[str, str, str]]:
-    tokens, position = [], 0
+    tokens: list[tuple[str, str, str]] = []
+    position = 0
     while position < len(text.rstrip()):
         match = _TOKEN.match(text, position)
         if match is None:
             raise ValueError(f"{text!r} is not a unit")
         symbol, operator, power, superscript = match.groups(default="")
+        if (power or superscript) and tokens and tokens[-1][2]:
+            raise ValueError(f"misplaced exponent in the unit {text!r}")
         tokens.append((symbol, operator, power.strip("()") or superscript.translate(_SUPERSCRIPTS)))
         position = match.end()
     return tokens
+
+
+def _exponent(power: str, text: str) -> Fraction:
+    try:
+        exponent = Fraction(power)
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f"{power!r} is no exponent in the unit {text!r}") from None
+    if abs(exponent) > _LARGEST_EXPONENT:
+        raise ValueError(f"exponent {power} is too large in the unit {text!r}")
+    return exponent
 
 
 def _symbol(symbol: str, text: str) -> Unit:

@@ -47,6 +47,8 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
     for kind in ("grid", "zip"):
         axes = block.get(kind)
         if isinstance(axes, dict):
+            if not axes:
+                source.mistakes.append(source.mistake((*path, kind), "names no parameter to vary"))
             varied += axes
             block[kind] = {name: _axis(source, (*path, kind, name), name, axes[name]) for name in axes}
     sample = block.get("sample")
@@ -196,7 +198,8 @@ def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None
 def _parameter(source: Source, path: Path, name: str, value: Any) -> Any:
     known = list(parameter_names())
     if name not in known:
-        unknown = source.mistake(path, f"no parameter {name!r}{nearest(name, known)}")
+        place = path[: path.index(name) + 1]
+        unknown = source.mistake(place, f"no parameter {name!r}{nearest(name, known)}")
         if not any(mistake.message == unknown.message for mistake in source.mistakes):
             source.mistakes.append(unknown)
         return value

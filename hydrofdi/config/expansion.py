@@ -175,4 +175,4 @@ def _with_plain_sealed_state(parameters: RunParameters) -> RunParameters:
 
 @lru_cache(maxsize=1024)
 def _sealed(leakage: LeakageConfig) -> LeakageConfig:
-    return leakage.model_copy(update={"internal_coefficient": 0.0, "internal_flow": None})
+    return LeakageConfig(internal_coefficient=0.0, external_coefficient=leakage.external_coefficient)

@@ -104,11 +104,16 @@ def _apply_setting(source: Source, setting: str) -> None:
         )
         return
     value = parse_yaml(text, origin)
+    if value.mistakes:
+        source.mistakes.extend(Mistake(mistake.message, key.strip(), origin) for mistake in value.mistakes)
+        return
     path = _setting_path(key.strip())
     nested: Any = value.data
     for part in reversed(path):
         nested = {part: nested}
     origins = dict.fromkeys([path, *((*path, *inner) for inner in value.origins)], origin)
+    around = (path[:depth] for depth in range(1, len(path)))
+    origins |= {part: origin for part in around if part not in source.origins}
     _overlay(source, Source(nested, origins, value.mistakes))
 
 

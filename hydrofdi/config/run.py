@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from typing import Annotated, Self
 
 from pydantic import model_validator
@@ -11,7 +13,11 @@ from hydrofdi.config.quantities import SI, Section
 
 def is_whole(ratio: float) -> bool:
     """Whether a ratio is a whole number from 1 on, up to rounding."""
-    return round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-6
+    return math.isfinite(ratio) and round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-6
+
+
+_MOST_SAMPLES, _MOST_STEPS_PER_SAMPLE = 10_000_000, 1_000_000
+"""What a record may hold so that it fits into memory."""
 
 
 class RunConfig(Section):
@@ -29,13 +35,19 @@ class RunConfig(Section):
 
     @model_validator(mode="after")
     def _times_fit_the_step(self) -> Self:
-        if not is_whole(1.0 / (self.sampling_frequency * self.step)):
+        ratio = self.sampling_frequency * self.step
+        if ratio < sys.float_info.min or not is_whole(1.0 / ratio):
             raise ValueError(
                 f"the sampling interval 1/sampling_frequency = {1 / self.sampling_frequency:g} s"
                 f" is not a multiple of step = {self.step:g} s"
             )
         if not is_whole(self.duration * self.sampling_frequency):
             raise ValueError(f"duration = {self.duration:g} s is not a multiple of the sampling interval")
+        if self.n_sample > _MOST_SAMPLES or self.steps_per_sample > _MOST_STEPS_PER_SAMPLE:
+            raise ValueError(
+                f"{self.n_sample:.3g} samples with {self.steps_per_sample:.3g} steps each are too many;"
+                f" at most {_MOST_SAMPLES:g} and {_MOST_STEPS_PER_SAMPLE:g}"
+            )
         return self
 
     @property

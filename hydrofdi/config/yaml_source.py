@@ -18,6 +18,10 @@ Path = tuple[str | int, ...]
 
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_MOST_DIGITS = 300
+"""Longer integers are read as floats, which may be infinite."""
+_MOST_LEVELS, _MOST_PARTS = 20, 200_000
+"""Limits of nesting and of size, which aliases to anchors can make endless."""
 _SPECIAL = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
     **dict.fromkeys(("true", "True", "TRUE"), True),
@@ -70,19 +74,22 @@ def parse_yaml(text: str, file: str) -> Source:
     source = Source()
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
+        source.data = {} if node is None else _construct(node, (), file, source)
+    except RecursionError:
+        source.mistakes.append(Mistake("nested too deeply, or too large", origin=file))
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f":{mark.line + 1}" if mark else ""
         source.mistakes.append(Mistake(f"not valid YAML: {error.problem}", origin=f"{file}{line}"))
     except yaml.YAMLError as error:
         source.mistakes.append(Mistake(f"not valid YAML: {error}".splitlines()[0], origin=file))
-    else:
-        source.data = _construct(node, (), file, source) if node is not None else {}
     return source
 
 
 def _construct(node: yaml.Node, path: Path, file: str, source: Source) -> Any:
     source.origins[path] = f"{file}:{node.start_mark.line + 1}"
+    if len(path) > _MOST_LEVELS or len(source.origins) > _MOST_PARTS:
+        raise RecursionError
     if isinstance(node, yaml.MappingNode):
         return _construct_mapping(node, path, file, source)
     if isinstance(node, yaml.SequenceNode):
@@ -110,7 +117,7 @@ def scalar(text: str) -> Any:
     """An unquoted YAML 1.2 scalar as None, bool, int, float or str."""
     if text in _SPECIAL:
         return _SPECIAL[text]
-    if _INTEGER.fullmatch(text):
+    if _INTEGER.fullmatch(text) and len(text) <= _MOST_DIGITS:
         return int(text)
     if _FLOAT.fullmatch(text):
         return float(text)

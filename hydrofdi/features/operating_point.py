@@ -34,26 +34,28 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
     Returns
     -------
     HydraulicMode
-        Frequency [Hz], piston centred, and damping ratio [-].
+        Frequency [Hz], piston centred, and damping ratio [-]; the ratio is infinite where the median drop
+        or, with a leak, the median pressure difference vanishes.
     """
     actuator, valve, supply = parameters.actuator, parameters.valve, parameters.supply
-    beta = parameters.fluid.bulk_modulus
+    beta, mass = np.float64(parameters.fluid.bulk_modulus), np.float64(actuator.mass)
     spool, pressure_1 = trajectory.spool_position[run], trajectory.chamber_1_pressure[run]
     drop = chamber_1_orifice_drop(spool, pressure_1, supply.pressure, supply.return_pressure)
     difference = pressure_1 - trajectory.chamber_2_pressure[run]
-    coefficient = float(trajectory.leakage_coefficient[run])
-    omega = mode_frequency(
-        beta, actuator.piston_area, actuator.chamber_volume, actuator.mass, actuator.load_stiffness
-    )
-    damping = mode_damping_ratio(
-        omega, beta, actuator.chamber_volume, actuator.mass, parameters.friction.viscous,
-        valve_flow_pressure_coefficient(
-            _median_size(spool), _median_size(drop), valve.flow_gain, valve.area_gradient
-        ),
-        leakage_conductance(_median_size(difference), coefficient) if coefficient else 0.0,
-    )  # fmt: skip
-    return HydraulicMode(omega / (2.0 * math.pi), damping)
+    coefficient = trajectory.leakage_coefficient[run]
+    with np.errstate(all="ignore"):
+        omega = mode_frequency(
+            beta, np.float64(actuator.piston_area), actuator.chamber_volume, mass, actuator.load_stiffness
+        )
+        damping = mode_damping_ratio(
+            omega, beta, actuator.chamber_volume, mass, parameters.friction.viscous,
+            valve_flow_pressure_coefficient(
+                _median_size(spool), _median_size(drop), valve.flow_gain, valve.area_gradient
+            ),
+            leakage_conductance(_median_size(difference), coefficient) if coefficient else 0.0,
+        )  # fmt: skip
+    return HydraulicMode(float(omega / (2.0 * math.pi)), float(damping))
 
 
-def _median_size(signal: object) -> float:
-    return float(np.median(np.abs(np.asarray(signal)), overwrite_input=True))
+def _median_size(signal: object) -> np.float64:
+    return np.float64(np.median(np.abs(np.asarray(signal)), overwrite_input=True))

@@ -135,7 +135,9 @@ def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: b
         The sweep is impossible.
     """
     table = expand_runs(experiment)
-    if experiment.store.signals != "none" and len({run.parameters.run for run in table.runs}) > 1:
+    records = (run.parameters.run for run in table.runs)
+    time_grids = {(record.n_sample, record.sampling_frequency) for record in records}
+    if experiment.store.signals != "none" and len(time_grids) > 1:
         message = (
             "signals with different durations or sampling do not fit into one data set;"
             " set store: {signals: none}"

@@ -21,6 +21,10 @@ ABSURD_PRESSURE_RATIO = 100.0
 """A run whose pressure exceeds the supply so many times has diverged, even while it is finite."""
 
 
+_CLOSE_TO_STOP = 0.98
+"""A run that diverges from a sample this far along the stroke has met the end of the cylinder."""
+
+
 def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> Trajectory:
     """Simulate runs side by side. A run's signals do not depend on the others.
 
@@ -94,18 +98,19 @@ def _outcome(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
     """How a run ended, from its states (4, n_time)."""
     run, actuator = parameters.run, parameters.actuator
     pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure
+    stroke = actuator.chamber_volume / actuator.piston_area
     with np.errstate(invalid="ignore"):
         diverged = ~np.all(np.isfinite(states), axis=0) | np.any(np.abs(states[2:]) > pressure_limit, axis=0)
-    if diverged.any():
+        beyond = np.abs(states[0]) >= stroke
+    at_the_stop = diverged.any() and abs(states[0, np.argmax(diverged) - 1]) > _CLOSE_TO_STOP * stroke
+    if diverged.any() and not at_the_stop:
         time = np.argmax(diverged) / run.sampling_frequency
         return Outcome(
             "diverged",
             f"the state grew without bound by t = {time:g} s; the step of {run.step:g} s is too long",
         )
-    stroke = actuator.chamber_volume / actuator.piston_area
-    beyond = np.abs(states[0]) >= stroke
-    if beyond.any():
-        time = np.argmax(beyond) / run.sampling_frequency
+    if beyond.any() or at_the_stop:
+        time = np.argmax(beyond | diverged) / run.sampling_frequency
         return Outcome(
             "stroke_exceeded",
             f"the piston left the cylinder (stroke ±{stroke:.4g} m) at t = {time:g} s",

@@ -21,6 +21,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     StoreError
         The folder cannot be made or written.
     """
+    if path.is_dir():
+        raise StoreError(f"{path}: cannot be written: is a directory")
     aside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -85,7 +87,7 @@ def open_for_reading(path: Path) -> Iterator[h5py.File]:
             yield file
         except StoreError:
             raise
-        except (KeyError, RuntimeError, OSError) as error:
+        except (KeyError, RuntimeError, OSError, TypeError, ValueError) as error:
             raise StoreError(f"{path}: is damaged: {reason(error)}") from error
 
 

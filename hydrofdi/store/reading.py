@@ -83,6 +83,8 @@ def read_experiment(path: Path) -> ExperimentData:
             for variable in (*REQUESTED, *COMPUTED)
             if not variable.is_signal
         }
+        if len({len(values) for values in columns.values()}) != 1:
+            raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
     return ExperimentData(path, experiment, columns)
 
 
@@ -121,5 +123,7 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
 
 
 def _values(dataset: h5py.Dataset) -> NDArray[Any]:
+    if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
+        raise KeyError(f"{dataset.name} is no variable with one row per run")
     is_text = h5py.check_string_dtype(dataset.dtype)
     return np.asarray(dataset.asstr()[:] if is_text else dataset[:])

@@ -1,0 +1,193 @@
+import csv
+import io
+import json
+import os
+import re
+import shutil
+
+import pytest
+from conftest import sweep_in
+
+LEAKAGES = (0.12, 0.89, 2.0)
+BULK_MODULI = (551.0, 689.0, 827.0)
+
+
+@pytest.fixture(scope="module")
+def modes(table3_rows):
+    """(leakage, EBM) → the row."""
+    return {
+        (round(row["leakage_L_per_min"], 9), round(row["bulk_modulus_MPa"], 6)): row for row in table3_rows
+    }
+
+
+def largest(deltas):
+    return max(range(5), key=lambda level: deltas[level])
+
+
+def test_json_has_the_keys_of_the_contract(table3_rows):
+    for row in table3_rows:
+        assert row.keys() >= {
+            "leakage_L_per_min", "bulk_modulus_MPa", "internal_leakage_coefficient", "detail_rms_Pa",
+            "delta_fixed_percent", "delta_matched_percent", "status",
+        }  # fmt: skip
+        for key in ("detail_rms_Pa", "delta_fixed_percent", "delta_matched_percent"):
+            assert len(row[key]) == 5
+        assert row["status"] == "ok"
+
+
+def test_the_table_is_nine_leaky_modes_and_three_sealed_controls(modes):
+    expected = {(leakage, beta) for leakage in (0.0, *LEAKAGES) for beta in BULK_MODULI}
+    assert modes.keys() == expected
+    assert [modes[0.0, beta]["internal_leakage_coefficient"] for beta in BULK_MODULI] == [0.0] * 3
+
+
+def test_the_coefficient_of_a_leakage_is_held_over_the_bulk_moduli(modes):
+    for leakage in LEAKAGES:
+        assert len({modes[leakage, beta]["internal_leakage_coefficient"] for beta in BULK_MODULI}) == 1
+    at_baseline = [modes[leakage, 551.0]["mean_internal_leakage_L_per_min"] for leakage in LEAKAGES]
+    assert at_baseline == pytest.approx(LEAKAGES, rel=1e-8)
+
+
+def test_delta_is_the_relative_fall_of_the_rms_against_both_baselines(modes):
+    for (_, beta), row in modes.items():
+        for key, healthy in (
+            ("delta_fixed_percent", modes[0.0, 551.0]),
+            ("delta_matched_percent", modes[0.0, beta]),
+        ):
+            pairs = zip(healthy["detail_rms_Pa"], row["detail_rms_Pa"], strict=True)
+            assert row[key] == pytest.approx([100 * (h - f) / h for h, f in pairs], rel=1e-9, abs=1e-9)
+
+
+def test_the_healthy_actuator_differs_in_nothing_from_itself(modes):
+    assert modes[0.0, 551.0]["delta_fixed_percent"] == [0.0] * 5
+    for beta in BULK_MODULI:
+        assert modes[0.0, beta]["delta_matched_percent"] == [0.0] * 5
+
+
+def test_the_nominal_reading_passes_the_sentences_of_the_paper(modes):
+    delta = {mode: row["delta_fixed_percent"] for mode, row in modes.items()}
+    for leakage in LEAKAGES:
+        normal, *raised = (delta[leakage, beta] for beta in BULK_MODULI)
+        assert normal[1] > 0.0, "C1"
+        assert largest(normal) == 1, "C1"
+        assert normal[1] > raised[0][1] > raised[1][1], "C3"
+        assert all(deltas[2] > 0.0 and largest(deltas) == 2 for deltas in raised), "C4"
+    d2 = [delta[leakage, 551.0][1] for leakage in LEAKAGES]
+    assert d2 == sorted(d2), "C2"
+    for beta in BULK_MODULI[1:]:
+        assert [value > 0.0 for value in delta[0.12, beta]] == [False, False, True, False, False], "C5"
+
+
+def test_the_mode_rises_with_the_bulk_modulus_and_its_damping_with_the_leak(modes):
+    frequencies = [modes[0.0, beta]["hydraulic_mode_Hz"] for beta in BULK_MODULI]
+    assert frequencies == sorted(frequencies)
+    assert frequencies[0] == pytest.approx(59.64, abs=0.02)
+    dampings = [modes[leakage, 551.0]["hydraulic_mode_damping_ratio"] for leakage in (0.0, *LEAKAGES)]
+    assert dampings == sorted(dampings)
+
+
+@pytest.fixture(scope="module")
+def printed(table3):
+    from conftest import run_hydrofdi
+
+    def render(form):
+        result = run_hydrofdi("report", table3.directory, "--format", form, cwd=table3.folder)
+        assert (result.returncode, result.stderr) == (0, "")
+        return result.stdout
+
+    return {form: render(form) for form in ("text", "markdown", "csv", "latex", "json")}
+
+
+def cells(rows, key):
+    """The cells as every printed form shows them, without emphasis."""
+    shown = [[f"{value + 0.0:+.1f}" for value in row[key]] for row in rows]
+    return [[re.sub(r"^[+-]0\.0$", "0.0", cell) for cell in row] for row in shown]
+
+
+@pytest.mark.parametrize(
+    ("form", "separator", "emphasis"),
+    [("text", r"\s+", "{}*"), ("markdown", r" \| ", "**{}**"), ("latex", " & ", r"\textbf{{{}}}")],
+)
+def test_every_form_shows_the_same_numbers_and_marks_the_largest_positive(
+    printed, table3_rows, form, separator, emphasis
+):
+    text = printed[form].replace("$+$", "+").replace("$-$", "-")
+    found = []
+    for line in text.splitlines():
+        parts = [part.strip() for part in re.split(separator, line.removesuffix(r" \\").strip(" |"))]
+        if len(parts) == 8 and parts[0] in ("sealed", "0.12", "0.89", "2"):
+            found.append(parts[3:])
+    expected = []
+    for key in ("delta_fixed_percent", "delta_matched_percent"):
+        for row, shown in zip(table3_rows, cells(table3_rows, key), strict=True):
+            best = largest(row[key])
+            if row[key][best] > 0.0:
+                shown[best] = emphasis.format(shown[best])
+            expected.append(shown)
+    assert found == expected
+
+
+def test_csv_holds_one_line_per_run_and_level_with_the_numbers_of_json(printed, table3_rows):
+    lines = list(csv.DictReader(io.StringIO(printed["csv"])))
+    assert len(lines) == 12 * 5
+    for position, line in enumerate(lines):
+        row, level = table3_rows[position // 5], position % 5
+        assert line["level"] == f"d{level + 1}"
+        assert float(line["leakage_L_per_min"]) == row["leakage_L_per_min"]
+        for key in ("detail_rms_Pa", "delta_fixed_percent", "delta_matched_percent"):
+            assert float(line[key]) == row[key][level]
+
+
+def test_format_json_and_the_option_json_are_the_same(printed, table3_rows):
+    assert json.loads(printed["json"])["rows"] == table3_rows
+
+
+def test_the_report_names_bands_and_modes(printed):
+    for form in ("text", "markdown"):
+        text = " ".join(printed[form].split())
+        assert "d2 62.5–125" in text
+        assert "59.6 (d3) at 551 MPa" in text
+
+
+def test_the_report_can_be_drawn(hydrofdi, table3, tmp_path):
+    result = hydrofdi("report", table3.directory, "--figure", tmp_path / "table.svg", "--json")
+    assert result.returncode == 0
+    assert json.loads(result.stdout)["rows"]
+    assert (tmp_path / "table.svg").read_text().startswith("<?xml")
+
+
+def test_without_a_folder_the_newest_experiment_is_reported(hydrofdi, small_sweep, failing_sweep, tmp_path):
+    for position, sweep in enumerate([failing_sweep, small_sweep]):
+        shutil.copytree(sweep.folder / "results", tmp_path / "results", dirs_exist_ok=True)
+        os.utime(tmp_path / sweep.summary["file"], (1e9 + position, 1e9 + position))
+    assert json.loads(hydrofdi("report", "--json").stdout)["experiment"] == "small"
+    os.utime(tmp_path / failing_sweep.summary["file"], (2e9, 2e9))
+    assert json.loads(hydrofdi("report", "--json").stdout)["experiment"] == "failing"
+
+
+def test_a_failed_run_is_a_row_without_numbers(hydrofdi, failing_sweep):
+    rows = json.loads(hydrofdi("report", failing_sweep.directory, "--json").stdout)["rows"]
+    failed = [row for row in rows if row["status"] != "ok"]
+    assert len(failed) == 1
+    assert failed[0]["detail_rms_Pa"] == failed[0]["delta_fixed_percent"] == [None] * 5
+    for form in ("text", "markdown", "csv", "latex"):
+        result = hydrofdi("report", failing_sweep.directory, "--format", form)
+        assert result.returncode == 0
+        assert "Traceback" not in result.stderr
+
+
+def test_a_grid_over_the_coefficient_itself_gives_the_same_table(table3_rows, tmp_path):
+    coefficients = list(dict.fromkeys(row["internal_leakage_coefficient"] for row in table3_rows))
+    assert len(coefficients) == 4
+    text = (
+        "name: coefficients\nstore: {signals: none}\nsweep:\n  grid:\n"
+        f"    leakage.internal_coefficient: {coefficients}\n    fluid.bulk_modulus: [551e6, 689e6, 827e6]\n"
+    )
+    from conftest import run_hydrofdi
+
+    sweep = sweep_in(tmp_path, text)
+    rows = json.loads(run_hydrofdi("report", sweep.directory, "--json", cwd=tmp_path).stdout)["rows"]
+    key = lambda row: (row["internal_leakage_coefficient"], row["bulk_modulus_MPa"])  # noqa: E731
+    for row, other in zip(sorted(rows, key=key), sorted(table3_rows, key=key), strict=True):
+        for name in ("detail_rms_Pa", "delta_fixed_percent", "delta_matched_percent"):
+            assert row[name] == other[name]

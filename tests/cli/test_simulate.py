@@ -1,0 +1,127 @@
+import json
+import subprocess
+import sys
+
+import h5py
+import pytest
+
+import hydrofdi as package
+from hydrofdi.config import load_experiment
+from hydrofdi.pipeline import simulate_nominal
+from hydrofdi.report.run_summary import run_record, summarize_run
+
+SHORT = ("--set", "run.duration=2 s")
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory):
+    from conftest import run_hydrofdi
+
+    result = run_hydrofdi(
+        "simulate", *SHORT, "--set", "leakage.internal_coefficient=1e-8", "--json",
+        cwd=tmp_path_factory.mktemp("simulate"),
+    )  # fmt: skip
+    assert result.returncode == 0
+    assert result.stderr == ""
+    return json.loads(result.stdout)
+
+
+def test_json_has_the_keys_of_the_contract(record):
+    assert record.keys() >= {
+        "run_id", "status", "parameters", "mean_internal_leakage_L_per_min",
+        "internal_leakage_coefficient", "detail_rms_Pa", "extremes",
+    }  # fmt: skip
+    assert record["status"] == "ok"
+    assert record["internal_leakage_coefficient"] == 1e-8
+    assert 1.0 < record["mean_internal_leakage_L_per_min"] < 2.0
+    assert len(record["detail_rms_Pa"]) == 5
+    assert record["parameters"]["fluid"]["bulk_modulus"] == 551e6
+    assert record["extremes"]["chamber_1_pressure_min"] < record["extremes"]["chamber_1_pressure_max"]
+
+
+def test_without_arguments_the_nominal_actuator_runs_from_any_folder_and_writes_nothing(hydrofdi, tmp_path):
+    result = hydrofdi("simulate")
+    assert result.returncode == 0
+    assert result.stderr == ""
+    for word in ("L/min", "d1", "d5", "kPa", "MPa", "f_h", "ζ"):
+        assert word in result.stdout
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_table_and_json_tell_the_same_numbers(hydrofdi, record):
+    text = hydrofdi("simulate", *SHORT, "--set", "leakage.internal_coefficient=1e-8").stdout
+    for rms in record["detail_rms_Pa"]:
+        assert f"{rms / 1e3:.3f}"[:5] in text
+
+
+def test_what_is_stored_is_what_is_printed(hydrofdi, tmp_path):
+    result = hydrofdi("simulate", *SHORT, "--out", "folder/run.h5", "--figure", "folder/run.png", "--json")
+    printed = json.loads(result.stdout)
+    with h5py.File(tmp_path / "folder" / "run.h5") as file:
+        assert file["run_id"].asstr()[0] == printed["run_id"]
+        assert file["detail_rms"][0].tolist() == printed["detail_rms_Pa"]
+        assert file["chamber_1_pressure"].shape == (1, 1000)
+    assert (tmp_path / "folder" / "run.png").read_bytes().startswith(b"\x89PNG")
+    report = hydrofdi("report", "folder/run.h5", "--json")
+    assert json.loads(report.stdout)["rows"][0]["detail_rms_Pa"] == printed["detail_rms_Pa"]
+
+
+def test_a_sweep_in_the_file_is_left_aside(hydrofdi, experiment_file, tmp_path):
+    config = experiment_file("run: {duration: 2 s}\nsweep: {grid: {friction.viscous: [100, 200]}}\n")
+    result = hydrofdi("simulate", config, "--json", "--out", "run.h5")
+    assert json.loads(result.stdout)["parameters"]["friction"]["viscous"] == 50.0
+    (row,) = json.loads(hydrofdi("report", "run.h5", "--json").stdout)["rows"]
+    assert row["labels"] == {}
+
+
+def test_a_run_that_diverges_is_stored_with_a_sentence_and_exit_code_1(hydrofdi, tmp_path):
+    result = hydrofdi("simulate", *SHORT, "--set", "fluid.bulk_modulus=1e13", "--json", "--out", "run.h5")
+    assert result.returncode == 1
+    printed = json.loads(result.stdout)
+    assert printed["status"] == "diverged"
+    assert printed["detail_rms_Pa"] == [None] * 5
+    assert "the state grew without bound" in result.stderr
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert file["status"].asstr()[0] == "diverged"
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ["input.amplitude=0"],
+        ["input.amplitude=0", "leakage.internal_coefficient=1e-8"],
+        ["wavelet.levels=1"],
+        ["wavelet.name=haar", "wavelet.extension=periodization"],
+        ["supply.return_pressure=17 MPa"],
+        ["leakage.external_coefficient=1e-6"],
+        ["actuator.piston_area=1e200"],
+        ["actuator.mass=1e-300"],
+        ["valve.natural_frequency=1e200"],
+        ["friction.velocity_threshold=1e-300"],
+    ],
+)
+def test_odd_but_valid_parameters_end_in_a_run_or_in_a_failed_one(settings):
+    single = simulate_nominal(load_experiment(None, ["run.duration=2 s", *settings]))
+    record = run_record(summarize_run(single.run, single.columns))
+    assert record["status"] in ("ok", "diverged", "stroke_exceeded")
+    json.dumps(record, allow_nan=False)
+
+
+def test_the_version_is_printed(hydrofdi):
+    result = hydrofdi("--version")
+    assert (result.returncode, result.stdout) == (0, f"hydrofdi {package.__version__}\n")
+
+
+def test_help_is_there_for_every_command(hydrofdi):
+    result = hydrofdi("--help")
+    assert result.returncode == 0
+    for command in ("simulate", "sweep", "report"):
+        assert command in result.stdout
+
+
+def test_help_loads_nothing_heavy(tmp_path):
+    command = [sys.executable, "-X", "importtime", "-m", "hydrofdi", "--help"]
+    told = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=60).stderr
+    loaded = {line.rpartition("|")[2].strip().split(".")[0] for line in told.splitlines()}
+    assert "typer" in loaded
+    assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "h5py", "pywt", "pydantic", "pebble"}

@@ -1,0 +1,122 @@
+import json
+import os
+import shutil
+
+import h5py
+import numpy as np
+from conftest import SMALL
+
+NO_NETWORK = """
+import socket
+
+class Blocked(socket.socket):
+    def connect(self, address):
+        if self.family in (socket.AF_INET, socket.AF_INET6):
+            raise RuntimeError(f"connection to {address}")
+        return super().connect(address)
+
+socket.socket = Blocked
+"""
+
+
+def test_json_has_the_keys_of_the_contract(small_sweep):
+    summary = small_sweep.summary
+    assert summary.keys() >= {"planned", "completed", "skipped", "failed", "seconds", "file"}
+    counts = {key: summary[key] for key in ("planned", "completed", "skipped", "failed")}
+    assert counts == {"planned": 4, "completed": 4, "skipped": 0, "failed": 0}
+    assert summary["file"] == "results/small/small.h5"
+    assert small_sweep.result.returncode == 0
+
+
+def test_the_study_of_the_paper_is_twelve_runs(table3):
+    assert table3.summary["planned"] == table3.summary["completed"] == 12
+    assert table3.summary["failed"] == 0
+
+
+def test_the_second_sweep_computes_nothing_and_touches_nothing(hydrofdi, small_sweep, tmp_path):
+    shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
+    file = tmp_path / small_sweep.summary["file"]
+    before = file.read_bytes(), file.stat().st_mtime_ns
+    result = hydrofdi("sweep", "experiment.yaml", "--json")
+    summary = json.loads(result.stdout)
+    assert (summary["completed"], summary["skipped"], summary["planned"]) == (0, 4, 4)
+    assert (file.read_bytes(), file.stat().st_mtime_ns) == before
+
+
+def test_a_changed_grid_computes_what_is_new_and_drops_what_is_gone(hydrofdi, small_sweep, tmp_path):
+    shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
+    bulk_moduli = [([551e6, 700e6], 2), ([551e6], 0)]
+    for values, completed in bulk_moduli:
+        setting = f"sweep.grid.fluid.bulk_modulus={values}"
+        result = hydrofdi("sweep", "experiment.yaml", "--json", "--workers", "1", "--set", setting)
+        assert json.loads(result.stdout)["completed"] == completed
+        with h5py.File(tmp_path / small_sweep.summary["file"]) as file:
+            np.testing.assert_array_equal(file["bulk_modulus"], values * 2)
+
+
+def test_the_experiment_file_does_not_depend_on_the_number_of_workers(hydrofdi, small_sweep, tmp_path):
+    result = hydrofdi("sweep", small_sweep.config, "--workers", "3")
+    assert result.returncode == 0
+    assert (tmp_path / "results/small/small.h5").read_bytes() == small_sweep.file.read_bytes()
+
+
+def test_results_go_where_out_says(hydrofdi, experiment_file, tmp_path):
+    config = experiment_file("run: {duration: 2 s}\nstore: {signals: none}\n")
+    result = hydrofdi("sweep", config, "--out", "else/where", "--workers", "1", "--json")
+    assert json.loads(result.stdout)["file"] == "else/where/where.h5"
+    assert (tmp_path / "else" / "where" / "where.h5").exists()
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_run_that_diverges_is_a_stored_row_and_the_others_go_on(failing_sweep):
+    assert failing_sweep.result.returncode == 1
+    assert failing_sweep.summary["failed"] == 1
+    with h5py.File(failing_sweep.file) as file:
+        statuses, messages = file["status"].asstr()[:].tolist(), file["message"].asstr()[:].tolist()
+        assert statuses == ["ok", "diverged", "ok"]
+        assert [bool(message) for message in messages] == [False, True, False]
+        assert "the state grew without bound" in messages[1]
+        assert np.isfinite(file["detail_rms"][:]).all(axis=1).tolist() == [True, False, True]
+
+
+def test_a_diverged_run_is_not_computed_again(hydrofdi, failing_sweep, tmp_path):
+    shutil.copytree(failing_sweep.folder, tmp_path, dirs_exist_ok=True)
+    result = hydrofdi("sweep", "experiment.yaml", "--json")
+    assert result.returncode == 1
+    assert json.loads(result.stdout)["completed"] == 0
+
+
+def test_no_connection_is_made(hydrofdi, tmp_path, experiment_file):
+    guard = tmp_path / "guard"
+    guard.mkdir()
+    (guard / "sitecustomize.py").write_text(NO_NETWORK)
+    environment = {**os.environ, "PYTHONPATH": str(guard)}
+    config = experiment_file(SMALL)
+    assert hydrofdi("sweep", config, "--workers", "2", env=environment).returncode == 0
+    assert hydrofdi("report", env=environment).returncode == 0
+
+
+AXES = {
+    "run.step": ["0.1 ms", "0.05 ms"], "wavelet.levels": [1, 3], "wavelet.name": ["db4", "haar"],
+    "input.amplitude": ["1 V", "3 V"], "valve.natural_frequency": ["150 Hz", "160 Hz"],
+    "supply.pressure": ["10 MPa", "11 MPa"],
+}  # fmt: skip
+
+
+def test_any_parameter_can_be_swept(hydrofdi, experiment_file):
+    blocks = "".join(f"    - grid: {{{axis}: {json.dumps(values)}}}\n" for axis, values in AXES.items())
+    config = experiment_file(f"run: {{duration: 2 s}}\nsweep:\n  union:\n{blocks}")
+    result = hydrofdi("sweep", config, "--workers", "1")
+    assert result.returncode == 0, result.stderr
+    rows = json.loads(hydrofdi("report", "--json").stdout)["rows"]
+    assert all(row["status"] == "ok" for row in rows)
+    for axis in AXES:
+        assert len({row["labels"][axis] for row in rows}) >= 2
+
+
+def test_records_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, experiment_file):
+    config = experiment_file("sweep: {grid: {run.duration: [2 s, 4 s]}}\n")
+    result = hydrofdi("sweep", config, "--workers", "1")
+    assert result.returncode == 2
+    assert "store: {signals: none}" in result.stderr
+    assert hydrofdi("sweep", config, "--workers", "1", "--set", "store.signals=none").returncode == 0

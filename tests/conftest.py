@@ -1,0 +1,107 @@
+"""Fixtures that several test files share: the real command, and sweeps that are run once."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+REPOSITORY = Path(__file__).parent.parent
+
+Command = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def run_hydrofdi(*arguments: str | Path, cwd: Path, **options: Any) -> subprocess.CompletedProcess[str]:
+    """The real entry point in a process of its own."""
+    command = [sys.executable, "-m", "hydrofdi", *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, **options)
+
+
+@pytest.fixture
+def hydrofdi(tmp_path: Path) -> Command:
+    """Runs the command in an empty folder."""
+
+    def run(*arguments: str | Path, **options: Any) -> subprocess.CompletedProcess[str]:
+        return run_hydrofdi(*arguments, cwd=options.pop("cwd", tmp_path), **options)
+
+    return run
+
+
+SMALL = """\
+name: small
+run: {duration: 2 s}
+sweep:
+  grid:
+    leakage.internal_coefficient: [0, 1e-8]
+    fluid.bulk_modulus: [551 MPa, 827 MPa]
+"""
+
+
+def sweep_in(folder: Path, text: str, *arguments: str) -> SimpleNamespace:
+    """A sweep of an experiment text in a folder; fails loudly where the command does."""
+    config = folder / "experiment.yaml"
+    config.write_text(text, encoding="utf-8")
+    return swept(folder, config, *arguments)
+
+
+def swept(folder: Path, config: Path, *arguments: str) -> SimpleNamespace:
+    result = run_hydrofdi("sweep", config, "--json", "--workers", "1", *arguments, cwd=folder)
+    assert result.returncode in (0, 1), result.stderr
+    summary = json.loads(result.stdout)
+    file = folder / summary["file"]
+    return SimpleNamespace(
+        folder=folder, config=config, file=file, directory=file.parent, summary=summary, result=result
+    )
+
+
+@pytest.fixture(scope="session")
+def small_sweep(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+    """Four runs of 2 s with all signals; to be read only."""
+    return sweep_in(tmp_path_factory.mktemp("small"), SMALL)
+
+
+@pytest.fixture(scope="session")
+def table3(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+    """The study of the paper as it is; to be read only."""
+    return swept(tmp_path_factory.mktemp("table3"), REPOSITORY / "configs" / "table3.yaml")
+
+
+@pytest.fixture(scope="session")
+def table3_rows(table3: SimpleNamespace) -> list[dict[str, Any]]:
+    """The rows that ``report --json`` prints for the study of the paper."""
+    result = run_hydrofdi("report", "--json", cwd=table3.folder)
+    assert result.returncode == 0, result.stderr
+    rows: list[dict[str, Any]] = json.loads(result.stdout)["rows"]
+    return rows
+
+
+FAILING = """\
+name: failing
+run: {duration: 2 s}
+store: {signals: none}
+sweep: {grid: {fluid.bulk_modulus: [551 MPa, 1e7 MPa, 689 MPa]}}
+"""
+
+
+@pytest.fixture(scope="session")
+def failing_sweep(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+    """Three runs of which the second diverges; to be read only."""
+    return sweep_in(tmp_path_factory.mktemp("failing"), FAILING)
+
+
+@pytest.fixture
+def experiment_file(tmp_path: Path) -> Callable[[str | bytes], Path]:
+    """Writes an experiment file."""
+
+    def write(text: str | bytes) -> Path:
+        path = tmp_path / "experiment.yaml"
+        path.write_bytes(text.encode() if isinstance(text, str) else text)
+        return path
+
+    return write

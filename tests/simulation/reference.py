@@ -1,0 +1,103 @@
+"""The six equations as printed and as composed of the package's functions, integrated by SciPy."""
+
+import math
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
+from hydrofdi.physics.friction import friction_force
+from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
+from hydrofdi.physics.valve import (
+    chamber_1_orifice_drop,
+    chamber_2_orifice_drop,
+    control_flow,
+    spool_acceleration,
+)
+
+SCALES = np.array([1e-3, 1e-2, 1e-6, 1e-3, 1e4, 1e4])
+"""Sizes of x_p, v_p, x_v, v_v, P_1, P_2 below which errors do not count relatively."""
+
+
+def printed_rates(p, K_i, u):
+    """The right-hand side as the paper prints it, cases and all."""
+    a, v, s, f = p.actuator, p.valve, p.supply, p.friction
+    omega = 2.0 * math.pi * v.natural_frequency
+    beta, K_e = p.fluid.bulk_modulus, p.leakage.external_coefficient
+
+    def sign(value):
+        return float(value > 0) - float(value < 0)
+
+    def root(value):
+        return sign(value) * math.sqrt(abs(value))
+
+    def rates(_, y):
+        x_p, v_p, x_v, v_v, P_1, P_2 = y
+        if abs(v_p) >= f.velocity_threshold:
+            stribeck = f.coulomb + (f.breakaway - f.coulomb) * math.exp(-f.transition * abs(v_p))
+            F_f = stribeck * sign(v_p) + f.viscous * v_p
+        else:
+            at_threshold = math.exp(-f.transition * f.velocity_threshold)
+            F_th = f.viscous * f.velocity_threshold + f.coulomb + (f.breakaway - f.coulomb) * at_threshold
+            F_f = v_p * F_th / f.velocity_threshold
+        half_drop, mean = (s.pressure - s.return_pressure) / 2, (s.pressure + s.return_pressure) / 2
+        q_1 = v.flow_gain * v.area_gradient * x_v * root(half_drop + sign(x_v) * (mean - P_1))
+        q_2 = v.flow_gain * v.area_gradient * x_v * root(half_drop + sign(x_v) * (P_2 - mean))
+        q_il = K_i * sign(P_1 - P_2) * math.sqrt(abs(P_1 - P_2))
+        return [
+            v_p,
+            (a.piston_area * P_1 - a.piston_area * P_2 - F_f - a.load_stiffness * x_p) / a.mass,
+            v_v,
+            -(omega**2) * x_v - 2 * v.damping_ratio * omega * v_v + v.spool_gain * omega**2 * u,
+            beta / (a.chamber_volume + a.piston_area * x_p) * (q_1 - q_il - K_e * P_1 - a.piston_area * v_p),
+            beta / (a.chamber_volume - a.piston_area * x_p) * (-q_2 + q_il - K_e * P_2 + a.piston_area * v_p),
+        ]
+
+    return rates
+
+
+def physics_rates(p, K_i, u):
+    """The right-hand side composed of the functions in ``hydrofdi.physics``."""
+    a, v, s, f = p.actuator, p.valve, p.supply, p.friction
+
+    def rates(_, y):
+        x_p, v_p, x_v, v_v, P_1, P_2 = y
+        F_f = friction_force(v_p, f.coulomb, f.breakaway, f.viscous, f.transition, f.velocity_threshold)
+        drop_1 = chamber_1_orifice_drop(x_v, P_1, s.pressure, s.return_pressure)
+        drop_2 = chamber_2_orifice_drop(x_v, P_2, s.pressure, s.return_pressure)
+        q_il = internal_leakage_flow(P_1 - P_2, K_i)
+        net_1 = control_flow(x_v, drop_1, v.flow_gain, v.area_gradient) - q_il - a.piston_area * v_p
+        net_2 = -control_flow(x_v, drop_2, v.flow_gain, v.area_gradient) + q_il + a.piston_area * v_p
+        net_1 -= external_leakage_flow(P_1, p.leakage.external_coefficient)
+        net_2 -= external_leakage_flow(P_2, p.leakage.external_coefficient)
+        rate_1, rate_2 = chamber_pressure_rates(
+            x_p, net_1, net_2, p.fluid.bulk_modulus, a.chamber_volume, a.piston_area
+        )
+        acceleration = piston_acceleration(x_p, P_1, P_2, F_f, a.mass, a.piston_area, a.load_stiffness)
+        omega = 2.0 * math.pi * v.natural_frequency
+        spool = spool_acceleration(x_v, v_v, u, omega, v.damping_ratio, v.spool_gain)
+        return [v_p, acceleration, v_v, spool, rate_1, rate_2]
+
+    return rates
+
+
+def integrate(rates_of, parameters, K_i, tolerance):
+    """States (6, n_time) at the samples; Radau, restarted at every edge of the input."""
+    run, drive, supply = parameters.run, parameters.input, parameters.supply
+    time = np.arange(run.n_sample) / run.sampling_frequency
+    half = drive.period / 2
+    rest = (supply.pressure + supply.return_pressure) / 2
+    y = np.array([0.0, 0.0, 0.0, 0.0, rest, rest])
+    states = []
+    for number in range(math.ceil(run.duration / half - 1e-9)):
+        first, last = number * half, min((number + 1) * half, run.duration)
+        inside = time[(time >= first - 1e-9) & (time < last - 1e-9)]
+        u = drive.amplitude if number % 2 == 0 else -drive.amplitude
+        solution = solve_ivp(
+            rates_of(parameters, K_i, u), (first, last), y, method="Radau", rtol=tolerance,
+            atol=tolerance * SCALES, t_eval=np.append(inside, last),
+        )  # fmt: skip
+        assert solution.success
+        states.append(solution.y[:, :-1])
+        y = solution.y[:, -1]
+    return np.concatenate(states, axis=1)

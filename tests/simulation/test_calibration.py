@@ -1,0 +1,44 @@
+import math
+
+import pytest
+
+from hydrofdi.simulation import simulate_batch, solve_leakage_coefficients
+
+FLOWS = {"0.12 L/min": 2e-6, "0.89 L/min": 0.89e-3 / 60, "2 L/min": 2e-3 / 60}
+
+
+@pytest.fixture(scope="module")
+def conditions(parameters):
+    return [parameters(f"leakage.internal_flow={flow}") for flow in FLOWS]
+
+
+def test_the_solved_coefficient_leaks_what_was_asked_for(conditions):
+    coefficients = [solution.coefficient for solution in solve_leakage_coefficients(conditions)]
+    flows = simulate_batch(conditions, coefficients).mean_internal_leakage_flow
+    assert flows == pytest.approx(list(FLOWS.values()), rel=1e-8)
+    assert coefficients == sorted(coefficients)
+
+
+def test_a_solution_does_not_depend_on_its_neighbours(conditions, parameters):
+    others = [parameters("leakage.internal_flow=1 L/min", "fluid.bulk_modulus=700 MPa")]
+    together = solve_leakage_coefficients([*others, *reversed(conditions)])[1:]
+    alone = [solve_leakage_coefficients([condition])[0] for condition in reversed(conditions)]
+    assert [solution.coefficient for solution in together] == [solution.coefficient for solution in alone]
+
+
+def test_records_of_different_lengths_are_solved_each_on_its_own(conditions, parameters):
+    long = parameters("leakage.internal_flow=0.12 L/min", "run.duration=3 s")
+    mixed = solve_leakage_coefficients([conditions[0], long])
+    assert mixed[0] == solve_leakage_coefficients([conditions[0]])[0]
+    assert mixed[1] == solve_leakage_coefficients([long])[0]
+
+
+@pytest.mark.parametrize("flow", ["500 L/min", "10 L/min"])
+def test_a_flow_that_no_coefficient_reaches_has_no_solution_and_spares_the_others(
+    conditions, parameters, flow
+):
+    unreachable = parameters(f"leakage.internal_flow={flow}")
+    solutions = solve_leakage_coefficients([unreachable, conditions[0]])
+    assert math.isnan(solutions[0].coefficient)
+    assert solutions[0].reachable_flow < unreachable.leakage.internal_flow
+    assert solutions[1] == solve_leakage_coefficients([conditions[0]])[0]

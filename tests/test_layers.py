@@ -1,0 +1,117 @@
+"""The house rules, read from the sources: who may import whom, and where outside libraries live."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import hydrofdi
+
+PACKAGE = Path(hydrofdi.__file__).parent
+
+LAYERS = [
+    {"cli"},
+    {"pipeline"},
+    {"execution"},
+    {"report", "features", "store", "simulation"},
+    {"physics"},
+    {"config"},
+    {"units"},
+    {"errors"},
+]
+"""Top to bottom; a room imports from rooms below, and execution from its own layer as the house allows."""
+
+SIDEWAYS = {("report", "store"), ("report", "features"), ("features", "simulation")}
+"""Imports within a layer."""
+
+HOMES = {
+    "h5py": ("store/",),
+    "pywt": ("features/wavelet.py", "config/wavelet.py", "config/parameters.py"),
+    "typer": ("cli/",),
+    "rich": ("cli/",),
+    "yaml": ("config/yaml_source.py", "config/loading.py"),
+    "matplotlib": ("report/figures.py",),
+    "pebble": ("execution/",),
+    "numba": ("physics/equation.py", "simulation/"),
+    "distributed": ("execution/",),
+    "dask": ("execution/",),
+}
+"""Outside library → where it may be imported."""
+
+FILES = sorted(path for path in PACKAGE.rglob("*.py"))
+TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in FILES}
+
+
+def place(path):
+    return path.relative_to(PACKAGE).as_posix()
+
+
+def room(path):
+    first = path.relative_to(PACKAGE).parts[0]
+    return first.removesuffix(".py")
+
+
+def imported(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "imports are absolute"
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def rooms_imported(path):
+    rooms = {layer for group in LAYERS for layer in group}
+    names = (name.split(".") for name in imported(TREES[path]))
+    return {parts[1] for parts in names if parts[0] == "hydrofdi" and len(parts) > 1 and parts[1] in rooms}
+
+
+INSIDE = [path for path in FILES if room(path) not in ("__init__", "__main__")]
+
+
+def test_every_room_has_its_layer():
+    assert {room(path) for path in INSIDE} <= {name for layer in LAYERS for name in layer}
+
+
+@pytest.mark.parametrize("path", INSIDE, ids=place)
+def test_a_module_imports_only_from_below(path):
+    height = {name: position for position, layer in enumerate(LAYERS) for name in layer}
+    here = room(path)
+    for other in rooms_imported(path) - {here}:
+        assert height[other] > height[here] or (here, other) in SIDEWAYS, f"{place(path)} imports {other}"
+
+
+def test_nothing_imports_the_command_line():
+    importers = {room(path) for path in FILES if "cli" in rooms_imported(path)}
+    assert importers <= {"cli", "__main__"}
+
+
+def test_there_are_no_circles_between_rooms():
+    below = {}
+    for path in INSIDE:
+        below.setdefault(room(path), set()).update(rooms_imported(path) - {room(path)})
+    while leaves := {name for name, others in below.items() if not others & below.keys()}:
+        below = {name: others for name, others in below.items() if name not in leaves}
+    assert not below
+
+
+@pytest.mark.parametrize("library", HOMES)
+def test_an_outside_library_is_imported_only_at_home(library):
+    for path in FILES:
+        if any(name.split(".")[0] == library for name in imported(TREES[path])):
+            assert place(path).startswith(HOMES[library]), f"{place(path)} imports {library}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=place)
+def test_what_is_public_has_a_docstring(path):
+    tree = TREES[path]
+    assert ast.get_docstring(tree), place(path)
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            assert ast.get_docstring(node), f"{place(path)}: {node.name}"
+
+
+def test_names_that_say_nothing_are_not_used():
+    empty = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
+    assert not {part for path in FILES for part in path.relative_to(PACKAGE).with_suffix("").parts} & empty

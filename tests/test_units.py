@@ -1,0 +1,110 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrofdi.units import convert, parse_quantity, parse_unit
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("551 MPa", "Pa", 551e6),
+        ("17.2MPa", "Pa", 17.2e6),
+        ("100 bar", "Pa", 1e7),
+        ("0.12 L/min", "m^3/s", 2e-6),
+        ("0.12 l/min", "m^3/s", 2e-6),
+        ("280 cm^3", "m^3", 280e-6),
+        ("280 cm³", "m^3", 280e-6),
+        ("633 mm²", "m^2", 633e-6),
+        ("22 µm/V", "m/V", 22e-6),
+        ("22 um/V", "m/V", 22e-6),
+        ("50 N·s/m", "N*s/m", 50.0),
+        ("50 N*s/m", "N*s/m", 50.0),
+        ("150 kN/m", "N/m", 150e3),
+        ("0.1 ms", "s", 1e-4),
+        ("2", "V", 2.0),
+        ("-1e1", "V", -10.0),
+        ("70 %", "1", 0.7),
+        ("1 m^1.5/kg^0.5", "m^1.5/kg^0.5", 1.0),
+        ("1 m^(3/2)/kg^(1/2)", "m^1.5/kg^0.5", 1.0),
+        ("1 m³/(s·Pa)", "m^3/(s*Pa)", 1.0),
+        ("1 V", "kg*m^2/(s^3*A)", 1.0),
+    ],
+)
+def test_a_quantity_is_read_in_si(text, unit, expected):
+    assert parse_quantity(text, unit) == expected
+
+
+def test_psi_are_pounds_per_square_inch():
+    assert parse_quantity("2500 psi", "Pa") == pytest.approx(
+        2500 * 0.45359237 * 9.80665 / 0.0254**2, rel=1e-15
+    )
+
+
+def test_every_spelling_of_a_quantity_gives_the_same_float():
+    spellings = ["0.00012 m^3/min", "0.12 L/min", "120 mL/min", "2 mL/s", "2e-6 m³/s", "7.2 L/h"]
+    assert len({parse_quantity(text, "m^3/s") for text in spellings}) == 1
+
+
+@pytest.mark.parametrize("text", ["551 bar·s", "551 kg", "551 Hz", "3 rad", "551 MPa^2", "1 %"])
+def test_a_unit_of_another_dimension_is_refused(text):
+    with pytest.raises(ValueError, match="wrong unit"):
+        parse_quantity(text, "Pa")
+
+
+def test_cycles_and_radians_are_not_mixed_up():
+    with pytest.raises(ValueError, match="wrong unit"):
+        parse_quantity("1100 rad/s", "Hz")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "MPa", "551 MPaa", "551 M Pa/", "five MPa", "1 (Pa", "1 Pa)", "1 /", "1 Pa//s", "1 ^2", "nan", "inf",
+     "0x10 Pa", "1,5 MPa", "1 Pa^(1/0)", "1 Pa⁻", "1 Pa^2^2", "1 Pa^99999999999", "1 GPa^100.5"],
+)  # fmt: skip
+def test_what_is_no_quantity_is_refused_as_a_mistake_of_the_user(text):
+    with pytest.raises(ValueError):  # noqa: PT011
+        parse_quantity(text, "Pa")
+
+
+@given(st.text(max_size=30))
+def test_no_text_raises_anything_but_a_value_error(text):
+    try:
+        parse_quantity(text, "Pa")
+    except ValueError:
+        return
+
+
+@given(st.text(alphabet="kgmsPaN^-·*/()²³⁻0123456789.% ", max_size=24))
+def test_no_unit_raises_anything_but_a_value_error(text):
+    try:
+        parse_quantity(f"1 {text}", "Pa")
+    except ValueError:
+        return
+
+
+@given(
+    st.floats(allow_nan=False, allow_infinity=False, min_value=-1e12, max_value=1e12),
+    st.sampled_from(["MPa", "kPa", "bar", "psi"]),
+)
+def test_what_is_converted_comes_back(value, unit):
+    assert convert(parse_quantity(f"{value!r} {unit}", "Pa"), unit) == pytest.approx(
+        value, rel=1e-14, abs=1e-300
+    )
+
+
+@given(st.floats(min_value=-1e250, max_value=1e250))
+def test_a_bare_number_is_taken_as_it_is(value):
+    assert parse_quantity(repr(value), "Pa") == value
+
+
+def test_numbers_that_do_not_exist_pass_the_conversion_unchanged():
+    assert math.isnan(convert(math.nan, "MPa"))
+    assert convert(math.inf, "MPa") == math.inf
+
+
+def test_units_multiply_and_divide():
+    assert parse_unit("N·s/m") == parse_unit("kg/s")
+    assert parse_unit("W") == parse_unit("V*A") == parse_unit("J/s") == parse_unit("Pa·m³/s")

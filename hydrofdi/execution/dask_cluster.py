@@ -65,7 +65,7 @@ class DaskEngine:
         if self.workers == 0:
             self._client.close()
             raise ConfigError(f"--scheduler {self._scheduler}: the cluster has no workers")
-        self._completed = self._distributed.as_completed()  # type: ignore[no-untyped-call]
+        self._completed = self._distributed.as_completed(loop=self._client.loop)  # type: ignore[no-untyped-call]
         return self
 
     def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:

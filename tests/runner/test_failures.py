@@ -1,0 +1,176 @@
+"""Runs that raise, hang, or lose their worker; disks that are full; folders that are not ours."""
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+
+import pytest
+from processes import COMMAND, kill, nobody_left, run, run_json, start, wait_until, workers
+
+BAD_RUNS = """\
+name: bad
+run: {duration: 2 s}
+limits: {time_per_job: 2 s}
+store: {signals: none}
+sweep:
+  union:
+    - grid: {fluid.bulk_modulus: [551 MPa, 600 MPa, 689 MPa, 827 MPa]}
+    - grid: {run.duration: [4.0e7 s]}    # more memory than there is: raises
+    - grid: {run.step: [1.0e-9 s]}       # hangs for all practical purposes
+"""
+
+LONG = """\
+name: long
+store: {signals: none}
+sweep:
+  grid:
+    leakage.internal_coefficient: {linspace: [0, 3e-8, 40]}
+    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 200]}
+"""
+
+
+@pytest.fixture
+def long_sweep(tmp_path):
+    """A sweep of several seconds, and the folder of its results."""
+    file = tmp_path / "long.yaml"
+    file.write_text(LONG)
+    return file, tmp_path / "long"
+
+
+def limit_memory():
+    resource.setrlimit(resource.RLIMIT_AS, (12 << 30, 12 << 30))
+
+
+def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path):
+    file, out = tmp_path / "bad.yaml", tmp_path / "bad"
+    file.write_text(BAD_RUNS)
+    summary = run_json("sweep", file, "--out", out, check=1, preexec_fn=limit_memory)
+    assert (summary["planned"], summary["failed"]) == (6, 2)
+    assert run_json("status", out, check=1)["statuses"] == {"ok": 4, "error": 1, "timeout": 1}
+    rows = {row["status"]: row for row in run_json("report", out)["rows"]}
+    assert "MemoryError" in rows["error"]["message"]
+    assert "2 s" in rows["timeout"]["message"]
+    assert "Traceback" in run_json("why", out, "4")["log"]
+    again = run_json("sweep", file, "--out", out, check=1, preexec_fn=limit_memory)
+    assert (again["completed"], again["failed"]) == (0, 2)
+    retried = run_json("sweep", file, "--out", out, "--retry-failed", check=1, preexec_fn=limit_memory)
+    assert (retried["completed"], retried["skipped"]) == (2, 4)
+
+
+def test_a_run_whose_worker_is_killed_becomes_a_row_and_can_be_tried_again(tmp_path):
+    file, out = tmp_path / "one.yaml", tmp_path / "one"
+    file.write_text("name: one\nrun: {duration: 2 s, step: 1.0e-7 s}\nstore: {signals: none}\n")
+    process = start("sweep", file, "--out", out, "--workers", "1")
+    assert wait_until(lambda: (out / "run.log").exists() and workers(process.pid))
+    pids = wait_until(lambda: workers(process.pid))
+    kill(pids[0])
+    process.communicate(timeout=60)
+    assert process.returncode == 1
+    (failure,) = [row for row in run_json("report", out)["rows"] if row["status"] != "ok"]
+    assert failure["status"] == "killed"
+    assert run_json("sweep", file, "--out", out, "--retry-failed")["failed"] == 0
+
+
+def test_the_first_interrupt_stores_what_runs_and_the_sweep_goes_on_later(long_sweep):
+    file, out = long_sweep
+    process = start("sweep", file, "--out", out)
+    assert wait_until(lambda: list((out / "shards").glob("[!.]*.h5")))
+    os.kill(process.pid, signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "the same command goes on" in told
+    status = run_json("status", out)
+    assert 0 < status["done"] < status["planned"]
+    assert nobody_left(process.pid)
+    summary = run_json("sweep", file, "--out", out)
+    assert summary["completed"] == status["missing"]
+
+
+@pytest.mark.parametrize("signals", [[signal.SIGINT, signal.SIGINT], [signal.SIGTERM], [signal.SIGKILL]])
+def test_a_stop_leaves_no_process_and_nothing_that_a_reader_trips_over(long_sweep, signals):
+    file, out = long_sweep
+    process = start("sweep", file, "--out", out)
+    assert wait_until(lambda: list((out / "shards").glob("[!.]*.h5")))
+    for number in signals:
+        os.kill(process.pid, number)
+        wait_until(lambda: False, 0.3)
+    process.wait(timeout=10)
+    assert nobody_left(process.pid)
+    assert process.returncode == (130 if signals[0] != signal.SIGKILL else -signal.SIGKILL)
+    assert run_json("verify", out)["sound"]
+    run("collect", out, check=0)
+    assert run_json("report", out)["rows"]
+
+
+def test_a_second_sweep_on_a_folder_is_refused_with_process_and_host(long_sweep):
+    file, out = long_sweep
+    process = start("sweep", file, "--out", out)
+    try:
+        assert wait_until(lambda: (out / "run.log").exists())
+        refused = run("sweep", file, "--out", out, check=2)
+        assert f"process {process.pid} on {os.uname().nodename}" in refused.stderr
+        assert refused.stderr.count("\n") == 1
+    finally:
+        os.kill(process.pid, signal.SIGTERM)
+        process.communicate(timeout=10)
+
+
+def test_the_lock_of_a_dead_process_is_taken_over_with_a_line(long_sweep):
+    file, out = long_sweep
+    process = start("sweep", file, "--out", out)
+    assert wait_until(lambda: (out / "run.log").exists())
+    process.kill()
+    process.wait()
+    assert nobody_left(process.pid)
+    later = run("sweep", file, "--out", out, check=0)
+    assert (
+        f"took over the lock of a sweep that ended without letting go (process {process.pid}" in later.stderr
+    )
+
+
+def test_a_full_disk_gives_one_line_and_loses_nothing(tmp_path):
+    file, out = tmp_path / "disk.yaml", tmp_path / "disk"
+    file.write_text(
+        "name: disk\nrun: {duration: 2 s}\nsweep:\n  grid:\n"
+        "    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 30]}\n"
+    )
+
+    def limit_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+
+    stopped = run("sweep", file, "--out", out, check=2, preexec_fn=limit_files)
+    assert len(stopped.stderr.splitlines()) == 1
+    assert "cannot be written" in stopped.stderr
+    assert not list(out.rglob(".*.part"))
+    assert run_json("sweep", file, "--out", out)["failed"] == 0
+    assert run_json("verify", out)["sound"]
+
+
+def test_a_folder_that_cannot_be_written_is_told_in_one_line(tmp_path):
+    file, folder = tmp_path / "small.yaml", tmp_path / "closed"
+    file.write_text("name: small\nrun: {duration: 2 s}\nstore: {signals: none}\n")
+    run("sweep", file, "--out", folder, check=0)
+    (folder / "small.h5").unlink(missing_ok=True)
+    for path in [*folder.rglob("*"), folder]:
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    plain = []
+    if os.geteuid() == 0:
+        if not shutil.which("setpriv"):
+            pytest.skip("root may write everywhere, and there is no setpriv to give that up")
+        plain = ["setpriv", "--bounding-set", "-dac_override,-dac_read_search"]
+    refused = subprocess.run(
+        [*plain, *COMMAND, "sweep", file, "--out", folder, "--set", "friction.viscous=60"],
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert refused.returncode == 2
+    assert len(refused.stderr.splitlines()) == 1
+    assert "Permission denied" in refused.stderr
+
+
+def test_a_small_torture_keeps_the_bits(tmp_path):
+    from torture import torture
+
+    kills = torture(tmp_path, n_kill=3, n_run=2000, seed=3)
+    assert sum(kills.values()) >= 3

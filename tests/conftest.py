@@ -11,8 +11,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 REPOSITORY = Path(__file__).parent.parent
+
+settings.register_profile("hydrofdi", deadline=None)
+settings.load_profile("hydrofdi")
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 

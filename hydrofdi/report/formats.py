@@ -47,7 +47,12 @@ def _level_at(table: SensitivityTable, frequency: float) -> str:
 
 def leakage_label(row: TableRow) -> str:
     """The leakage level of a row in L/min."""
-    return "sealed" if row.is_sealed else f"{convert(row.leakage_flow, 'L/min'):.3g}"
+    return "sealed" if row.is_sealed else _number(convert(row.leakage_flow, "L/min"), ".3g")
+
+
+def _number(value: float, form: str) -> str:
+    """A number in a form; a dash where it does not exist."""
+    return "–" if math.isnan(value) else format(value, form)
 
 
 def lead_headers(table: SensitivityTable) -> list[str]:
@@ -59,7 +64,12 @@ def lead_headers(table: SensitivityTable) -> list[str]:
 def lead_cells(row: TableRow) -> list[str]:
     """Cells under `lead_headers`."""
     labels = [f"{value:g}" if isinstance(value, float) else str(value) for value in row.labels.values()]
-    return [leakage_label(row), f"{convert(row.bulk_modulus, 'MPa'):g}", *labels, f"{row.mode_frequency:.1f}"]
+    return [
+        leakage_label(row),
+        f"{convert(row.bulk_modulus, 'MPa'):g}",
+        *labels,
+        _number(row.mode_frequency, ".1f"),
+    ]
 
 
 def delta_cells(levels: Sequence[float], emphasize: Callable[[str], str]) -> list[str]:

@@ -93,8 +93,9 @@ class SensitivityTable:
 
     @property
     def modes(self) -> dict[float, float]:
-        """β [Pa] → f_h [Hz], of the rows in their order."""
-        return {row.bulk_modulus: row.mode_frequency for row in sorted(self.rows, key=_bulk_modulus)}
+        """β [Pa] → f_h [Hz], of the rows that did not fail."""
+        known = [row for row in self.rows if math.isfinite(row.mode_frequency)]
+        return {row.bulk_modulus: row.mode_frequency for row in sorted(known, key=_bulk_modulus)}
 
 
 def largest_positive(levels: Sequence[float]) -> int | None:

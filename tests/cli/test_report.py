@@ -6,7 +6,8 @@ import re
 import shutil
 
 import pytest
-from conftest import sweep_in
+
+from tests.conftest import run_hydrofdi, sweep_in
 
 LEAKAGES = (0.12, 0.89, 2.0)
 BULK_MODULI = (551.0, 689.0, 827.0)
@@ -88,8 +89,6 @@ def test_the_mode_rises_with_the_bulk_modulus_and_its_damping_with_the_leak(mode
 
 @pytest.fixture(scope="module")
 def printed(table3):
-    from conftest import run_hydrofdi
-
     def render(form):
         result = run_hydrofdi("report", table3.directory, "--format", form, cwd=table3.folder)
         assert (result.returncode, result.stderr) == (0, "")
@@ -173,7 +172,8 @@ def test_a_failed_run_is_a_row_without_numbers(hydrofdi, failing_sweep):
     for form in ("text", "markdown", "csv", "latex"):
         result = hydrofdi("report", failing_sweep.directory, "--format", form)
         assert result.returncode == 0
-        assert "Traceback" not in result.stderr
+        assert "nan" not in result.stdout or form == "csv"
+        assert "–" in result.stdout or form in ("csv", "latex")
 
 
 def test_a_grid_over_the_coefficient_itself_gives_the_same_table(table3_rows, tmp_path):
@@ -183,8 +183,6 @@ def test_a_grid_over_the_coefficient_itself_gives_the_same_table(table3_rows, tm
         "name: coefficients\nstore: {signals: none}\nsweep:\n  grid:\n"
         f"    leakage.internal_coefficient: {coefficients}\n    fluid.bulk_modulus: [551e6, 689e6, 827e6]\n"
     )
-    from conftest import run_hydrofdi
-
     sweep = sweep_in(tmp_path, text)
     rows = json.loads(run_hydrofdi("report", sweep.directory, "--json", cwd=tmp_path).stdout)["rows"]
     key = lambda row: (row["internal_leakage_coefficient"], row["bulk_modulus_MPa"])  # noqa: E731

@@ -9,14 +9,13 @@ import hydrofdi as package
 from hydrofdi.config import load_experiment
 from hydrofdi.pipeline import simulate_nominal
 from hydrofdi.report.run_summary import run_record, summarize_run
+from tests.conftest import run_hydrofdi
 
 SHORT = ("--set", "run.duration=2 s")
 
 
 @pytest.fixture(scope="module")
 def record(tmp_path_factory):
-    from conftest import run_hydrofdi
-
     result = run_hydrofdi(
         "simulate", *SHORT, "--set", "leakage.internal_coefficient=1e-8", "--json",
         cwd=tmp_path_factory.mktemp("simulate"),

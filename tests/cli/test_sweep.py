@@ -4,7 +4,8 @@ import shutil
 
 import h5py
 import numpy as np
-from conftest import SMALL
+
+from tests.conftest import SMALL
 
 NO_NETWORK = """
 import socket

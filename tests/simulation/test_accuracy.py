@@ -1,8 +1,5 @@
 """The kernel against theory, and against SciPy on the equations as they are printed."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,10 +8,7 @@ from hypothesis import strategies as st
 from hydrofdi.config import load_experiment
 from hydrofdi.features import detail_rms
 from hydrofdi.simulation import simulate_batch
-
-_spec = importlib.util.spec_from_file_location("reference", Path(__file__).with_name("reference.py"))
-reference = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(reference)
+from tests.simulation import reference
 
 NOMINAL = load_experiment().nominal_parameters
 ROUNDING = np.array([1e-15, 1e-9, 1e-15, 1e-9, 1e-1, 1e-1])

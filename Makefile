@@ -36,8 +36,9 @@ check: .venv/installed-test  ## lint, format, types, layers and generated pages
 	$(BIN)/pytest tests/test_layers.py
 	$(BIN)/python docs/generate_configuration.py --check
 
-bench: .venv/installed-bench  ## measure kernel, sweep and start-up (about four minutes; quiet machine)
-	$(BIN)/python benchmarks/kernel.py
+bench: .venv/installed-bench  ## measure kernel, sweep and start-up (two minutes; on a quiet machine)
+	@$(BIN)/python benchmarks/kernel.py > results/bench.json
+	@cat results/bench.json
 
 docs: .venv/installed-runtime  ## generate docs/configuration.md and the picture of the README
 	$(BIN)/python docs/generate_configuration.py

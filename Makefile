@@ -33,11 +33,12 @@ check: .venv/installed-test  ## lint, format, types, layers and generated pages
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/pytest -k layer
+	$(BIN)/pytest tests/test_layers.py
 	$(BIN)/python docs/generate_configuration.py --check
 
-bench: .venv/installed-bench  ## measure kernel, sweep and start-up (about four minutes; quiet machine)
-	$(BIN)/python benchmarks/kernel.py
+bench: .venv/installed-bench  ## measure kernel, sweep and start-up (two minutes; on a quiet machine)
+	@$(BIN)/python benchmarks/kernel.py > results/bench.json
+	@cat results/bench.json
 
 docs: .venv/installed-runtime  ## generate docs/configuration.md and the picture of the README
 	$(BIN)/python docs/generate_configuration.py
@@ -46,7 +47,7 @@ docs: .venv/installed-runtime  ## generate docs/configuration.md and the picture
 
 constraints: .venv/made  ## resolve all dependencies anew into constraints.txt
 	$(INSTALL) uv
-	$(BIN)/python .ci/requirements.py runtime test bench > .venv/wanted.txt
+	$(BIN)/python .ci/requirements.py runtime test bench dask > .venv/wanted.txt
 	echo pip >> .venv/wanted.txt
 	$(BIN)/uv pip compile .venv/wanted.txt --quiet --upgrade --universal --python-version 3.11 \
 		--fork-strategy fewest --generate-hashes --no-header --no-annotate --no-emit-index-url \

@@ -37,7 +37,7 @@ class DaskEngine:
             import distributed
         except ImportError:
             raise ConfigError("the engine dask needs the extra: pip install 'hydrofdi[dask]'") from None
-        self._distributed = distributed
+        self._distributed: Any = distributed
         self._scheduler = scheduler
         self._shared_directory = shared_directory
         self._client: Any = None
@@ -54,9 +54,7 @@ class DaskEngine:
             Nobody answers, or it has no workers.
         """
         try:
-            self._client = self._distributed.Client(  # type: ignore[no-untyped-call]
-                self._scheduler, timeout="10s", set_as_default=False
-            )
+            self._client = self._distributed.Client(self._scheduler, timeout="10s", set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise ConfigError(
                 f"--scheduler {self._scheduler}: nobody answers ({type(error).__name__})"
@@ -65,7 +63,7 @@ class DaskEngine:
         if self.workers == 0:
             self._client.close()
             raise ConfigError(f"--scheduler {self._scheduler}: the cluster has no workers")
-        self._completed = self._distributed.as_completed(loop=self._client.loop)  # type: ignore[no-untyped-call]
+        self._completed = self._distributed.as_completed(loop=self._client.loop)
         return self
 
     def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:

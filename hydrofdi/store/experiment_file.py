@@ -72,6 +72,8 @@ def write_experiment(
     ]
     columns = {variable.name: results.column(variable) for variable in variables if not variable.is_signal}
     _fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
+    if columns[DETAIL_RMS].shape[1] == 0:  # no run has a result
+        columns[DETAIL_RMS] = np.full((results.n_run, experiment.wavelet.levels), np.nan)
     with whole_file(path) as aside, h5py.File(aside, "w") as file:
         _write_attributes(file, experiment, versions)
         _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], results.n_run)

@@ -5,7 +5,8 @@ import subprocess
 import sys
 
 import pytest
-from processes import kill, run, run_json, start, wait_until
+
+from tests.runner.processes import kill, run, run_json, start, wait_until
 
 pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
 

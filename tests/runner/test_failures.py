@@ -5,19 +5,21 @@ import resource
 import shutil
 import signal
 import subprocess
+import sys
 
 import pytest
-from processes import COMMAND, kill, nobody_left, run, run_json, start, wait_until, workers
+
+from tests.runner.processes import COMMAND, kill, nobody_left, run, run_json, start, wait_until, workers
 
 BAD_RUNS = """\
 name: bad
-run: {duration: 2 s}
+run: {duration: 2 s, sampling_frequency: 10 kHz}
 limits: {time_per_job: 2 s}
 store: {signals: none}
 sweep:
   union:
     - grid: {fluid.bulk_modulus: [551 MPa, 600 MPa, 689 MPa, 827 MPa]}
-    - grid: {run.duration: [4.0e7 s]}    # more memory than there is: raises
+    - grid: {run.duration: [1000 s]}     # raises, where memory is limited
     - grid: {run.step: [1.0e-9 s]}       # hangs for all practical purposes
 """
 
@@ -39,11 +41,20 @@ def long_sweep(tmp_path):
     return file, tmp_path / "long"
 
 
+@pytest.fixture(scope="module")
 def limit_memory():
-    resource.setrlimit(resource.RLIMIT_AS, (12 << 30, 12 << 30))
+    """Leaves a process the memory for ordinary runs, but not for a record of ten million samples."""
+    code = (
+        "from hydrofdi.config import RunParameters; from hydrofdi.execution.compute import *;"
+        "compute_columns([Job('', RunParameters(), 0.0)]);"
+        "print(next(line.split()[1] for line in open('/proc/self/status') if line.startswith('VmPeak')))"
+    )
+    usual = 1024 * int(subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout)
+    limit = usual + 250_000_000
+    return lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
 
-def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path):
+def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path, limit_memory):
     file, out = tmp_path / "bad.yaml", tmp_path / "bad"
     file.write_text(BAD_RUNS)
     summary = run_json("sweep", file, "--out", out, check=1, preexec_fn=limit_memory)
@@ -170,7 +181,7 @@ def test_a_folder_that_cannot_be_written_is_told_in_one_line(tmp_path):
 
 
 def test_a_small_torture_keeps_the_bits(tmp_path):
-    from torture import torture
+    from tests.runner.torture import torture
 
     kills = torture(tmp_path, n_kill=3, n_run=2000, seed=3)
     assert sum(kills.values()) >= 3

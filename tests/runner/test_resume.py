@@ -4,7 +4,8 @@ import shutil
 
 import h5py
 import pytest
-from processes import run, run_json
+
+from tests.runner.processes import run, run_json
 
 GRID = """\
 name: grid

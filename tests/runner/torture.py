@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from processes import kill, nobody_left, run, run_json, start, workers
+from tests.runner.processes import kill, nobody_left, run, run_json, start, workers
 
 CONFIG = """\
 name: torture

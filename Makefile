@@ -12,10 +12,10 @@ INSTALL = $(BIN)/python -m pip install --quiet --no-input
 CHECKED = $(INSTALL) --require-hashes --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help install table3 test check bench constraints docs clean
+.PHONY: help install table3 test check bench bench-runner torture constraints docs clean
 
 help:  ## list the targets
-	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 install: .venv/installed-runtime  ## make .venv and install hydrofdi into it
 
@@ -39,6 +39,12 @@ check: .venv/installed-test  ## lint, format, types, layers and generated pages
 bench: .venv/installed-bench  ## measure kernel, sweep and start-up (two minutes; on a quiet machine)
 	@$(BIN)/python benchmarks/kernel.py > results/bench.json
 	@cat results/bench.json
+
+bench-runner: .venv/installed-test  ## measure sweeps of 100,000 runs and of stored signals (about four minutes; quiet machine)
+	$(BIN)/python benchmarks/runner.py
+
+torture: .venv/installed-test  ## kill sweeps at random moments and compare the bits (minutes)
+	PYTHONPATH=tests $(BIN)/python -m runner.torture
 
 docs: .venv/installed-runtime  ## generate docs/configuration.md and the picture of the README
 	$(BIN)/python docs/generate_configuration.py

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.runner.processes import kill, run, run_json, start, wait_until
+from runner.processes import kill, run, run_json, start, wait_until
 
 pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
 

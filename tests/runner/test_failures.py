@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from tests.runner.processes import COMMAND, kill, nobody_left, run, run_json, start, wait_until, workers
+from runner.processes import COMMAND, kill, nobody_left, run, run_json, start, wait_until, workers
 
 BAD_RUNS = """\
 name: bad
@@ -181,7 +181,7 @@ def test_a_folder_that_cannot_be_written_is_told_in_one_line(tmp_path):
 
 
 def test_a_small_torture_keeps_the_bits(tmp_path):
-    from tests.runner.torture import torture
+    from runner.torture import torture
 
     kills = torture(tmp_path, n_kill=3, n_run=2000, seed=3)
     assert sum(kills.values()) >= 3

@@ -5,7 +5,7 @@ import shutil
 import h5py
 import pytest
 
-from tests.runner.processes import run, run_json
+from runner.processes import run, run_json
 
 GRID = """\
 name: grid

@@ -1,6 +1,6 @@
 """Kill a sweep at random moments, go on, and compare the bits with an uninterrupted one.
 
-python tests/runner/torture.py --kills 40 --runs 6000
+PYTHONPATH=tests python -m runner.torture --kills 40 --runs 6000
 """
 
 import argparse
@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from tests.runner.processes import kill, nobody_left, run, run_json, start, workers
+from runner.processes import kill, nobody_left, run, run_json, start, workers
 
 CONFIG = """\
 name: torture

@@ -1,0 +1,170 @@
+"""Measure the runner: 100,000 runs without signals, and 1,000 runs with all of them.
+
+    make bench-runner
+
+Prints a table and the same as JSON, and keeps the JSON in results/bench-runner.json. Nothing is asserted.
+"""
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+COMMAND = [sys.executable, "-m", "hydrofdi"]
+GRID = """\
+name: {name}
+run: {{duration: {duration} s}}
+store: {{signals: {signals}}}
+sweep:
+  grid:
+    leakage.internal_coefficient: {{linspace: [0, 3e-8, {leakages}]}}
+    fluid.bulk_modulus: {{linspace: [551 MPa, 827 MPa, {moduli}]}}
+"""
+
+
+def write_grid(folder, name, leakages, moduli, duration, signals):
+    file = folder / f"{name}.yaml"
+    file.write_text(
+        GRID.format(name=name, leakages=leakages, moduli=moduli, duration=duration, signals=signals)
+    )
+    return file
+
+
+def timed(*command):
+    """Wall time [s], peak memory of the process [MB] and standard output of a command."""
+    code = (
+        "import resource, subprocess, sys; done = subprocess.run(sys.argv[1:], stdout=subprocess.PIPE);"
+        "sys.stdout.buffer.write(done.stdout);"
+        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, file=sys.stderr);"
+        "sys.exit(done.returncode)"
+    )
+    start = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, command)], capture_output=True, text=True, check=True
+    )
+    return time.perf_counter() - start, int(done.stderr.split()[-1]) / 1e3, done.stdout
+
+
+def pure_seconds(file, out, n_sample_batch):
+    """Kernel and feature time of all runs of a sweep on one core [s], from some of its batches."""
+    from hydrofdi.config import load_experiment
+    from hydrofdi.execution import Job, compute_columns, split_jobs
+    from hydrofdi.pipeline import plan_sweep
+
+    plan = plan_sweep(load_experiment(file), out)
+    jobs = [
+        Job(run_id, run.parameters, run.parameters.leakage.internal_coefficient)
+        for run_id, run in zip(plan.run_ids, plan.table.runs, strict=True)
+    ]
+    batches = split_jobs(jobs, 2)
+    compute_columns(batches[0])
+    chosen = batches[:: max(1, len(batches) // n_sample_batch)]
+    start = time.perf_counter()
+    for batch in chosen:
+        compute_columns(batch)
+    return (time.perf_counter() - start) * len(jobs) / sum(map(len, chosen))
+
+
+def many_runs(folder, n_axis, workers):
+    """A large sweep of short records without signals."""
+    file = write_grid(folder, "many", n_axis, n_axis, 2, "none")
+    out = folder / "many"
+    plan_seconds, _, _ = timed(*COMMAND, "plan", file, "--out", out)
+    seconds, memory, printed = timed(*COMMAND, "sweep", file, "--out", out, "--workers", workers, "--json")
+    n_run = json.loads(printed)["planned"]
+    again, _, _ = timed(*COMMAND, "sweep", file, "--out", out, "--workers", workers)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    start = time.perf_counter()
+    with h5py.File(out / "many.h5") as opened:
+        metrics = {
+            name: item[:] for name, item in opened.items() if isinstance(item, h5py.Dataset) and item.ndim
+        }
+    read = time.perf_counter() - start
+    size = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
+    pure = pure_seconds(file, folder / "nowhere", 24) / workers
+    return {
+        "runs": n_run,
+        "end_to_end_s": seconds,
+        "pure_kernel_and_features_s": pure,
+        "overhead_percent": 100.0 * (seconds / pure - 1.0),
+        "parent_peak_memory_MB": memory,
+        "size_on_disk_MB": size / 1e6,
+        "experiment_file_MB": (out / "many.h5").stat().st_size / 1e6,
+        "plan_s": plan_seconds,
+        "resume_with_nothing_missing_s": again,
+        "read_all_metrics_s": read,
+        "read_all_metrics_MB": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1e3,
+        "metrics_read": len(metrics),
+    }
+
+
+def resume_seconds(folder, workers):
+    """Seconds that a sweep of 10,000 stored runs takes to find that nothing is missing."""
+    file = write_grid(folder, "stored", 100, 100, 2, "none")
+    timed(*COMMAND, "sweep", file, "--out", folder / "stored", "--workers", workers)
+    return min(timed(*COMMAND, "sweep", file, "--out", folder / "stored")[0] for _ in range(3))
+
+
+def stored_signals(folder, workers, compression):
+    """1,000 runs with all signals, beside writing as many bytes with h5py."""
+    file = write_grid(folder, f"signals-{compression}", 10, 100, 20, "all")
+    out = folder / f"signals-{compression}"
+    command = [*COMMAND, "sweep", file, "--out", out, "--workers", workers]
+    seconds, memory, _ = timed(*command, "--set", f"store.compression={compression}")
+    file_size = next(out.glob("*.h5")).stat().st_size
+    rows = np.random.default_rng(0).random((1000, 60_000))
+    start = time.perf_counter()
+    with h5py.File(folder / "plain.h5", "w") as plain:
+        plain["signals"] = rows
+        plain.flush()
+    written = time.perf_counter() - start
+    (folder / "plain.h5").unlink()
+    return {
+        "compression": compression,
+        "end_to_end_s": seconds,
+        "h5py_write_of_as_many_bytes_s": written,
+        "ratio": seconds / written,
+        "parent_peak_memory_MB": memory,
+        "experiment_file_MB": file_size / 1e6,
+    }
+
+
+def show(title, record):
+    print(f"\n{title}")
+    for name, value in record.items():
+        print(f"  {name:36s} {value:,.2f}" if isinstance(value, float) else f"  {name:36s} {value}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--axis", type=int, default=317, help="values of each of the two axes")
+    parser.add_argument("--workers", type=int, default=2)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory(dir=".") as name:
+        folder = Path(name)
+        record = {"many_runs": many_runs(folder, arguments.axis, arguments.workers)}
+        show(
+            "runs of 2 s without signals (targets: overhead < 50 %, reading < 1 s and 200 MB)",
+            record["many_runs"],
+        )
+        record["resume_10000_s"] = resume_seconds(folder, arguments.workers)
+        show("10,000 stored runs (target: < 1 s)", {"resume_s": record["resume_10000_s"]})
+        record["signals"] = [
+            stored_signals(folder, arguments.workers, compression) for compression in ("none", "lzf", "gzip")
+        ]
+        for entry in record["signals"]:
+            show("1,000 runs of 20 s with all signals (target: ratio < 3)", entry)
+    Path("results").mkdir(exist_ok=True)
+    Path("results/bench-runner.json").write_text(json.dumps(record, indent=2) + "\n")
+    print("\nkept results/bench-runner.json")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""What the documentation says is run."""
+
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+def shell_blocks(file):
+    return re.findall(r"<!-- a test runs these commands -->\s*```sh\n(.*?)```", file.read_text(), re.DOTALL)
+
+
+def run_shell(script, folder):
+    """Run a script as a reader would, with the project's folder as it is in a clone."""
+    shutil.copytree(ROOT / "configs", folder / "configs")
+    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    return subprocess.run(
+        ["bash", "-eu", "-c", script],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+
+
+def test_the_commands_of_the_readme_run(tmp_path):
+    (block,) = shell_blocks(ROOT / "README.md")
+    done = run_shell(block, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "4 stored before" in done.stderr
+    assert "δd3" in done.stdout
+    assert (tmp_path / "leak.png").stat().st_size > 10_000
+    assert (tmp_path / "results" / "table3" / "table3.h5").exists()
+
+
+def test_the_cluster_on_one_machine_runs(tmp_path):
+    pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
+    (block,) = shell_blocks(ROOT / "docs" / "cluster.md")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    patient = block.replace("hydrofdi sweep", "sleep 8; hydrofdi sweep").replace("8786", port)
+    done = run_shell(f"set -m\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n{patient}", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "4 computed" in done.stderr
+
+
+def test_every_command_has_help_and_stands_in_the_documentation():
+    help_text = subprocess.run(
+        [sys.executable, "-m", "hydrofdi", "--help"], capture_output=True, text=True, check=True
+    ).stdout
+    for code in ("0 done", "1 done, but runs failed", "2 something", "3 a fault", "130 interrupted"):
+        assert code in " ".join(help_text.replace("\n", " ").split())
+    commands = re.findall(r"^  ([a-z]+)  +\S", help_text.partition("Commands:")[2], re.MULTILINE)
+    assert len(commands) >= 10
+    documentation = "".join(file.read_text() for file in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+    for command in commands:
+        told = subprocess.run(
+            [sys.executable, "-m", "hydrofdi", command, "--help"], capture_output=True, text=True, check=True
+        )
+        assert len(told.stdout.splitlines()) > 4
+        assert re.search(rf"`hydrofdi {command}\b|`{command}[ `]", documentation), command
+
+
+def test_links_between_the_pages_lead_somewhere():
+    for page in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]:
+        for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text()):
+            if "://" not in target:
+                assert (page.parent / target).exists(), f"{page.name}: {target}"

@@ -17,6 +17,8 @@ from hydrofdi.execution import (
     Interruption,
     Job,
     JobFailure,
+    LocalPoolEngine,
+    available_cores,
     leakage_coefficients,
     run_batches,
     split_jobs,
@@ -84,11 +86,24 @@ class Watcher(Protocol):
         ...
 
 
+class _Nobody:
+    """A watcher who does not look."""
+
+    def begin(self, n_run: int) -> None:
+        """Ignore it."""
+
+    def advance(self, n_run: int, n_failed: int) -> None:
+        """Ignore it."""
+
+    def tell(self, message: str) -> None:
+        """Ignore it."""
+
+
 def run_sweep(
     experiment: ExperimentConfig,
     directory: Path,
-    engine: Engine,
-    watcher: Watcher,
+    engine: Engine | None = None,
+    watcher: Watcher | None = None,
     *,
     retry_failed: bool = False,
 ) -> SweepSummary:
@@ -99,9 +114,9 @@ def run_sweep(
     experiment : ExperimentConfig
     directory : Path
         Folder of the results.
-    engine : Engine
-        Where the runs are computed; not entered yet.
-    watcher : Watcher
+    engine : Engine, optional
+        Where the runs are computed, not entered yet; by default a pool of processes on this machine.
+    watcher : Watcher, optional
         Is told of the progress.
     retry_failed : bool
         Whether runs that failed without a result are tried again.
@@ -114,6 +129,8 @@ def run_sweep(
         The folder is in use by another sweep, or cannot be written.
     """
     start = time.perf_counter()
+    engine = engine or LocalPoolEngine(available_cores())
+    watcher = watcher or _Nobody()
     require_unlocked(directory)
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
     if not plan.missing and is_current(plan.file, experiment):

@@ -1,0 +1,39 @@
+"""The public names: few, documented, and enough for a study in a notebook."""
+
+import subprocess
+import sys
+
+import numpy as np
+
+import hydrofdi
+
+
+def test_the_public_names_are_few_documented_and_there():
+    assert len(hydrofdi.__all__) <= 12
+    assert set(dir(hydrofdi)) == set(hydrofdi.__all__)
+    for name in hydrofdi.__all__:
+        assert name == "__version__" or getattr(hydrofdi, name).__doc__
+
+
+def test_importing_the_package_loads_no_library():
+    code = "import sys, hydrofdi; print(sorted({'numpy', 'numba', 'pydantic', 'h5py'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_a_study_runs_from_python(tmp_path):
+    experiment = hydrofdi.load_experiment(
+        settings=[
+            "run.duration=2 s", "store.signals=none",
+            "sweep.grid.leakage.internal_coefficient=[1e-8]",
+            "sweep.grid.fluid.bulk_modulus=[551 MPa, 689 MPa]",
+        ]
+    )  # fmt: skip
+    summary = hydrofdi.run_sweep(experiment, tmp_path / "study")
+    assert (summary.planned, summary.failed) == (4, 0)
+    data = hydrofdi.read_experiment(summary.file)
+    table = hydrofdi.summarize_table(data)
+    rms = data.columns["detail_rms"]
+    delta = hydrofdi.percentage_change(rms[data.table.fixed_baseline[0]], rms[0])
+    (row,) = [row for row in table.rows if not row.is_sealed and row.bulk_modulus == 551e6]
+    np.testing.assert_array_equal(row.delta_fixed, delta)

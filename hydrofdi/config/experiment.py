@@ -55,6 +55,11 @@ class ExperimentConfig(RunParameters):
             raise ValueError(f"{sorted(twice)[0]} varies in both ensemble and sweep")
         return self
 
+    @property
+    def has_readings(self) -> bool:
+        """Whether the experiment is an ensemble; a run that is impossible is then a result, no mistake."""
+        return bool(self.ensemble.names)
+
     @cached_property
     def nominal_parameters(self) -> RunParameters:
         """The parameters that all runs start from."""

@@ -37,6 +37,6 @@ def read_request(directory: Path) -> ExperimentConfig:
     try:
         return ExperimentConfig.model_validate_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise StoreError(f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})") from None
+        raise StoreError(f"{directory}: is no folder of an experiment (it has no {REQUEST_FILE})") from None
     except (OSError, ValidationError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None

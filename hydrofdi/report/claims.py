@@ -6,7 +6,7 @@ turns. It holds where the margin is above zero. q1 < q2 < q3 are the leakages, Î
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -184,8 +184,10 @@ CLAIMS = (
 """All claims, in their order."""
 
 
-def judge_claims(grid: ModeGrid, data: ExperimentData) -> tuple[Verdict, ...]:
-    """The verdict on every claim.
+def judge_claims(
+    grid: ModeGrid, data: ExperimentData, readings: Sequence[int] | None = None
+) -> tuple[Verdict, ...]:
+    """The verdict on every claim: it is reproduced where it holds in all readings that are looked at.
 
     Parameters
     ----------
@@ -193,8 +195,11 @@ def judge_claims(grid: ModeGrid, data: ExperimentData) -> tuple[Verdict, ...]:
         Its modes; with fewer than three levels there is nothing to check.
     data : ExperimentData
         The experiment that the grid was made from.
+    readings : sequence of int, optional
+        Positions of the readings to look at; by default all.
     """
-    return tuple(Verdict(claim, _results(claim, grid, data)) for claim in CLAIMS)
+    readings = range(len(grid.readings)) if readings is None else readings
+    return tuple(Verdict(claim, _results(claim, grid, data, readings)) for claim in CLAIMS)
 
 
 def claim_margins(grid: ModeGrid) -> dict[str, Margin]:
@@ -208,11 +213,13 @@ def _checks(claim: Claim, grid: ModeGrid) -> list[Check]:
     return claim.checks(grid) if grid.n_level > D3 else []
 
 
-def _results(claim: Claim, grid: ModeGrid, data: ExperimentData) -> tuple[CheckResult, ...]:
+def _results(
+    claim: Claim, grid: ModeGrid, data: ExperimentData, readings: Sequence[int]
+) -> tuple[CheckResult, ...]:
     return tuple(
-        CheckResult(reading, check.modes, _run_ids(grid, data, reading, check.modes), float(margin))
+        CheckResult(r, check.modes, _run_ids(grid, data, r, check.modes), float(check.margin[r]))
         for check in _checks(claim, grid)
-        for reading, margin in enumerate(check.margin)
+        for r in readings
     )
 
 

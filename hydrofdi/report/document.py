@@ -75,6 +75,11 @@ class Document:
     lead: tuple[str, ...]
     blocks: tuple[Block, ...]
 
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Names of all figures."""
+        return tuple(name for block in self.blocks for name in block.figures)
+
 
 def group_breaks(keys: Sequence[object]) -> tuple[int, ...]:
     """Positions at which a key differs from the one before."""

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import compose_report
+from hydrofdi.report.document import Document
 from hydrofdi.report.figures import FIGURES, KINDS, draw_all
 from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
 from hydrofdi.report.forms.inline_svg import inline_svg
@@ -31,8 +32,9 @@ def write_page(analysis: Analysis, path: Path) -> None:
     StoreError
         It cannot be written.
     """
-    drawn, holes = draw_all(analysis)
-    _write(path, _page(analysis, _svg_texts(drawn), holes).encode())
+    document = compose_report(analysis)
+    drawn, holes = draw_all(analysis, document.figures)
+    _write(path, _page(document, _svg_texts(drawn), holes).encode())
 
 
 def write_all_forms(analysis: Analysis, directory: Path) -> Iterator[str]:
@@ -43,15 +45,15 @@ def write_all_forms(analysis: Analysis, directory: Path) -> Iterator[str]:
     StoreError
         The folder cannot be written.
     """
-    drawn, holes = draw_all(analysis)
-    svgs = _svg_texts(drawn)
     document, name = compose_report(analysis), analysis.table.name
+    drawn, holes = draw_all(analysis, document.figures)
+    svgs = _svg_texts(drawn)
     texts = {
         "md": render_markdown(document),
         "csv": render_csv(analysis.table),
         "tex": render_latex(document),
         "json": render_json(analysis),
-        "html": _page(analysis, svgs, holes),
+        "html": _page(document, svgs, holes),
     }
     for suffix, text in texts.items():
         yield _write(directory / f"{name}.{suffix}", text.encode())
@@ -71,11 +73,11 @@ def _svg_texts(drawn: Mapping[str, Figure]) -> dict[str, str]:
     return {name: figure_bytes(figure, "svg").decode() for name, figure in drawn.items()}
 
 
-def _page(analysis: Analysis, svgs: Mapping[str, str], holes: Mapping[str, str]) -> str:
+def _page(document: Document, svgs: Mapping[str, str], holes: Mapping[str, str]) -> str:
     captions = {name: figure.caption for name, figure in FIGURES.items()}
     elements = {name: inline_svg(svg, name, captions[name], _PAGE_COLORS) for name, svg in svgs.items()}
     missing = {name: missing_figure(why) for name, why in holes.items()}
-    return render_page(compose_report(analysis), elements | missing, captions)
+    return render_page(document, elements | missing, captions)
 
 
 def _write(path: Path, content: bytes) -> str:

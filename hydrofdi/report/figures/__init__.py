@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from hydrofdi.errors import HydrofdiError, StoreError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.details import draw_figure_3, draw_figure_4
 from hydrofdi.report.figures.mode_plane import draw_mode_plane
+from hydrofdi.report.figures.readings import draw_readings
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.signals import draw_figure_2, draw_signals
 from hydrofdi.report.figures.spectrum import draw_spectrum
@@ -54,6 +55,9 @@ FIGURES = {
     "mode_plane": FigureKind(
         "The hydraulic mode: EBM moves its frequency, leakage moves its damping", draw_mode_plane
     ),
+    "readings": FigureKind(
+        "Readings that reproduce the claims, and the parameter values that carry it", draw_readings
+    ),
 }
 """Name → figure."""
 
@@ -70,11 +74,11 @@ def draw_figure(analysis: Analysis, name: str) -> Figure:
         return FIGURES[name].draw(analysis)
 
 
-def draw_all(analysis: Analysis) -> tuple[dict[str, Figure], dict[str, str]]:
-    """All figures that the experiment allows, and for the others the reason why not."""
+def draw_all(analysis: Analysis, names: Sequence[str]) -> tuple[dict[str, Figure], dict[str, str]]:
+    """The figures of these names that the experiment allows, and for the others the reason why not."""
     drawn: dict[str, Figure] = {}
     holes: dict[str, str] = {}
-    for name in FIGURES:
+    for name in names:
         try:
             drawn[name] = draw_figure(analysis, name)
         except HydrofdiError as error:
@@ -83,14 +87,15 @@ def draw_all(analysis: Analysis) -> tuple[dict[str, Figure], dict[str, str]]:
 
 
 def write_figure(analysis: Analysis, path: Path) -> str:
-    """Draw the figure that the name of a file stands for, or the heat map of δ; returns its caption.
+    """Draw the figure that a file is named after, else δ or the readings; returns its caption.
 
     Raises
     ------
     HydrofdiError
         It cannot be drawn or written.
     """
-    name = path.stem if path.stem in FIGURES else "sensitivity"
+    usual = "sensitivity" if analysis.readings is None else "readings"
+    name = path.stem if path.stem in FIGURES else usual
     save_figure(draw_figure(analysis, name), path)
     return FIGURES[name].caption
 

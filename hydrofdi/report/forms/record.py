@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.claims import CheckResult, Verdict
 from hydrofdi.report.controls import BestLevel, SealedAlarm
 from hydrofdi.report.deviations import Deviation
+from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.forms.readings_record import readings_record
 from hydrofdi.report.modes import ModeGrid
+from hydrofdi.report.readings import ReadingsStudy
 from hydrofdi.report.table import TableRow, largest_positive, level_name
 from hydrofdi.report.wording import mode_name
 from hydrofdi.units import convert
 
 
 def report_record(analysis: Analysis) -> dict[str, Any]:
-    """A report; numbers that do not exist are None."""
+    """A report; numbers that do not exist are None.
+
+    The thousands of runs, checks and controls of an ensemble are left to the tidy forms; what they come to in
+    each reading stands under ``readings``.
+    """
+    if analysis.readings is not None:
+        return _ensemble_record(analysis, analysis.readings)
     return {
         "experiment": analysis.table.name,
         "rows": [_row_record(row) for row in analysis.table.rows],
@@ -28,6 +36,19 @@ def report_record(analysis: Analysis) -> dict[str, Any]:
             "best_level_matched": [_best_level_record(mode, analysis.grid) for mode in analysis.best_levels],
         },
         "reference": [_deviation_record(deviation) for deviation in analysis.deviations],
+    }
+
+
+def _ensemble_record(analysis: Analysis, study: ReadingsStudy) -> dict[str, Any]:
+    claims = [_verdict_record(verdict, analysis.grid) | {"checks": []} for verdict in analysis.verdicts]
+    return {
+        "experiment": analysis.table.name,
+        "rows": [],
+        "claims": claims,
+        "guarded_claims": list(analysis.data.experiment.claims),
+        "controls": {"sealed_alarms": [], "best_level_matched": []},
+        "reference": [],
+        "readings": readings_record(study),
     }
 
 
@@ -112,8 +133,3 @@ def _deviation_record(deviation: Deviation) -> dict[str, Any]:
         "tolerance": deviation.tolerance,
         "agrees": deviation.agrees,
     }
-
-
-def finite(value: float) -> float | None:
-    """The value, or None where it is NaN or infinite."""
-    return value if math.isfinite(value) else None

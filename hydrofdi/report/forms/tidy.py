@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from typing import Any
 
 from hydrofdi.errors import ReportError
+from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import SensitivityTable, TableRow, label_header, largest_positive
 from hydrofdi.units import convert
 
@@ -25,29 +25,25 @@ def tidy_columns(table: SensitivityTable) -> dict[str, list[Any]]:
 def _row_record(row: TableRow) -> dict[str, Any]:
     return {
         "run_id": row.run_id,
-        "leakage_L_per_min": _known(convert(row.leakage_flow, "L/min")),
+        "leakage_L_per_min": finite(convert(row.leakage_flow, "L/min")),
         "bulk_modulus_MPa": convert(row.bulk_modulus, "MPa"),
         **{label_header(name): value for name, value in row.labels.items()},
-        "internal_leakage_coefficient_m3.5_per_kg0.5": _known(row.leakage_coefficient),
-        "mean_internal_leakage_L_per_min": _known(convert(row.mean_leakage_flow, "L/min")),
-        "hydraulic_mode_Hz": _known(row.mode_frequency),
-        "hydraulic_mode_damping_ratio": _known(row.mode_damping_ratio),
+        "internal_leakage_coefficient_m3.5_per_kg0.5": finite(row.leakage_coefficient),
+        "mean_internal_leakage_L_per_min": finite(convert(row.mean_leakage_flow, "L/min")),
+        "hydraulic_mode_Hz": finite(row.mode_frequency),
+        "hydraulic_mode_damping_ratio": finite(row.mode_damping_ratio),
     }
 
 
 def _level_record(row: TableRow, level: int) -> dict[str, Any]:
     return {
         "level": f"d{level + 1}",
-        "detail_rms_Pa": _known(row.detail_rms[level]),
-        "delta_fixed_percent": _known(row.delta_fixed[level]),
-        "delta_matched_percent": _known(row.delta_matched[level]),
+        "detail_rms_Pa": finite(row.detail_rms[level]),
+        "delta_fixed_percent": finite(row.delta_fixed[level]),
+        "delta_matched_percent": finite(row.delta_matched[level]),
         "largest_positive_fixed": int(largest_positive(row.delta_fixed) == level),
         "largest_positive_matched": int(largest_positive(row.delta_matched) == level),
     }
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def render_csv(table: SensitivityTable) -> str:

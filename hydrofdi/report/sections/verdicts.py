@@ -36,12 +36,23 @@ def _sentences(analysis: Analysis) -> list[str]:
             f"The least margin of what is reproduced is {least.margin:.2f} percentage points"
             f" ({least.claim.id})."
         )
-    guarded = analysis.data.experiment.claims
-    if guarded:
-        broken = [v.claim.id for v in analysis.guarded if not v.reproduced]
-        held = f"{joined(broken)} does not hold" if broken else "all of them hold"
-        sentences.append(f"The experiment file requires {joined(list(guarded))}: {held}.")
+    if analysis.guarded:
+        sentences.append(_guarded_sentence(analysis))
     return sentences
+
+
+def guarded_block(analysis: Analysis) -> Block | None:
+    """Whether the claims that an ensemble's file lists hold in all feasible readings; None if it has none."""
+    if not analysis.guarded:
+        return None
+    return Block("guarded", "Required claims, over all feasible readings", (_guarded_sentence(analysis),))
+
+
+def _guarded_sentence(analysis: Analysis) -> str:
+    broken = [v.claim.id for v in analysis.guarded if not v.reproduced]
+    held = f"not so for {joined(broken)}" if broken else "all of them hold"
+    required = joined([v.claim.id for v in analysis.guarded])
+    return f"The experiment file requires {required}: {held}."
 
 
 def _claims_sheet(verdicts: tuple[Verdict, ...]) -> Sheet:

@@ -32,7 +32,7 @@ def power_spectrum(
     pieces = np.stack([signal[start : start + n_segment] for start in starts])
     pieces = (pieces - pieces.mean(axis=1, keepdims=True)) * window
     power = np.mean(np.abs(np.fft.rfft(pieces, axis=1)) ** 2, axis=0)
-    density = np.asarray(power / (sampling_frequency * np.sum(window**2)), dtype=np.float64)
+    density = power / (sampling_frequency * np.sum(window**2))
     density[1 : None if n_segment % 2 else -1] *= 2.0
-    frequency: NDArray[np.float64] = np.fft.rfftfreq(n_segment, 1.0 / sampling_frequency)
-    return frequency, density
+    frequency = np.fft.rfftfreq(n_segment, 1.0 / sampling_frequency)
+    return np.asarray(frequency, dtype=float), np.asarray(density, dtype=float)

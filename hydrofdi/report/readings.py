@@ -90,7 +90,9 @@ class ReadingsStudy:
     def reproducing(self, claims: tuple[str, ...]) -> Mask:
         """Feasible readings in which all of these claims hold."""
         with np.errstate(invalid="ignore"):
-            return np.logical_and.reduce([self.feasible, *(self.margins[claim] > 0.0 for claim in claims)])
+            held = [self.margins[claim] > 0.0 for claim in claims]
+        mask: Mask = np.logical_and.reduce([self.feasible, *held])
+        return mask
 
     @property
     def claim_sets(self) -> dict[str, tuple[str, ...]]:

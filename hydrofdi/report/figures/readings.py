@@ -61,12 +61,12 @@ def _draw_values(axis: Any, study: ReadingsStudy) -> None:
             shares.append(100.0 * int((value.members & mask).sum()) / feasible if feasible else float("nan"))
         overall = 100.0 * mask.sum() / study.feasible.sum()
         axis.axvline(overall, color=style["color"], linewidth=0.8, linestyle=":")
-        axis.plot(shares, heights, linestyle="none", markersize=4.5, label=name, **style)
+        axis.plot(shares, heights, linestyle="none", markersize=4.5, clip_on=False, label=name, **style)
     axis.set_yticks(list(labels), list(labels.values()), fontsize=7.5)
     axis.invert_yaxis()
     axis.grid(color=RULE, axis="y")
-    axis.set_title("by parameter value: share of the feasible readings with it [%]; dotted: of all")
-    axis.legend(loc="lower right", frameon=True, facecolor="none", edgecolor=RULE)
+    axis.set_title("the same by parameter value [% of the feasible readings with it]\ndotted: over all")
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
     axis.set_xlim(left=0.0)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.readings import CORE, ReadingsStudy, ValueShare
+from hydrofdi.report.readings import CORE, Mask, ReadingsStudy, ValueShare
 from hydrofdi.report.table import level_name
 from hydrofdi.units import convert
 
@@ -17,9 +17,7 @@ def readings_record(study: ReadingsStudy) -> dict[str, Any]:
         "readings": study.n_reading,
         "feasible": int(study.feasible.sum()),
         "infeasible": study.obstacles,
-        "reproducing": {
-            name: int(study.reproducing(claims).sum()) for name, claims in study.claim_sets.items()
-        },
+        "reproducing": _counts(study, study.feasible),
         "values": [_value_record(study, value) for value in study.value_shares],
         "sealed_alarms_where_C1_to_C4_hold": [
             {"bulk_modulus_MPa": convert(study.grid.bulk_moduli[beta], "MPa"), "alarms": int(count)}
@@ -39,11 +37,13 @@ def _value_record(study: ReadingsStudy, value: ValueShare) -> dict[str, Any]:
         "range" if value.is_range else "values": list(value.values),
         "readings": int(value.members.sum()),
         "feasible": int((value.members & study.feasible).sum()),
-        "reproducing": {
-            name: int((value.members & study.reproducing(claims)).sum())
-            for name, claims in study.claim_sets.items()
-        },
+        "reproducing": _counts(study, value.members),
     }
+
+
+def _counts(study: ReadingsStudy, members: Mask) -> dict[str, int]:
+    sets = study.claim_sets.items()
+    return {name: int((members & study.reproducing(claims)).sum()) for name, claims in sets}
 
 
 def _best_level_record(study: ReadingsStudy, mode: tuple[int, int], best: Any) -> dict[str, Any]:
@@ -57,12 +57,12 @@ def _best_level_record(study: ReadingsStudy, mode: tuple[int, int], best: Any) -
 
 def _member_record(study: ReadingsStudy, reading: int) -> dict[str, Any]:
     is_feasible = bool(study.feasible[reading])
+    margins = study.margins.items()
     return {
         "values": study.grid.readings[reading],
         "outcome": study.outcomes[reading],
         "margins_percentage_points": {
-            name: finite(float(margin[reading])) if is_feasible else None
-            for name, margin in study.margins.items()
+            name: finite(float(margin[reading])) if is_feasible else None for name, margin in margins
         },
         "sealed_alarms": study.alarms[reading].tolist() if is_feasible else None,
     }

@@ -70,12 +70,14 @@ def _claims_sheet(study: ReadingsStudy) -> Sheet:
 def _values_sheet(study: ReadingsStudy) -> Sheet:
     core, every = study.reproducing(CORE), study.reproducing(study.claim_sets["C1–C6"])
     rows = [_value_cells(study, value, core, every) for value in study.value_shares]
+    breaks = group_breaks([value.parameters for value in study.value_shares])
+    rows = [row if position in (0, *breaks) else (Cell(""), *row[1:]) for position, row in enumerate(rows)]
     return Sheet(
         "readings-values",
         "Which values carry it",
         ("Parameter", "Value", "Readings", "Feasible", "C1–C4", "Share", "C1–C6", "Share"),
         tuple(rows),
-        breaks=group_breaks([value.parameters for value in study.value_shares]),
+        breaks=breaks,
         text_columns=(0, 1),
         note="Shares: of the feasible readings with this value. Ranges are fifths of the readings.",
     )

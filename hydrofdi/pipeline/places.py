@@ -35,7 +35,10 @@ def newest_directory() -> Path:
     ReportError
         There is none.
     """
-    files = [*RESULTS.glob("*/[!.]*.h5"), *RESULTS.glob(f"*/{REQUEST_FILE}")]
+    finished = list(RESULTS.glob("*/[!.]*.h5"))
+    folders = {file.parent for file in finished}
+    requested = [file for file in RESULTS.glob(f"*/{REQUEST_FILE}") if file.parent not in folders]
+    files = finished + requested
     if not files:
         raise ReportError(f"no experiment in {RESULTS}/*; run 'hydrofdi sweep CONFIG' first")
     return max(files, key=lambda file: file.stat().st_mtime_ns).parent

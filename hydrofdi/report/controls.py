@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +47,8 @@ class BestLevel:
         Position of the level; None where no δ is positive, or the run is missing or failed.
     delta : float
         Its δ [%].
+    is_open : bool
+        Whether the run is missing or failed.
     """
 
     reading: int
@@ -53,6 +56,7 @@ class BestLevel:
     bulk_modulus: float
     level: int | None
     delta: float
+    is_open: bool
 
 
 def sealed_alarms(grid: ModeGrid) -> tuple[SealedAlarm, ...]:
@@ -84,7 +88,8 @@ def _best_level(grid: ModeGrid, reading: int, q: int, b: int) -> BestLevel:
     delta = grid.matched[reading, 1 + q, b].tolist()
     level = largest_positive(delta)
     value = float("nan") if level is None else delta[level]
-    return BestLevel(reading, grid.leakage_flows[q], grid.bulk_moduli[b], level, value)
+    is_open = any(math.isnan(number) for number in delta)
+    return BestLevel(reading, grid.leakage_flows[q], grid.bulk_moduli[b], level, value, is_open)
 
 
 def alarm_matrix(grid: ModeGrid) -> NDArray[np.bool_]:

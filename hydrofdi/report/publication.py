@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from matplotlib.figure import Figure
-
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import compose_report
 from hydrofdi.report.document import Document
-from hydrofdi.report.figures import FIGURES, KINDS, draw_all
+from hydrofdi.report.figures import FIGURES, KINDS, Figure, draw_all
 from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
 from hydrofdi.report.forms.inline_svg import inline_svg
 from hydrofdi.report.forms.latex import render_latex

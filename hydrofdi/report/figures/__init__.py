@@ -20,7 +20,17 @@ from hydrofdi.report.figures.spectrum import draw_spectrum
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes
 from hydrofdi.store.files import whole_file
 
-__all__ = ["FIGURES", "FigureKind", "draw_figure", "draw_signals", "save_figure", "write_figure"]
+__all__ = [
+    "FIGURES",
+    "KINDS",
+    "Figure",
+    "FigureKind",
+    "draw_all",
+    "draw_figure",
+    "draw_signals",
+    "save_figure",
+    "write_figure",
+]
 
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""

@@ -47,13 +47,13 @@ def _alarm_sentence(alarms: tuple[SealedAlarm, ...]) -> str:
 
 
 def _best_level_sentence(best: tuple[BestLevel, ...]) -> str:
-    counts = Counter(level_name(mode.level) or "no level" for mode in best)
+    counts = Counter("open" if mode.is_open else level_name(mode.level) or "no level" for mode in best)
     if not best:
         return "There is no leaky mode to look at under the matched baseline."
     parts = [f"{level} in {count}" for level, count in sorted(counts.items())]
     return (
         f"Against the matched baseline the largest positive δ of the {counted(len(best), 'leaky mode')}"
-        f" is that of {joined(parts)}."
+        f" is: {joined(parts)}."
     )
 
 

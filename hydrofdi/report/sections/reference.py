@@ -23,7 +23,7 @@ def reference_block(analysis: Analysis) -> Block:
     agreeing = sum(deviation.agrees is True for deviation in decided)
     source = analysis.data.experiment.reference.source
     sentence = (
-        f"{agreeing} of {counted(len(decided), 'published value')} lie within their tolerance"
+        f"Within the tolerance: {agreeing} of {counted(len(decided), 'published value')}"
         f"{f'; source: {source}' if source else ''}."
     )
     holes = len(deviations) - len(decided)

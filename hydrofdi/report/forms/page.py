@@ -55,12 +55,12 @@ def render_page(document: Document, figures: Mapping[str, str], captions: Mappin
 def _contents(blocks: list[Block]) -> Iterator[str]:
     yield '<nav aria-label="Sections">\n<ul>'
     for block in blocks:
-        yield f'<li><a href="#{block.key}">{escape(block.title.partition(":")[0])}</a></li>'
+        yield f'<li><a href="#section-{block.key}">{escape(block.title.partition(":")[0])}</a></li>'
     yield "</ul>\n</nav>"
 
 
 def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, str]) -> Iterator[str]:
-    yield f'<section id="{block.key}">\n<h2>{escape(block.title)}</h2>'
+    yield f'<section id="section-{block.key}">\n<h2>{escape(block.title)}</h2>'
     yield from map(_paragraph, block.paragraphs)
     for sheet in block.sheets:
         yield from _table(sheet)

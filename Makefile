@@ -22,9 +22,7 @@ install: .venv/installed-runtime  ## make .venv and install hydrofdi into it
 table3: .venv/installed-runtime  ## run the study and write Table 3 to results/table3/
 	$(BIN)/hydrofdi sweep configs/table3.yaml
 	@$(BIN)/hydrofdi report $(RESULT)
-	@$(BIN)/hydrofdi report $(RESULT) --format markdown > $(RESULT)/table3.md
-	@$(BIN)/hydrofdi report $(RESULT) --format csv > $(RESULT)/table3.csv
-	@echo "wrote $(RESULT)/table3.md and $(RESULT)/table3.csv"
+	@$(BIN)/hydrofdi report $(RESULT) --out $(RESULT)
 
 test: .venv/installed-test  ## run the tests
 	$(BIN)/pytest

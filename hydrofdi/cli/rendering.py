@@ -12,21 +12,17 @@ from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.pipeline.inspecting import Explanation
-from hydrofdi.report.formats import (
-    BASELINES,
-    band_note,
-    baseline_title,
-    delta_cells,
-    failure_notes,
-    lead_cells,
-    lead_headers,
-)
+from hydrofdi.report.document import Block, Cell, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
-from hydrofdi.report.table import SensitivityTable, label_header
+from hydrofdi.report.table import label_header
 from hydrofdi.units import convert
 
 _PLAIN_WIDTH = 100
 """Columns of text where the output is no terminal."""
+
+
+_FILES_ONLY = ("provenance", "signals", "checks")
+"""Sections and tables that the terminal leaves out."""
 
 
 def tell(message: str) -> None:
@@ -61,32 +57,45 @@ def print_run(summary: RunSummary) -> None:
     console.print(table)
 
 
-def print_table(table: SensitivityTable, file: Path) -> None:
-    """Table 3 against both baselines."""
+def print_document(document: Document, file: Path) -> None:
+    """A report, without the parts that only a file has room for."""
     console = _console()
-    console.print(Text(f"{table.name}: change of the detail RMS of the chamber-1 pressure", style="bold"))
-    console.print(f"from {file}\n")
-    for baseline, delta in BASELINES.items():
-        grid = Table(title=baseline_title(table, baseline), title_justify="left", box=None, pad_edge=False)
-        for header in lead_headers(table):
-            grid.add_column(header, justify="right")
-        for level in range(1, table.n_level + 1):
-            grid.add_column(f"δd{level} ", justify="right")
-        previous = None
-        for row in table.rows:
-            cells = [cell if "*" in cell else f"{cell} " for cell in delta_cells(delta(row), "{}*".format)]
-            if previous not in (None, row.leakage_flow):
-                grid.add_row()
-            previous = row.leakage_flow
-            grid.add_row(*lead_cells(row), *(Text(c, style="bold" if "*" in c else "") for c in cells))
-        console.print(grid)
-        console.print()
-    console.print(
-        "* largest positive δ of the row; δ > 0: the RMS fell; sealed rows are controls without a leak"
-    )
-    console.print(band_note(table))
-    for note in failure_notes(table):
-        console.print(f"failed: {note}")
+    console.print(Text(document.title, style="bold"))
+    console.print(f"from {file}")
+    for block in document.blocks:
+        if block.key not in _FILES_ONLY and (block.paragraphs or block.sheets):
+            _print_block(console, block)
+
+
+def _print_block(console: Console, block: Block) -> None:
+    console.print()
+    console.print(Text(block.title, style="bold underline"))
+    for paragraph in block.paragraphs:
+        console.print(paragraph)
+    for sheet in block.sheets:
+        if sheet.key not in _FILES_ONLY:
+            console.print()
+            console.print(Text(sheet.title, style="italic"))
+            console.print(_grid(sheet))
+            if sheet.note:
+                console.print(Text(sheet.note, style="dim"))
+
+
+def _grid(sheet: Sheet) -> Table:
+    grid = Table(box=None, pad_edge=False)
+    for column, header in enumerate(sheet.headers):
+        is_text = column in sheet.text_columns
+        grid.add_column(header if is_text else f"{header} ", justify="left" if is_text else "right")
+    for position, row in enumerate(sheet.rows):
+        if position in sheet.breaks:
+            grid.add_row()
+        grid.add_row(*(Text(_marked(cell), style="bold" if cell.is_strong else "") for cell in row))
+    return grid
+
+
+def _marked(cell: Cell) -> str:
+    """A cell with a mark that also stands where there is no bold type."""
+    return cell.text + ("*" if cell.is_strong else " ")
 
 
 def print_explanation(explanation: Explanation) -> None:

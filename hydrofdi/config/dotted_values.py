@@ -33,11 +33,12 @@ def normalize_baseline(source: Source) -> None:
 
 
 def normalize_sweep(source: Source) -> None:
-    """The ``sweep`` of a source in SI, with generators of values spelled out."""
-    if source.data.get("sweep") is None:
-        source.data.pop("sweep", None)
-    else:
-        _normalize_block(source, ("sweep",), source.data["sweep"])
+    """The ``sweep`` and ``ensemble`` of a source in SI, with generators of values spelled out."""
+    for section in ("sweep", "ensemble"):
+        if source.data.get(section) is None:
+            source.data.pop(section, None)
+        else:
+            _normalize_block(source, (section,), source.data[section])
 
 
 def _normalize_block(source: Source, path: Path, block: Any) -> None:

@@ -15,6 +15,7 @@ from hydrofdi.config.leakage import LeakageConfig
 from hydrofdi.config.mistakes import describe_error
 from hydrofdi.config.parameters import RunParameters
 from hydrofdi.config.points import Point, sweep_points
+from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import ConfigError, Mistake
 
 
@@ -52,7 +53,8 @@ class RunTable:
     Attributes
     ----------
     runs : tuple of RunSpec, length n_run
-        The swept runs in the order of the sweep, then the healthy runs that the sweep itself lacks.
+        The swept runs in the order of the sweep, reading by reading, then the healthy runs
+        that the sweep itself lacks.
     axes : dict
         Dotted parameter → its different values in SI, in order of appearance.
     n_swept : int
@@ -87,23 +89,29 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     fixed, matched = expansion.baselines()
     axes = {
         name: tuple(dict.fromkeys(point[name] for point in points if name in point))
-        for name in experiment.sweep.names
+        for name in [*experiment.ensemble.names, *experiment.sweep.names]
     }
     return RunTable(tuple(expansion.runs), axes, n_swept, tuple(fixed), tuple(matched))
 
 
 def _points(experiment: ExperimentConfig) -> list[Point]:
-    sweep = experiment.sweep
-    if not sweep.names:
+    readings = _block_points(experiment, "ensemble")
+    swept = _block_points(experiment, "sweep")
+    return [reading | point for reading in readings for point in swept]
+
+
+def _block_points(experiment: ExperimentConfig, section: str) -> list[Point]:
+    block: SweepConfig = getattr(experiment, section)
+    if not block.names:
         return [{}]
     try:
-        points = sweep_points(sweep, experiment.nominal_parameters.value)
+        points = sweep_points(block, experiment.nominal_parameters.value)
     except ValidationError as error:
         raise ConfigError(
-            [Mistake(f"sampled: {describe_error(error.errors()[0])}", "sweep.sample")]
+            [Mistake(f"sampled: {describe_error(error.errors()[0])}", f"{section}.sample")]
         ) from None
     if not points:
-        raise ConfigError([Mistake("no point fulfils 'where'", "sweep")])
+        raise ConfigError([Mistake("no point fulfils 'where'", section)])
     return points
 
 

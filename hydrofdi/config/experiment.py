@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from hydrofdi.config.claims import ClaimId
 from hydrofdi.config.limits import LimitsConfig
 from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.reference import ReferenceConfig
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.config.sweep import SweepConfig
 
@@ -37,6 +39,26 @@ class ExperimentConfig(RunParameters):
 
     limits: LimitsConfig = LimitsConfig()
     """What a run may use up."""
+
+    ensemble: SweepConfig = SweepConfig()
+    """Readings: what is not known for certain. The sweep is run in every reading."""
+
+    claims: tuple[ClaimId, ...] = ()
+    """Sentences of the paper that ``hydrofdi report --check`` requires to hold."""
+
+    reference: ReferenceConfig = ReferenceConfig()
+    """Published values to compare with."""
+
+    @model_validator(mode="after")
+    def _readings_leave_the_sweep_alone(self) -> Self:
+        if twice := set(self.ensemble.names) & set(self.sweep.names):
+            raise ValueError(f"{sorted(twice)[0]} varies in both ensemble and sweep")
+        return self
+
+    @property
+    def has_readings(self) -> bool:
+        """Whether the experiment is an ensemble; a run that is impossible is then a result, no mistake."""
+        return bool(self.ensemble.names)
 
     @cached_property
     def nominal_parameters(self) -> RunParameters:

@@ -16,6 +16,7 @@ from hydrofdi.errors import ConfigError, Mistake
 
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
     ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
+    ("ensemble", "grid"), ("ensemble", "zip"), ("ensemble", "sample", "over"),
 )  # fmt: skip
 """Mappings whose keys are dotted parameter names."""
 

@@ -25,6 +25,12 @@ def describe_error(error: Any, known: Sequence[str] = ()) -> str:
             return f"must be {context['expected']}; found {found!r}"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"expected a section with 'key: value' pairs; found {found!r}"
+        case "tuple_type" | "list_type":
+            return f"expected a list; found {found!r}"
+        case "missing":
+            return "is missing"
+        case "string_pattern_mismatch" if error["loc"][-1] == "level":
+            return f"must be d1, d2, …; found {found!r}"
         case "string_pattern_mismatch":
             return f"letters, digits, '.', '_' and '-' only, 64 at the most; found {found!r}"
         case "value_error":

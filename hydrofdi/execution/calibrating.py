@@ -17,7 +17,9 @@ from hydrofdi.units import convert
 _MOST_CONDITIONS = 8 * WIDTH
 
 
-def leakage_coefficients(runs: Sequence[RunSpec], engine: Engine, known: dict[str, float]) -> list[float]:
+def leakage_coefficients(
+    runs: Sequence[RunSpec], engine: Engine, known: dict[str, float], *, keep_unreachable: bool = False
+) -> list[float]:
     """K_i of each run [m^3.5/kg^0.5]: as given, or solved from the leakage flow.
 
     Parameters
@@ -27,6 +29,8 @@ def leakage_coefficients(runs: Sequence[RunSpec], engine: Engine, known: dict[st
         Solves what is not known.
     known : dict
         Identity of a calibration → K_i; what is solved is added.
+    keep_unreachable : bool
+        Whether a flow that no K_i reaches gives NaN, instead of an error.
 
     Raises
     ------
@@ -36,7 +40,8 @@ def leakage_coefficients(runs: Sequence[RunSpec], engine: Engine, known: dict[st
     conditions = {calibration_identity(run.calibration): run.calibration for run in runs if run.calibration}
     unsolved = {identity: condition for identity, condition in conditions.items() if identity not in known}
     solved = _solve(list(unsolved.values()), engine)
-    _require_reachable(list(zip(unsolved.values(), solved, strict=True)))
+    if not keep_unreachable:
+        _require_reachable(list(zip(unsolved.values(), solved, strict=True)))
     known.update(
         {identity: solution.coefficient for identity, solution in zip(unsolved, solved, strict=True)}
     )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +15,14 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.features import detail_rms
 from hydrofdi.features.operating_point import hydraulic_mode
-from hydrofdi.simulation import Trajectory, simulate_batch
+from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
 from hydrofdi.store import names, write_shard
+from hydrofdi.units import convert
 
 
 @dataclass(frozen=True)
 class Job:
-    """A run that is ready to be simulated."""
+    """A run that is ready to be simulated; a coefficient of NaN says that no K_i gives its leakage."""
 
     run_id: str
     parameters: RunParameters
@@ -70,7 +72,9 @@ def compute_shard(batch: Batch) -> BatchReceipt:
 def compute_columns(jobs: Sequence[Job]) -> dict[str, NDArray[Any]]:
     """All variables of a shard, one row per job, and the time axis."""
     parameters = [job.parameters for job in jobs]
-    trajectory = simulate_batch(parameters, [job.leakage_coefficient for job in jobs])
+    coefficients = np.array([job.leakage_coefficient for job in jobs], dtype=float)
+    trajectory = simulate_batch(parameters, np.nan_to_num(coefficients).tolist())
+    trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(jobs, trajectory))
     return {
         names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
         names.STATUS: np.array([outcome.status for outcome in trajectory.outcomes], dtype=object),
@@ -78,6 +82,18 @@ def compute_columns(jobs: Sequence[Job]) -> dict[str, NDArray[Any]]:
         names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
         names.TIME: trajectory.time,
     } | _signals_and_features(parameters, trajectory)
+
+
+def _outcomes(jobs: Sequence[Job], trajectory: Trajectory) -> tuple[Outcome, ...]:
+    return tuple(
+        _unreachable(job.parameters) if math.isnan(job.leakage_coefficient) else outcome
+        for job, outcome in zip(jobs, trajectory.outcomes, strict=True)
+    )
+
+
+def _unreachable(parameters: RunParameters) -> Outcome:
+    flow = convert(parameters.leakage.internal_flow or 0.0, "L/min")
+    return Outcome("unreachable_leakage", f"no K_i gives a mean leakage of {flow:.4g} L/min")
 
 
 def _signals_and_features(

@@ -182,7 +182,7 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
 
 
 def _job(run: RunSpec, run_id: str) -> Job:
-    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {})
+    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {}, keep_unreachable=True)
     return Job(run_id, run.parameters, coefficient)
 
 

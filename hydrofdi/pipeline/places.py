@@ -9,6 +9,7 @@ from pathlib import Path
 import hydrofdi
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.errors import ReportError
+from hydrofdi.store.request import REQUEST_FILE
 
 RESULTS = Path("results")
 """Folder for experiments, below the working directory."""
@@ -26,29 +27,21 @@ def experiment_file(directory: Path) -> Path:
     return directory / f"{directory.resolve().name}.h5"
 
 
-def newest_experiment_file(directory: Path | None) -> Path:
-    """The experiment file in a folder, or the newest one below ``results/``.
-
-    Parameters
-    ----------
-    directory : Path or None
-        A folder, or an experiment file itself.
+def newest_directory() -> Path:
+    """The folder below ``results/`` that was swept last.
 
     Raises
     ------
     ReportError
         There is none.
     """
-    if directory is not None and not directory.is_dir():
-        return directory
-    pattern, root = ("*/*.h5", RESULTS) if directory is None else ("*.h5", directory)
-    files = [file for file in root.glob(pattern) if not file.name.startswith(".")]
-    if files:
-        return max(files, key=lambda file: file.stat().st_mtime_ns)
-    if directory is not None and (directory / "experiment.json").exists():
-        raise ReportError(f"{directory}: the sweep has not ended; run 'hydrofdi collect {directory}' first")
-    where = f"{root}/*" if directory is None else str(directory)
-    raise ReportError(f"no experiment file in {where}; run 'hydrofdi sweep CONFIG' first")
+    finished = list(RESULTS.glob("*/[!.]*.h5"))
+    folders = {file.parent for file in finished}
+    requested = [file for file in RESULTS.glob(f"*/{REQUEST_FILE}") if file.parent not in folders]
+    files = finished + requested
+    if not files:
+        raise ReportError(f"no experiment in {RESULTS}/*; run 'hydrofdi sweep CONFIG' first")
+    return max(files, key=lambda file: file.stat().st_mtime_ns).parent
 
 
 def library_versions() -> dict[str, str]:

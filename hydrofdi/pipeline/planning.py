@@ -79,9 +79,11 @@ class SweepPlan:
             warnings.append(
                 f"needs {needed / 1e6:,.0f} MB, of which {prediction.free_bytes / 1e6:,.0f} are free"
             )
-        sample = self.experiment.sweep.sample
-        if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
-            warnings.append(f"a Sobol sample of {sample.count} points is not balanced; take a power of two")
+        for sample in (self.experiment.ensemble.sample, self.experiment.sweep.sample):
+            if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
+                warnings.append(
+                    f"a Sobol sample of {sample.count} points is not balanced; take a power of two"
+                )
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return warnings
 

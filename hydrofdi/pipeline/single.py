@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
+from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.pipeline.places import library_versions
 from hydrofdi.simulation import run_identity
@@ -28,7 +29,7 @@ def simulate_nominal(experiment: ExperimentConfig) -> SingleRun:
     ConfigError
         Its leakage flow cannot be reached.
     """
-    alone = experiment.model_copy(update={"sweep": type(experiment.sweep)()})
+    alone = experiment.model_copy(update={"sweep": SweepConfig(), "ensemble": SweepConfig()})
     run = expand_runs(alone).runs[0]
     (coefficient,) = leakage_coefficients([run], InProcessEngine(), {})
     return SingleRun(run, compute_columns([Job(run_identity(run), run.parameters, coefficient)]))
@@ -42,6 +43,6 @@ def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun
     StoreError
         The file cannot be written.
     """
-    alone = experiment.model_copy(update={"sweep": type(experiment.sweep)()})
+    alone = experiment.model_copy(update={"sweep": SweepConfig(), "ensemble": SweepConfig()})
     table = RunTable((single.run,), {}, 1, (0,), (0,))
     write_experiment(path, alone, table, HeldResults(single.columns), library_versions())

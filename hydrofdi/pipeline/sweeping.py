@@ -174,7 +174,7 @@ def _write_file(
 
 def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float]) -> list[Job]:
     runs = [plan.table.runs[position] for position in plan.missing]
-    coefficients = leakage_coefficients(runs, engine, known)
+    coefficients = leakage_coefficients(runs, engine, known, keep_unreachable=plan.experiment.has_readings)
     return [
         Job(plan.run_ids[position], run.parameters, coefficient)
         for position, run, coefficient in zip(plan.missing, runs, coefficients, strict=True)

@@ -1,15 +1,18 @@
-"""Tables and figures made from experiment files."""
+"""Tables, verdicts and figures made from experiments."""
 
-from hydrofdi.report.formats import render_csv, render_json, render_latex, render_markdown, table_record
+from hydrofdi.report.analysis import Analysis, analyze
+from hydrofdi.report.claims import CLAIMS, Claim, Verdict
+from hydrofdi.report.composition import compose_report
 from hydrofdi.report.table import SensitivityTable, TableRow, summarize_table
 
 __all__ = [
+    "CLAIMS",
+    "Analysis",
+    "Claim",
     "SensitivityTable",
     "TableRow",
-    "render_csv",
-    "render_json",
-    "render_latex",
-    "render_markdown",
+    "Verdict",
+    "analyze",
+    "compose_report",
     "summarize_table",
-    "table_record",
 ]

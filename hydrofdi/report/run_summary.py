@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.config import RunSpec
-from hydrofdi.report.formats import finite
+from hydrofdi.report.forms.numbers import finite
 from hydrofdi.store import Columns, names
 from hydrofdi.units import convert
 

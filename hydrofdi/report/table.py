@@ -1,4 +1,4 @@
-"""Table 3: percentage change of the detail coefficients over leakage and EBM, with its controls."""
+"""The runs of an experiment as rows: RMS of the details, and their change against both baselines."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.features import level_bands, percentage_change
@@ -24,8 +23,12 @@ class TableRow:
 
     Attributes
     ----------
+    run_id : str
+        Identity of the run.
     labels : dict
-        Further swept parameters → their values in SI.
+        Further varied parameters → their values in SI.
+    leakage_request : float
+        Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that was asked for; 0 for a sealed actuator.
     leakage_flow : float
         Leakage level of the row [m³/s]: the mean flow that K_i was solved for, or the flow of the run.
     mean_leakage_flow : float
@@ -42,7 +45,9 @@ class TableRow:
         How the run ended.
     """
 
+    run_id: str
     labels: dict[str, Any]
+    leakage_request: float
     leakage_flow: float
     mean_leakage_flow: float
     leakage_coefficient: float
@@ -58,7 +63,7 @@ class TableRow:
     @property
     def is_sealed(self) -> bool:
         """Whether the row is a control without internal leakage."""
-        return self.leakage_coefficient == 0.0
+        return self.leakage_request == 0.0
 
 
 @dataclass(frozen=True)
@@ -88,14 +93,14 @@ class SensitivityTable:
 
     @property
     def label_names(self) -> list[str]:
-        """Swept parameters besides leakage and EBM."""
+        """Varied parameters besides leakage and EBM."""
         return list(self.rows[0].labels)
 
     @property
     def modes(self) -> dict[float, float]:
-        """β [Pa] → f_h [Hz], of the rows that did not fail."""
-        known = [row for row in self.rows if math.isfinite(row.mode_frequency)]
-        return {row.bulk_modulus: row.mode_frequency for row in sorted(known, key=_bulk_modulus)}
+        """β [Pa] → f_h [Hz], in ascending order, of the runs that ended well."""
+        ended = [row for row in self.rows if math.isfinite(row.mode_frequency)]
+        return {row.bulk_modulus: row.mode_frequency for row in sorted(ended, key=_bulk_modulus)}
 
 
 def largest_positive(levels: Sequence[float]) -> int | None:
@@ -106,29 +111,65 @@ def largest_positive(levels: Sequence[float]) -> int | None:
     return best if levels[best] > 0.0 else None
 
 
+def level_name(level: int | None) -> str | None:
+    """``d1`` for position 0, and so on."""
+    return None if level is None else f"d{level + 1}"
+
+
 def summarize_table(data: ExperimentData) -> SensitivityTable:
     """The table of an experiment.
 
     Parameters
     ----------
     data : ExperimentData
-        An experiment file as it was read.
+        An experiment as it was read.
     """
-    columns, experiment = data.columns, data.experiment
-    rms = columns[names.DETAIL_RMS]
+    fixed, matched = baseline_changes(data)
+    names_of_labels = label_names(data)
+    rows = [
+        _row(
+            data,
+            position,
+            names_of_labels,
+            tuple(fixed[position].tolist()),
+            tuple(matched[position].tolist()),
+        )
+        for position in range(data.n_run)
+    ]
+    rows.sort(key=lambda row: (not row.is_sealed, row.leakage_request))
+    bands = tuple(level_bands(data.experiment.run.sampling_frequency, fixed.shape[1]))
+    return SensitivityTable(data.experiment.name, tuple(rows), bands, normal_bulk_modulus(data))
+
+
+def baseline_changes(data: ExperimentData) -> tuple[Any, Any]:
+    """δ [%] of all runs against the fixed and the matched baseline, each of shape (n_run, n_level)."""
+    rms = data.columns[names.DETAIL_RMS]
     with np.errstate(divide="ignore", invalid="ignore"):
-        fixed = percentage_change(rms[columns[names.FIXED_BASELINE]], rms)
-        matched = percentage_change(rms[columns[names.MATCHED_BASELINE]], rms)
-    rows = [_row(data, position, fixed[position], matched[position]) for position in range(data.n_run)]
-    rows.sort(key=lambda row: (not row.is_sealed, row.leakage_flow))
-    sampling_frequency = experiment.run.sampling_frequency
-    normal = data.table.runs[data.table.fixed_baseline[0]].parameters.fluid.bulk_modulus
-    bands = tuple(level_bands(sampling_frequency, rms.shape[1]))
-    return SensitivityTable(experiment.name, tuple(rows), bands, normal)
+        return (
+            percentage_change(rms[data.columns[names.FIXED_BASELINE]], rms),
+            percentage_change(rms[data.columns[names.MATCHED_BASELINE]], rms),
+        )
+
+
+def normal_bulk_modulus(data: ExperimentData) -> float:
+    """β of the fixed baseline [Pa]."""
+    return data.table.runs[data.table.fixed_baseline[0]].parameters.fluid.bulk_modulus
+
+
+def leakage_request(data: ExperimentData, position: int) -> float:
+    """Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that a run asks for; 0 where it is sealed."""
+    leakage = data.table.runs[position].parameters.leakage
+    return leakage.internal_flow or leakage.internal_coefficient or 0.0
+
+
+def label_names(data: ExperimentData) -> list[str]:
+    """Varied parameters besides leakage and EBM."""
+    usual = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
+    return [name for name in data.table.axes if name not in usual]
 
 
 def _row(
-    data: ExperimentData, position: int, fixed: NDArray[np.float64], matched: NDArray[np.float64]
+    data: ExperimentData, position: int, labels: Sequence[str], fixed: Levels, matched: Levels
 ) -> TableRow:
     def number(name: str) -> float:
         return float(data.columns[name][position])
@@ -136,7 +177,9 @@ def _row(
     level = number(names.LEAKAGE_LEVEL)
     parameters = data.table.runs[position].parameters
     return TableRow(
-        labels={name: parameters.value(name) for name in _label_names(data)},
+        run_id=str(data.columns[names.RUN_ID][position]),
+        labels={name: parameters.value(name) for name in labels},
+        leakage_request=leakage_request(data, position),
         leakage_flow=number(names.MEAN_LEAKAGE_FLOW) if math.isnan(level) else level,
         mean_leakage_flow=number(names.MEAN_LEAKAGE_FLOW),
         leakage_coefficient=number(names.LEAKAGE_COEFFICIENT),
@@ -144,16 +187,11 @@ def _row(
         mode_frequency=number(names.MODE_FREQUENCY),
         mode_damping_ratio=number(names.MODE_DAMPING_RATIO),
         detail_rms=tuple(data.columns[names.DETAIL_RMS][position].tolist()),
-        delta_fixed=tuple(fixed.tolist()),
-        delta_matched=tuple(matched.tolist()),
+        delta_fixed=fixed,
+        delta_matched=matched,
         status=str(data.columns[names.STATUS][position]),
         message=str(data.columns[names.MESSAGE][position]),
     )
-
-
-def _label_names(data: ExperimentData) -> list[str]:
-    usual = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
-    return [name for name in data.table.axes if name not in usual]
 
 
 def _bulk_modulus(row: TableRow) -> float:
@@ -161,6 +199,6 @@ def _bulk_modulus(row: TableRow) -> float:
 
 
 def label_header(name: str) -> str:
-    """A swept parameter with its SI unit, e.g. ``friction.viscous [N·s/m]``."""
+    """A varied parameter with its SI unit, e.g. ``friction.viscous [N·s/m]``."""
     unit = parameter_unit(name)
     return f"{name} [{unit.replace('*', '·')}]" if unit and unit != "1" else name

@@ -6,6 +6,7 @@ from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.store.reading import ExperimentData, read_experiment
 from hydrofdi.store.results import HeldResults, Results, ShardResults
 from hydrofdi.store.shard import Columns, write_shard
+from hydrofdi.store.unfinished import read_unfinished
 
 __all__ = [
     "Columns",
@@ -21,6 +22,7 @@ __all__ = [
     "read_experiment",
     "read_failures",
     "read_index",
+    "read_unfinished",
     "write_experiment",
     "write_failure",
     "write_shard",

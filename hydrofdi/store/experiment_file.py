@@ -77,7 +77,7 @@ def write_experiment(
     with whole_file(path) as aside, h5py.File(aside, "w") as file:
         _write_attributes(file, experiment, versions)
         _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], results.n_run)
-        requested = _requested_columns(table)
+        requested = requested_columns(table)
         for variable in (*REQUESTED, *_axis_variables(table)):
             _write_column(file, variable, requested[variable.name])
         shared_input = len({(run.parameters.input, run.parameters.run) for run in table.runs}) == 1
@@ -164,7 +164,8 @@ def _describe(dataset: h5py.Dataset, units: str, long_name: str) -> None:
     dataset.attrs["long_name"] = long_name
 
 
-def _requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
+def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
+    """What the experiment itself says of each run: the variables beside the computed ones."""
     leakages = [run.parameters.leakage for run in table.runs]
     levels = [
         leakage.internal_flow

@@ -27,7 +27,7 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
         "started": now(),
         "command": sys.argv,
         "configuration": json.loads(experiment.model_dump_json()),
-        "seeds": _seeds(experiment.sweep.model_dump()),
+        "seeds": _seeds([experiment.ensemble.model_dump(), experiment.sweep.model_dump()]),
         "git": _git_state(Path(__file__).parent),
         "python": platform.python_version(),
         "libraries": dict(sorted({item.name: item.version for item in distributions()}.items())),

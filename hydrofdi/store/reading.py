@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import h5py
 import numpy as np
@@ -20,6 +20,17 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.names import COMPUTED, FORMAT_VERSION, REQUESTED, RUN_ID, STATUS, TIME
 from hydrofdi.store.results import MISSING
+
+_VERSION = "version_"
+"""Prefix of the attributes that hold library versions."""
+
+
+class SignalSource(Protocol):
+    """Where the signals of an experiment lie."""
+
+    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -34,11 +45,17 @@ class ExperimentData:
         The configuration as it was resolved.
     columns : dict
         Variable name → array with one row per run, signals left out.
+    versions : dict
+        Library → version that the results were made with.
+    signals : SignalSource
+        Where the signals lie.
     """
 
     path: Path
     experiment: ExperimentConfig
     columns: dict[str, NDArray[Any]]
+    versions: dict[str, str]
+    signals: SignalSource
 
     @cached_property
     def table(self) -> RunTable:
@@ -50,19 +67,30 @@ class ExperimentData:
         """Number of runs."""
         return len(self.columns[RUN_ID])
 
-    def signal(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s], shape (n_time,), and a signal, shape (n_run, n_time).
+    def signal(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,).
 
         Raises
         ------
         StoreError
             The experiment did not store it.
         """
+        return self.signals.read(name, position)
+
+
+@dataclass(frozen=True)
+class FileSignals:
+    """Signals in an experiment file."""
+
+    path: Path
+
+    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants and a signal of one run."""
         with open_for_reading(self.path) as file:
             if name not in file:
                 raise StoreError(f"{self.path}: holds no {name}; set store: {{signals: all}} and sweep again")
-            values = np.asarray(file[name][:])
-            return np.asarray(file[TIME][:]), np.broadcast_to(values, (self.n_run, values.shape[-1]))
+            values = file[name]
+            return np.asarray(file[TIME][:]), np.asarray(values[:] if values.ndim == 1 else values[position])
 
 
 def read_experiment(path: Path) -> ExperimentData:
@@ -85,7 +113,12 @@ def read_experiment(path: Path) -> ExperimentData:
         }
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
-    return ExperimentData(path, experiment, columns)
+        versions = {
+            name.removeprefix(_VERSION): str(value)
+            for name, value in file.attrs.items()
+            if name.startswith(_VERSION)
+        }
+    return ExperimentData(path, experiment, columns, versions, FileSignals(path))
 
 
 def is_current(path: Path, experiment: ExperimentConfig) -> bool:

@@ -10,7 +10,8 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.store.files import write_whole_text
 
-_FILE = "experiment.json"
+REQUEST_FILE = "experiment.json"
+"""Name of the file in an experiment's folder."""
 
 
 def write_request(directory: Path, experiment: ExperimentConfig) -> None:
@@ -21,7 +22,7 @@ def write_request(directory: Path, experiment: ExperimentConfig) -> None:
     StoreError
         It cannot be written.
     """
-    write_whole_text(directory / _FILE, experiment.model_dump_json(indent=2) + "\n")
+    write_whole_text(directory / REQUEST_FILE, experiment.model_dump_json(indent=2) + "\n")
 
 
 def read_request(directory: Path) -> ExperimentConfig:
@@ -32,10 +33,10 @@ def read_request(directory: Path) -> ExperimentConfig:
     StoreError
         There is none, or it cannot be read.
     """
-    path = directory / _FILE
+    path = directory / REQUEST_FILE
     try:
         return ExperimentConfig.model_validate_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise StoreError(f"{directory}: is not the folder of an experiment (it has no {_FILE})") from None
+        raise StoreError(f"{directory}: is no folder of an experiment (it has no {REQUEST_FILE})") from None
     except (OSError, ValidationError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None

@@ -1,0 +1,53 @@
+"""Everything that a report says of an experiment, worked out once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.report.claims import Verdict, judge_claims
+from hydrofdi.report.controls import BestLevel, SealedAlarm, best_levels, sealed_alarms
+from hydrofdi.report.deviations import Deviation, compare_reference
+from hydrofdi.report.modes import ModeGrid, arrange_modes
+from hydrofdi.report.readings import ReadingsStudy, study_readings
+from hydrofdi.report.table import SensitivityTable, summarize_table
+from hydrofdi.store import ExperimentData
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """An experiment with its table, verdicts and controls."""
+
+    data: ExperimentData
+    table: SensitivityTable
+    grid: ModeGrid
+    verdicts: tuple[Verdict, ...]
+    sealed_alarms: tuple[SealedAlarm, ...]
+    best_levels: tuple[BestLevel, ...]
+    deviations: tuple[Deviation, ...]
+    readings: ReadingsStudy | None
+    """Claims and controls over the readings, where the experiment is an ensemble."""
+
+    @property
+    def guarded(self) -> tuple[Verdict, ...]:
+        """The verdicts on the claims that the experiment file lists."""
+        listed = self.data.experiment.claims
+        return tuple(verdict for verdict in self.verdicts if verdict.claim.id in listed)
+
+
+def analyze(data: ExperimentData) -> Analysis:
+    """Work out tables, verdicts and controls of an experiment."""
+    table, grid = summarize_table(data), arrange_modes(data)
+    study = study_readings(grid, data) if data.experiment.has_readings else None
+    feasible = None if study is None else np.flatnonzero(study.feasible).tolist()
+    return Analysis(
+        data=data,
+        table=table,
+        grid=grid,
+        verdicts=judge_claims(grid, data, feasible),
+        sealed_alarms=sealed_alarms(grid),
+        best_levels=best_levels(grid),
+        deviations=compare_reference(table, data),
+        readings=study,
+    )

@@ -1,0 +1,48 @@
+"""Which sections make up a report."""
+
+from __future__ import annotations
+
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.document import Block, Document
+from hydrofdi.report.readings import ReadingsStudy
+from hydrofdi.report.sections.controls import controls_block
+from hydrofdi.report.sections.holes import holes_block
+from hydrofdi.report.sections.provenance import provenance_block
+from hydrofdi.report.sections.readings import readings_block, readings_controls_block
+from hydrofdi.report.sections.reference import reference_block
+from hydrofdi.report.sections.sensitivity import sensitivity_block
+from hydrofdi.report.sections.small_leakage import small_leakage_block
+from hydrofdi.report.sections.verdicts import guarded_block, verdicts_block
+
+_LEAD = (
+    "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with the"
+    " effective bulk modulus (EBM) of the fluid. After Maddahi et al., CDSR 2015, paper 181; all numbers are"
+    " computed, none is printed in the paper."
+)
+
+
+def compose_report(analysis: Analysis) -> Document:
+    """All sections of a report; an ensemble has its own."""
+    if analysis.readings is not None:
+        return Document(analysis.table.name, (_LEAD,), _ensemble_blocks(analysis, analysis.readings))
+    blocks = (
+        holes_block(analysis),
+        sensitivity_block(analysis),
+        small_leakage_block(analysis),
+        verdicts_block(analysis),
+        controls_block(analysis),
+        reference_block(analysis),
+        _signals_block(),
+        provenance_block(analysis),
+    )
+    return Document(analysis.table.name, (_LEAD,), tuple(block for block in blocks if block is not None))
+
+
+def _ensemble_blocks(analysis: Analysis, study: ReadingsStudy) -> tuple[Block, ...]:
+    guarded = guarded_block(analysis)
+    blocks = (guarded, readings_block(study), readings_controls_block(study), provenance_block(analysis))
+    return tuple(block for block in blocks if block is not None)
+
+
+def _signals_block() -> Block:
+    return Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))

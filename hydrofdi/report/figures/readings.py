@@ -1,0 +1,85 @@
+"""The readings study: how often the claims hold, and by which values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from hydrofdi.errors import ReportError
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.figures.style import BLUE, INK, ORANGE, RULE
+from hydrofdi.report.readings import CORE, ReadingsStudy
+from hydrofdi.report.sections.readings import value_text
+from hydrofdi.report.table import label_header
+
+
+def draw_readings(analysis: Analysis) -> Figure:
+    """Share of the feasible readings that reproduce each claim, and C1–C4 by the values of each parameter."""
+    study = analysis.readings
+    if study is None:
+        raise ReportError("the experiment has no ensemble")
+    if not study.feasible.any():
+        raise ReportError("no reading is feasible")
+    n_bar, n_value = len(study.claim_sets), len(study.value_shares) + len(_groups(study))
+    heights = [n_bar * 0.24 + 0.6, n_value * 0.2 + 0.6]
+    figure = Figure(figsize=(7.4, sum(heights)), layout="constrained")
+    top, bottom = figure.subplots(2, 1, height_ratios=heights)
+    _draw_claims(top, study)
+    _draw_values(bottom, study)
+    return figure
+
+
+def _draw_claims(axis: Any, study: ReadingsStudy) -> None:
+    total = int(study.feasible.sum())
+    names = list(study.claim_sets)
+    counts = [int(study.reproducing(claims).sum()) for claims in study.claim_sets.values()]
+    colors = [BLUE if len(claims) == 1 else ORANGE for claims in study.claim_sets.values()]
+    bars = axis.barh(range(len(names)), [100.0 * count / total for count in counts], color=colors, height=0.7)
+    axis.bar_label(bars, [f"{count:,}" for count in counts], padding=3, fontsize=8, color=INK)
+    axis.set_yticks(range(len(names)), names)
+    axis.invert_yaxis()
+    axis.set_xlim(0.0, 109.0)
+    axis.grid(visible=False, axis="y")
+    axis.set_title(f"readings that reproduce the claims, of {total:,} feasible ones [%]")
+
+
+def _groups(study: ReadingsStudy) -> list[tuple[str, ...]]:
+    return list(dict.fromkeys(value.parameters for value in study.value_shares))
+
+
+def _draw_values(axis: Any, study: ReadingsStudy) -> None:
+    series = {
+        "C1–C4": (study.reproducing(CORE), {"color": ORANGE, "marker": "o"}),
+        "C1–C6": (study.reproducing(study.claim_sets["C1–C6"]), {"color": BLUE, "marker": "D"}),
+    }
+    heights, labels = _layout(study)
+    for name, (mask, style) in series.items():
+        shares = []
+        for value in study.value_shares:
+            feasible = int((value.members & study.feasible).sum())
+            shares.append(100.0 * int((value.members & mask).sum()) / feasible if feasible else float("nan"))
+        overall = 100.0 * mask.sum() / study.feasible.sum()
+        axis.axvline(overall, color=style["color"], linewidth=0.8, linestyle=":")
+        axis.plot(shares, heights, linestyle="none", markersize=4.5, clip_on=False, label=name, **style)
+    axis.set_yticks(list(labels), list(labels.values()), fontsize=7.5)
+    axis.invert_yaxis()
+    axis.grid(color=RULE, axis="y")
+    axis.set_title("the same by parameter value [% of the feasible readings with it]\ndotted: over all")
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+    axis.set_xlim(left=0.0)
+
+
+def _layout(study: ReadingsStudy) -> tuple[list[float], dict[float, str]]:
+    """Height of each value, and what stands at the heights, parameters above their values."""
+    heights: list[float] = []
+    labels: dict[float, str] = {}
+    height, previous = -1.0, None
+    for value in study.value_shares:
+        height += 1.0
+        if value.parameters != previous:
+            labels[height] = ", ".join(label_header(name) for name in value.parameters)
+            height, previous = height + 1.0, value.parameters
+        heights.append(height)
+        labels[height] = value_text(value)
+    return heights, labels

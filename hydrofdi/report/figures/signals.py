@@ -1,0 +1,81 @@
+"""Signals over time: of one run, and Figure 2 with the normal and the leaky actuator side by side."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from hydrofdi.features.wavelet import detail_coefficients
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.figures.choice import run_position, shown_leakage
+from hydrofdi.report.figures.style import BLUE, ORANGE
+from hydrofdi.report.wording import mode_name
+from hydrofdi.store import Columns, names
+from hydrofdi.units import convert
+
+_PANELS = (
+    (names.INPUT_VOLTAGE, "$u$ [V]", "V"),
+    ("piston_position", "$x_p$ [mm]", "mm"),
+    (names.CHAMBER_1_PRESSURE, "$P_1$ [MPa]", "MPa"),
+    (names.CHAMBER_2_PRESSURE, "$P_2$ [MPa]", "MPa"),
+    ("internal_leakage_flow", "$q_{il}$ [L/min]", "L/min"),
+)
+
+Line = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Abscissae and ordinates."""
+
+
+def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
+    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time.
+
+    Parameters
+    ----------
+    columns : mapping
+        Variables of one run, all signals included.
+    wavelet : WaveletConfig
+    title : str
+    """
+    signals = {name: (columns[names.TIME], columns[name][0]) for name, _, _ in _PANELS}
+    return _draw([_lines(signals, wavelet)], [title], [BLUE], wavelet)
+
+
+def draw_figure_2(analysis: Analysis) -> Figure:
+    """Figure 2: (a) normal and (b) with the small leakage, both at the normal EBM."""
+    grid, wavelet = analysis.grid, analysis.data.experiment.wavelet
+    titles, columns = [], []
+    for letter, leakage in zip("ab", dict.fromkeys((0, shown_leakage(analysis))), strict=False):
+        position = run_position(analysis, leakage, grid.normal)
+        signals = {name: analysis.data.signal(name, position) for name, _, _ in _PANELS}
+        columns.append(_lines(signals, wavelet))
+        flow = grid.leakage_flows[leakage - 1] if leakage else 0.0
+        titles.append(f"({letter}) {mode_name(flow, grid.bulk_moduli[grid.normal])}")
+    return _draw(columns, titles, [BLUE, ORANGE], wavelet)
+
+
+def _lines(signals: dict[str, Line], wavelet: Any) -> list[Line]:
+    lines = [(signals[name][0], convert(1.0, unit) * signals[name][1]) for name, _, unit in _PANELS]
+    time, pressure = signals[names.CHAMBER_1_PRESSURE]
+    instants, details = detail_coefficients(pressure, wavelet, min(2, wavelet.levels), time)
+    return [*lines, (instants, 1e-3 * details)]
+
+
+def _draw(columns: list[list[Line]], titles: list[str], colors: list[str], wavelet: Any) -> Figure:
+    labels = [*(label for _, label, _ in _PANELS), f"$d_{min(2, wavelet.levels)}$ of $P_1$ [kPa]"]
+    figure = Figure(
+        figsize=(3.6 * len(columns) + (0.0 if len(columns) > 1 else 3.4), 8.0), layout="constrained"
+    )
+    axes = figure.subplots(len(labels), len(columns), sharex=True, sharey="row", squeeze=False)
+    for column, (lines, title, color) in enumerate(zip(columns, titles, colors, strict=False)):
+        for axis, (x, y), label in zip(axes[:, column], lines, labels, strict=True):
+            axis.plot(x, y, color=color, linewidth=0.7)
+            axis.set_ylabel(label if column == 0 else "")
+        axes[0, column].set_title(title)
+        axes[-1, column].xaxis.set_major_locator(MaxNLocator(10, steps=[1, 2, 5, 10]))
+        axes[-1, column].set_xlabel("time [s]")
+        axes[-1, column].set_xlim(lines[0][0][0], lines[0][0][-1])
+    figure.align_ylabels(axes[:, 0])
+    return figure

@@ -1,0 +1,61 @@
+"""Power spectrum of P_1 with the bands of the levels and the hydraulic mode of each EBM."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from hydrofdi.features.spectrum import power_spectrum
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.figures.choice import run_position, shown_bulk_moduli
+from hydrofdi.report.figures.style import INK, series
+from hydrofdi.report.wording import megapascal, mode_name
+from hydrofdi.store import names
+
+
+def draw_spectrum(analysis: Analysis) -> Figure:
+    """Spectra of P_1, sealed and with the largest leakage, one line per EBM."""
+    grid = analysis.grid
+    leakages = list(dict.fromkeys((0, len(grid.leakage_flows))))
+    figure = Figure(figsize=(7.0, 0.8 + 2.6 * len(leakages)), layout="constrained")
+    axes = figure.subplots(len(leakages), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    for axis, leakage in zip(axes, leakages, strict=True):
+        _draw_leakage(axis, analysis, leakage)
+    axes[0].legend(loc="lower left", ncols=1)
+    axes[-1].set_xlabel("frequency [Hz]; dotted uprights: hydraulic mode $f_h$ of each EBM")
+    return figure
+
+
+def _draw_leakage(axis: Any, analysis: Analysis, leakage: int) -> None:
+    grid, data = analysis.grid, analysis.data
+    sampling_frequency = data.experiment.run.sampling_frequency
+    for number, beta in enumerate(shown_bulk_moduli(analysis)):
+        position = run_position(analysis, leakage, beta)
+        _, pressure = data.signal(names.CHAMBER_1_PRESSURE, position)
+        frequency, density = power_spectrum(pressure, sampling_frequency)
+        name = f"{megapascal(grid.bulk_moduli[beta])} MPa"
+        axis.semilogy(frequency[1:], 1e-6 * density[1:], label=name, **series(number))
+        mode = float(data.columns[names.MODE_FREQUENCY][position])
+        axis.axvline(mode, color=series(number)["color"], linewidth=1.2, linestyle=":")
+    _mark_bands(axis, analysis)
+    flow = grid.leakage_flows[leakage - 1] if leakage else 0.0
+    axis.set_title(mode_name(flow, 0.0).partition(" at ")[0])
+    axis.set_ylabel("PSD of $P_1$ [kPa²/Hz]")
+
+
+def _mark_bands(axis: Any, analysis: Analysis) -> None:
+    bands = analysis.table.bands
+    axis.set_xscale("log")
+    axis.set_xlim(bands[-1][0] / 2, bands[0][1])
+    axis.grid(visible=False, axis="x", which="both")
+    for level, (low, high) in enumerate(bands, 1):
+        if level % 2:
+            axis.axvspan(low, high, color="#808088", alpha=0.14, linewidth=0)
+        axis.text(
+            (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
+            ha="center", va="top", color=INK,
+        )  # fmt: skip
+    ticks = [low for low, _ in bands] + [bands[0][1]]
+    axis.set_xticks(ticks, [f"{tick:.4g}" for tick in ticks])
+    axis.minorticks_off()

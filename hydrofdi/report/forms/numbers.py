@@ -1,0 +1,10 @@
+"""Numbers for forms that know no NaN."""
+
+from __future__ import annotations
+
+import math
+
+
+def finite(value: float) -> float | None:
+    """The value, or None where it is NaN or infinite."""
+    return value if math.isfinite(value) else None

@@ -1,0 +1,109 @@
+"""A report as one self-contained HTML page: no script, nothing from elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from html import escape
+from importlib.resources import files
+
+from hydrofdi.report.document import Block, Cell, Document, Sheet
+
+_SHORT = 16
+"""Rows up to which a table is kept on one printed page."""
+
+
+def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:
+    """The report as HTML.
+
+    Parameters
+    ----------
+    document : Document
+    figures : mapping
+        Name → ``<svg>`` element, or a paragraph that says why the figure is missing.
+    captions : mapping
+        Name → caption.
+    """
+    blocks = [block for block in document.blocks if block.paragraphs or block.sheets or block.figures]
+    style = files("hydrofdi.report.forms").joinpath("page.css").read_text(encoding="utf-8")
+    title = escape(document.title)
+    lines = [
+        "<!DOCTYPE html>",
+        '<html lang="en">',
+        "<head>",
+        '<meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        '<meta name="color-scheme" content="light dark">',
+        '<link rel="icon" href="data:,">',
+        f"<title>{title} – hydrofdi</title>",
+        f"<style>\n{style}</style>",
+        "</head>",
+        "<body>",
+        f"<header>\n<h1>{title}</h1>",
+        *(_paragraph(text) for text in document.lead),
+        "</header>",
+        *_contents(blocks),
+        "<main>",
+        *(line for block in blocks for line in _section(block, figures, captions)),
+        "</main>",
+        "<footer><p>Made by hydrofdi. All numbers on this page are computed.</p></footer>",
+        "</body>",
+        "</html>",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _contents(blocks: list[Block]) -> Iterator[str]:
+    yield '<nav aria-label="Sections">\n<ul>'
+    for block in blocks:
+        yield f'<li><a href="#section-{block.key}">{escape(block.title.partition(":")[0])}</a></li>'
+    yield "</ul>\n</nav>"
+
+
+def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, str]) -> Iterator[str]:
+    yield f'<section id="section-{block.key}">\n<h2>{escape(block.title)}</h2>'
+    yield from map(_paragraph, block.paragraphs)
+    for sheet in block.sheets:
+        yield from _table(sheet)
+    for name in block.figures:
+        if name in figures:
+            caption = escape(captions[name])
+            yield f'<figure id="{name}">\n{figures[name]}\n<figcaption>{caption}.</figcaption>\n</figure>'
+    yield "</section>"
+
+
+def _paragraph(text: str) -> str:
+    return f"<p>{escape(text)}</p>"
+
+
+def _table(sheet: Sheet) -> Iterator[str]:
+    short = " short" if len(sheet.rows) <= _SHORT else ""
+    title = escape(sheet.title)
+    yield f'<div class="table{short}" role="region" aria-label="{title}" tabindex="0">'
+    yield f'<table id="{sheet.key}">\n<caption>{title}</caption>\n<thead>\n<tr>'
+    for column, header in enumerate(sheet.headers):
+        yield f'<th scope="col"{_words(sheet, column)}>{escape(header)}</th>'
+    yield "</tr>\n</thead>\n<tbody>"
+    for position, row in enumerate(sheet.rows):
+        cells = "".join(f"<td{_words(sheet, column)}>{_cell(cell)}</td>" for column, cell in enumerate(row))
+        row_class = ' class="break"' if position in sheet.breaks else ""
+        yield f"<tr{row_class}>{cells}</tr>"
+    yield "</tbody>\n</table>"
+    if sheet.note:
+        yield f'<p class="note">{escape(sheet.note)}</p>'
+    yield "</div>"
+
+
+def _words(sheet: Sheet, column: int) -> str:
+    return ' class="words"' if column in sheet.text_columns else ""
+
+
+def _cell(cell: Cell) -> str:
+    text = escape(cell.text)
+    if cell.value is not None and cell.value == cell.value:
+        text = f'<data value="{escape(str(cell.value))}">{text}</data>'
+    return f"<strong>{text}</strong>" if cell.is_strong else text
+
+
+def missing_figure(reason: str) -> str:
+    """What stands in place of a figure that could not be drawn."""
+    return f'<p class="hole">This figure is missing: {escape(reason)}</p>'

@@ -1,0 +1,135 @@
+"""A report as plain data for JSON."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.claims import CheckResult, Verdict
+from hydrofdi.report.controls import BestLevel, SealedAlarm
+from hydrofdi.report.deviations import Deviation
+from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.forms.readings_record import readings_record
+from hydrofdi.report.modes import ModeGrid
+from hydrofdi.report.readings import ReadingsStudy
+from hydrofdi.report.table import TableRow, largest_positive, level_name
+from hydrofdi.report.wording import mode_name
+from hydrofdi.units import convert
+
+
+def report_record(analysis: Analysis) -> dict[str, Any]:
+    """A report; numbers that do not exist are None.
+
+    The thousands of runs, checks and controls of an ensemble are left to the tidy forms; what they come to in
+    each reading stands under ``readings``.
+    """
+    if analysis.readings is not None:
+        return _ensemble_record(analysis, analysis.readings)
+    return {
+        "experiment": analysis.table.name,
+        "rows": [_row_record(row) for row in analysis.table.rows],
+        "claims": [_verdict_record(verdict, analysis.grid) for verdict in analysis.verdicts],
+        "guarded_claims": list(analysis.data.experiment.claims),
+        "controls": {
+            "sealed_alarms": [_alarm_record(alarm, analysis.grid) for alarm in analysis.sealed_alarms],
+            "best_level_matched": [_best_level_record(mode, analysis.grid) for mode in analysis.best_levels],
+        },
+        "reference": [_deviation_record(deviation) for deviation in analysis.deviations],
+    }
+
+
+def _ensemble_record(analysis: Analysis, study: ReadingsStudy) -> dict[str, Any]:
+    claims = [_verdict_record(verdict, analysis.grid) | {"checks": []} for verdict in analysis.verdicts]
+    return {
+        "experiment": analysis.table.name,
+        "rows": [],
+        "claims": claims,
+        "guarded_claims": list(analysis.data.experiment.claims),
+        "controls": {"sealed_alarms": [], "best_level_matched": []},
+        "reference": [],
+        "readings": readings_record(study),
+    }
+
+
+def render_json(analysis: Analysis) -> str:
+    """A report as JSON."""
+    return json.dumps(report_record(analysis), indent=2, allow_nan=False) + "\n"
+
+
+def _row_record(row: TableRow) -> dict[str, Any]:
+    return {
+        "run_id": row.run_id,
+        "leakage_L_per_min": finite(convert(row.leakage_flow, "L/min")),
+        "bulk_modulus_MPa": convert(row.bulk_modulus, "MPa"),
+        "internal_leakage_coefficient": finite(row.leakage_coefficient),
+        "mean_internal_leakage_L_per_min": finite(convert(row.mean_leakage_flow, "L/min")),
+        "hydraulic_mode_Hz": finite(row.mode_frequency),
+        "hydraulic_mode_damping_ratio": finite(row.mode_damping_ratio),
+        "detail_rms_Pa": [finite(value) for value in row.detail_rms],
+        "delta_fixed_percent": [finite(value) for value in row.delta_fixed],
+        "delta_matched_percent": [finite(value) for value in row.delta_matched],
+        "largest_positive_fixed": level_name(largest_positive(row.delta_fixed)),
+        "largest_positive_matched": level_name(largest_positive(row.delta_matched)),
+        "labels": row.labels,
+        "sealed": row.is_sealed,
+        "status": row.status,
+        "message": row.message,
+    }
+
+
+def _verdict_record(verdict: Verdict, grid: ModeGrid) -> dict[str, Any]:
+    return {
+        "id": verdict.claim.id,
+        "sentence": verdict.claim.sentence,
+        "rule": verdict.claim.rule,
+        "reproduced": verdict.reproduced,
+        "margin_percentage_points": finite(verdict.margin),
+        "checks": [_check_record(check, grid) for check in verdict.checks],
+    }
+
+
+def _check_record(check: CheckResult, grid: ModeGrid) -> dict[str, Any]:
+    return {
+        "runs": list(check.run_ids),
+        "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
+        "holds": check.holds,
+        "margin_percentage_points": finite(check.margin),
+    } | _labels(grid, check.reading)
+
+
+def _alarm_record(alarm: SealedAlarm, grid: ModeGrid) -> dict[str, Any]:
+    return {
+        "bulk_modulus_MPa": convert(alarm.bulk_modulus, "MPa"),
+        "alarm": alarm.alarm,
+        "delta_fixed_percent": [finite(value) for value in alarm.delta_fixed],
+    } | _labels(grid, alarm.reading)
+
+
+def _best_level_record(mode: BestLevel, grid: ModeGrid) -> dict[str, Any]:
+    return {
+        "leakage_L_per_min": finite(convert(mode.leakage_flow, "L/min")),
+        "bulk_modulus_MPa": convert(mode.bulk_modulus, "MPa"),
+        "level": level_name(mode.level),
+        "delta_matched_percent": finite(mode.delta),
+    } | _labels(grid, mode.reading)
+
+
+def _labels(grid: ModeGrid, reading: int) -> dict[str, Any]:
+    labels = grid.readings[reading]
+    return {"labels": labels} if labels else {}
+
+
+def _deviation_record(deviation: Deviation) -> dict[str, Any]:
+    cell = deviation.cell
+    return {
+        "leakage_L_per_min": convert(cell.leakage, "L/min"),
+        "bulk_modulus_MPa": convert(cell.bulk_modulus, "MPa"),
+        "level": cell.level,
+        "quantity": "delta_fixed_percent" if cell.delta is not None else "detail_rms_Pa",
+        "published": deviation.published,
+        "computed": finite(deviation.computed),
+        "deviation": finite(deviation.deviation),
+        "tolerance": deviation.tolerance,
+        "agrees": deviation.agrees,
+    }

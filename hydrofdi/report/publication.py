@@ -1,0 +1,84 @@
+"""All forms of a report as files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from hydrofdi.errors import ReportError
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.composition import compose_report
+from hydrofdi.report.document import Document
+from hydrofdi.report.figures import FIGURES, KINDS, Figure, draw_all
+from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
+from hydrofdi.report.forms.inline_svg import inline_svg
+from hydrofdi.report.forms.latex import render_latex
+from hydrofdi.report.forms.markdown import render_markdown
+from hydrofdi.report.forms.page import missing_figure, render_page
+from hydrofdi.report.forms.record import render_json
+from hydrofdi.report.forms.tidy import render_csv, render_parquet
+from hydrofdi.store.files import whole_file
+
+_PAGE_COLORS = {INK: "var(--ink)", RULE: "var(--rule)", PAPER: "var(--paper)"}
+
+
+def write_page(analysis: Analysis, path: Path) -> None:
+    """Write the HTML page.
+
+    Raises
+    ------
+    StoreError
+        It cannot be written.
+    """
+    document = compose_report(analysis)
+    drawn, holes = draw_all(analysis, document.figures)
+    _write(path, _page(document, _svg_texts(drawn), holes).encode())
+
+
+def write_all_forms(analysis: Analysis, directory: Path) -> Iterator[str]:
+    """Write every form and figure into a folder; yields a line on each.
+
+    Raises
+    ------
+    StoreError
+        The folder cannot be written.
+    """
+    document, name = compose_report(analysis), analysis.table.name
+    drawn, holes = draw_all(analysis, document.figures)
+    svgs = _svg_texts(drawn)
+    texts = {
+        "md": render_markdown(document),
+        "csv": render_csv(analysis.table),
+        "tex": render_latex(document),
+        "json": render_json(analysis),
+        "html": _page(document, svgs, holes),
+    }
+    for suffix, text in texts.items():
+        yield _write(directory / f"{name}.{suffix}", text.encode())
+    try:
+        yield _write(directory / f"{name}.parquet", render_parquet(analysis.table))
+    except ReportError as error:
+        yield f"left out {name}.parquet: {error}"
+    for figure_name, figure in drawn.items():
+        for kind in KINDS:
+            content = svgs[figure_name].encode() if kind == "svg" else figure_bytes(figure, kind)
+            yield _write(directory / f"{figure_name}.{kind}", content)
+    for figure_name, why in holes.items():
+        yield f"left out {figure_name}: {why}"
+
+
+def _svg_texts(drawn: Mapping[str, Figure]) -> dict[str, str]:
+    return {name: figure_bytes(figure, "svg").decode() for name, figure in drawn.items()}
+
+
+def _page(document: Document, svgs: Mapping[str, str], holes: Mapping[str, str]) -> str:
+    captions = {name: figure.caption for name, figure in FIGURES.items()}
+    elements = {name: inline_svg(svg, name, captions[name], _PAGE_COLORS) for name, svg in svgs.items()}
+    missing = {name: missing_figure(why) for name, why in holes.items()}
+    return render_page(document, elements | missing, captions)
+
+
+def _write(path: Path, content: bytes) -> str:
+    with whole_file(path) as aside:
+        aside.write_bytes(content)
+    return f"wrote {path}"

@@ -1,0 +1,111 @@
+"""The controls that the paper lacks, as sentences and tables."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.controls import BestLevel, SealedAlarm
+from hydrofdi.report.document import Block, Cell, Sheet
+from hydrofdi.report.table import level_name
+from hydrofdi.report.wording import (
+    HOLE,
+    counted,
+    delta_cells,
+    joined,
+    labels_text,
+    litres_per_minute,
+    megapascal,
+    signed,
+)
+
+
+def controls_block(analysis: Analysis) -> Block:
+    """Does the d3 rule alarm on a sealed actuator; which level is best under a matched baseline."""
+    alarms, best = analysis.sealed_alarms, analysis.best_levels
+    return Block(
+        "controls",
+        "Controls: no leak, and a matched baseline",
+        (_alarm_sentence(alarms), _best_level_sentence(best)),
+        (_alarm_sheet(analysis), _best_level_sheet(analysis)),
+        ("spectrum", "mode_plane"),
+    )
+
+
+def _alarm_sentence(alarms: tuple[SealedAlarm, ...]) -> str:
+    decided = [alarm for alarm in alarms if alarm.alarm is not None]
+    if not decided:
+        return "The d3 rule could not be tried: no sealed run above the normal EBM ended well."
+    raised = [alarm for alarm in decided if alarm.alarm]
+    if not raised:
+        return f"The d3 rule stays silent in all {len(decided)} sealed cases above the normal EBM."
+    places = list(dict.fromkeys(f"{megapascal(alarm.bulk_modulus)} MPa" for alarm in raised))
+    return (
+        f"The d3 rule raises an alarm on the sealed actuator in {len(raised)} of {len(decided)} cases"
+        f" above the normal EBM ({joined(places)}): there the EBM alone makes δd3 positive and the largest."
+    )
+
+
+def _best_level_sentence(best: tuple[BestLevel, ...]) -> str:
+    counts = Counter("open" if mode.is_open else level_name(mode.level) or "no level" for mode in best)
+    if not best:
+        return "There is no leaky mode to look at under the matched baseline."
+    parts = [f"{level} in {count}" for level, count in sorted(counts.items())]
+    return (
+        f"Against the matched baseline the largest positive δ of the {counted(len(best), 'leaky mode')}"
+        f" is: {joined(parts)}."
+    )
+
+
+def _alarm_sheet(analysis: Analysis) -> Sheet:
+    words = {True: "alarm", False: "silent", None: "open"}
+    rows = [
+        (
+            *_labels(analysis, alarm.reading),
+            Cell(megapascal(alarm.bulk_modulus)),
+            Cell(words[alarm.alarm], alarm.alarm is True, words[alarm.alarm]),
+            *delta_cells(alarm.delta_fixed),
+        )
+        for alarm in analysis.sealed_alarms
+    ]
+    levels = [f"δd{level}" for level in range(1, analysis.table.n_level + 1)]
+    headers = (*_label_header(analysis), "EBM [MPa]", "d3 rule", *levels)
+    n_label = len(_label_header(analysis))
+    return Sheet(
+        "sealed-alarms",
+        "The d3 rule on the sealed actuator: δ [%] against the fixed normal",
+        headers,
+        tuple(rows),
+        text_columns=(*range(n_label), n_label + 1),
+    )
+
+
+def _best_level_sheet(analysis: Analysis) -> Sheet:
+    rows = [
+        (
+            *_labels(analysis, mode.reading),
+            Cell(litres_per_minute(mode.leakage_flow)),
+            Cell(megapascal(mode.bulk_modulus)),
+            Cell(level_name(mode.level) or HOLE, value=level_name(mode.level)),
+            Cell(signed(mode.delta), value=mode.delta),
+        )
+        for mode in analysis.best_levels
+    ]
+    headers = (*_label_header(analysis), "Leakage [L/min]", "EBM [MPa]", "Best level", "δ [%]")
+    n_label = len(_label_header(analysis))
+    return Sheet(
+        "best-levels",
+        "The best level of each mode against the matched baseline",
+        headers,
+        tuple(rows),
+        text_columns=(*range(n_label), n_label + 2),
+    )
+
+
+def _label_header(analysis: Analysis) -> tuple[str, ...]:
+    return ("Parameters",) if analysis.table.label_names else ()
+
+
+def _labels(analysis: Analysis, reading: int) -> tuple[Cell, ...]:
+    labels = analysis.grid.readings[reading]
+    return (Cell(labels_text(labels)),) if labels else ()

@@ -1,0 +1,28 @@
+"""What is missing, and why."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.document import Block
+from hydrofdi.report.wording import counted, labels_text, mode_name
+
+_MOST = 20
+"""Holes that are told one by one."""
+
+
+def holes_block(analysis: Analysis) -> Block | None:
+    """A sentence on each run that did not end well or was not computed; None where all did."""
+    holes = [row for row in analysis.table.rows if row.status != "ok"]
+    if not holes:
+        return None
+    kinds = ", ".join(f"{count} {status}" for status, count in Counter(row.status for row in holes).items())
+    sentences = [f"{len(holes)} of {counted(len(analysis.table.rows), 'run')} have no numbers: {kinds}."]
+    for row in holes[:_MOST]:
+        labels = f", {labels_text(row.labels)}" if row.labels else ""
+        mode = mode_name(row.leakage_flow, row.bulk_modulus)
+        sentences.append(f"{mode}{labels}: {row.status}: {row.message}")
+    if len(holes) > _MOST:
+        sentences.append(f"… and {len(holes) - _MOST} more; the CSV form has them all.")
+    return Block("holes", "What is missing", tuple(sentences))

@@ -1,0 +1,44 @@
+"""What the numbers were made from."""
+
+from __future__ import annotations
+
+import json
+
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.document import Block, Cell, Sheet
+
+
+def provenance_block(analysis: Analysis) -> Block:
+    """The resolved configuration in SI, without what is empty, and the library versions."""
+    versions = analysis.data.versions
+    sheet = Sheet(
+        "versions",
+        "Versions",
+        ("Library", "Version"),
+        tuple((Cell(name), Cell(version)) for name, version in sorted(versions.items())),
+        text_columns=(0, 1),
+    )
+    return Block(
+        "provenance",
+        "Configuration and provenance",
+        ("Values are in SI. An identical request gives identical runs, whatever the batch or worker count.",),
+        (_configuration_sheet(analysis), sheet),
+    )
+
+
+def _configuration_sheet(analysis: Analysis) -> Sheet:
+    configuration = json.loads(analysis.data.experiment.model_dump_json())
+    rows = []
+    for section, value in configuration.items():
+        fields = value if isinstance(value, dict) else {"": value}
+        for name, content in fields.items():
+            if content not in (None, "", [], {}):
+                text = content if isinstance(content, str) else json.dumps(content)
+                rows.append((Cell(_key(section, name)), Cell(text)))
+    return Sheet("configuration", "Configuration", ("Key", "Value"), tuple(rows), text_columns=(0, 1))
+
+
+def _key(section: str, name: str) -> str:
+    if not name:
+        return section
+    return f"{section}: {name}" if "." in name else f"{section}.{name}"

@@ -1,0 +1,116 @@
+"""Numbers as the words of a report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from hydrofdi.report.document import Cell
+from hydrofdi.report.table import SensitivityTable, TableRow, label_header, largest_positive
+from hydrofdi.units import convert
+
+HOLE = "–"
+"""What stands where a number is missing."""
+
+
+def megapascal(bulk_modulus: float) -> str:
+    """An EBM in MPa, without the unit."""
+    return f"{convert(bulk_modulus, 'MPa'):g}"
+
+
+def litres_per_minute(flow: float) -> str:
+    """A leakage flow in L/min, without the unit."""
+    return f"{convert(flow, 'L/min'):.3g}"
+
+
+def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
+    """A mode in words, e.g. ``0.12 L/min at 551 MPa``."""
+    leakage = f"{litres_per_minute(leakage_flow)} L/min" if leakage_flow else "sealed"
+    return f"{leakage} at {megapascal(bulk_modulus)} MPa"
+
+
+def labels_text(labels: dict[str, Any]) -> str:
+    """Values of further parameters, e.g. ``friction.viscous = 50``."""
+    return ", ".join(f"{name} = {plain(value)}" for name, value in labels.items())
+
+
+def plain(value: Any) -> str:
+    """A parameter value in SI."""
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def signed(value: float, decimals: int = 1) -> str:
+    """A number with its sign; no sign where it rounds to zero; a hole where it is missing."""
+    if math.isnan(value):
+        return HOLE
+    text = f"{value:+.{decimals}f}"
+    return text[1:] if float(text) == 0.0 else text
+
+
+def kilopascal(pressure: float) -> str:
+    """A pressure in kPa with two decimals, or a hole."""
+    return HOLE if math.isnan(pressure) else f"{convert(pressure, 'kPa'):.2f}"
+
+
+def delta_cells(levels: Sequence[float]) -> list[Cell]:
+    """δ of each level, the largest positive one strong."""
+    best = largest_positive(levels)
+    return [Cell(signed(value), level == best, value) for level, value in enumerate(levels)]
+
+
+def lead_headers(table: SensitivityTable) -> list[str]:
+    """Headers of the columns that say which run a row is."""
+    labels = [label_header(name) for name in table.label_names]
+    return ["Leakage [L/min]", "EBM [MPa]", *labels, "f_h [Hz]"]
+
+
+def lead_cells(row: TableRow) -> list[Cell]:
+    """Cells under `lead_headers`."""
+    labels = [Cell(plain(value)) for value in row.labels.values()]
+    frequency = HOLE if math.isnan(row.mode_frequency) else f"{row.mode_frequency:.1f}"
+    return [
+        Cell(leakage_label(row), value=convert(row.leakage_flow, "L/min")),
+        Cell(megapascal(row.bulk_modulus), value=convert(row.bulk_modulus, "MPa")),
+        *labels,
+        Cell(frequency, value=row.mode_frequency),
+    ]
+
+
+def leakage_label(row: TableRow) -> str:
+    """The leakage level of a row in L/min."""
+    if row.is_sealed:
+        return "sealed"
+    return HOLE if math.isnan(row.leakage_flow) else litres_per_minute(row.leakage_flow)
+
+
+def band_sentence(table: SensitivityTable) -> str:
+    """Bands of the levels, and where the hydraulic mode lies for each EBM."""
+    bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
+    modes = ", ".join(
+        f"{frequency:.1f} ({_level_at(table, frequency)}) at {megapascal(beta)} MPa"
+        for beta, frequency in table.modes.items()
+    )
+    return f"Bands [Hz]: {bands}. Hydraulic mode f_h [Hz]: {modes or HOLE}."
+
+
+def _level_at(table: SensitivityTable, frequency: float) -> str:
+    for level, (low, high) in enumerate(table.bands, 1):
+        if low <= frequency < high:
+            return f"d{level}"
+    return "above d1" if frequency >= table.bands[0][1] else f"below d{table.n_level}"
+
+
+def joined(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)
+
+
+def counted(count: int, noun: str) -> str:
+    """``1 run``, ``2 runs``."""
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
+def share(count: int, total: int) -> str:
+    """A share in percent, or a hole where there is nothing to share."""
+    return f"{100.0 * count / total:.1f} %" if total else HOLE

@@ -1,0 +1,87 @@
+"""Experiments to report on: the study of the paper, and one with numbers chosen by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.pipeline import read_results
+from hydrofdi.report import analyze
+from hydrofdi.store import ExperimentData, names
+from hydrofdi.store.experiment_file import requested_columns
+from hydrofdi.store.reading import FileSignals
+
+MADE_UP = """\
+name: made_up
+claims: [C1, C3]
+reference:
+  source: a printed copy
+  cells:
+    - {leakage: 0.12 L/min, bulk_modulus: 551 MPa, level: d2, delta: 10 %}
+    - {leakage: 2 L/min, bulk_modulus: 689 MPa, level: d1, rms: 5 kPa, tolerance: 20 %}
+    - {leakage: 3 L/min, bulk_modulus: 551 MPa, level: d1, delta: 1 %}
+sweep:
+  grid:
+    leakage.internal_flow: [0 L/min, 0.12 L/min, 2 L/min]
+    fluid.bulk_modulus: [551 MPa, 689 MPa]
+"""
+
+KILOPASCALS = [
+    [5.0, 200.0, 300.0, 60.0, 150.0],
+    [8.0, 240.0, 200.0, 66.0, 151.0],
+    [4.9, 180.0, 290.0, 60.5, 150.0],
+    [7.5, 230.0, 190.0, 65.0, 151.5],
+    [4.8, 130.0, 210.0, 64.0, 150.5],
+    [np.nan] * 5,
+]
+"""RMS of the details of each run; the last one failed."""
+
+
+@pytest.fixture
+def made_up(tmp_path: Path) -> ExperimentData:
+    """Six runs with hand-made numbers, the last of which failed, and no signals."""
+    config = tmp_path / "made_up.yaml"
+    config.write_text(MADE_UP, encoding="utf-8")
+    experiment = load_experiment(config)
+    table = expand_runs(experiment)
+    statuses = ["ok"] * 5 + ["diverged"]
+    columns = requested_columns(table) | {
+        names.RUN_ID: np.array([f"{position:016x}" for position in range(6)]),
+        names.STATUS: np.array(statuses),
+        names.MESSAGE: np.array([""] * 5 + ["the state grew without bound by t = 1 s"]),
+        names.DETAIL_RMS: 1e3 * np.array(KILOPASCALS),
+        names.MEAN_LEAKAGE_FLOW: np.array([0.0, 0.0, 2e-6, 2.1e-6, 1e-3 / 30, np.nan]),
+        names.LEAKAGE_COEFFICIENT: np.array([0.0, 0.0, 8e-10, 8e-10, 1.5e-8, 1.5e-8]),
+        names.MODE_FREQUENCY: np.array([59.6, 66.1] * 2 + [59.6, np.nan]),
+        names.MODE_DAMPING_RATIO: np.array([0.02, 0.021, 0.022, 0.023, 0.037, np.nan]),
+    }
+    path = Path("results/made_up/made_up.h5")
+    return ExperimentData(path, experiment, columns, {"hydrofdi": "0.0", "numpy": "2.0"}, FileSignals(path))
+
+
+@pytest.fixture(scope="session")
+def paper(table3) -> ExperimentData:
+    """The study of the paper as it came out."""
+    return read_results(table3.directory)
+
+
+@pytest.fixture(scope="session")
+def paper_analysis(paper):
+    return analyze(paper)
+
+
+def with_rms(data: ExperimentData, position: int, level: int, rms: float) -> ExperimentData:
+    """The same experiment with one cell changed."""
+    changed = data.columns[names.DETAIL_RMS].copy()
+    changed[position, level] = rms
+    return replace(data, columns=data.columns | {names.DETAIL_RMS: changed})
+
+
+@pytest.fixture
+def break_cell():
+    """Changes the RMS of one cell of an experiment."""
+    return with_rms

@@ -1,0 +1,117 @@
+"""Every form of a report. HYDROFDI_WRITE_GOLDEN=1 writes the golden texts anew."""
+
+import csv
+import io
+import json
+import os
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hydrofdi.cli.rendering import print_document
+from hydrofdi.pipeline import read_results
+from hydrofdi.report import TableRow, analyze, compose_report
+from hydrofdi.report.figures import KINDS
+from hydrofdi.report.forms.latex import render_latex
+from hydrofdi.report.forms.markdown import render_markdown
+from hydrofdi.report.forms.page import render_page
+from hydrofdi.report.forms.record import render_json, report_record
+from hydrofdi.report.forms.tidy import render_csv, render_parquet, tidy_columns
+from hydrofdi.report.publication import write_all_forms
+
+GOLDEN = Path(__file__).parent / "golden"
+
+
+@pytest.mark.parametrize(
+    ("suffix", "render"),
+    [
+        ("md", lambda analysis: render_markdown(compose_report(analysis))),
+        ("tex", lambda analysis: render_latex(compose_report(analysis))),
+        ("csv", lambda analysis: render_csv(analysis.table)),
+        ("json", render_json),
+        ("html", lambda analysis: render_page(compose_report(analysis), {}, {})),
+    ],
+)
+def test_a_form_has_its_golden_text(made_up, suffix, render):
+    check_golden(f"made_up.{suffix}", render(analyze(made_up)))
+
+
+def test_the_terminal_has_its_golden_text(made_up, capsys):
+    print_document(compose_report(analyze(made_up)), made_up.path)
+    check_golden("made_up.txt", capsys.readouterr().out)
+
+
+def check_golden(name, text):
+    path = GOLDEN / name
+    if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
+        GOLDEN.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    assert text == path.read_text(encoding="utf-8")
+
+
+FINITE = st.floats(-1e200, 1e200)
+NUMBER = FINITE | st.just(float("nan"))
+LEVELS = st.tuples(*[NUMBER] * 5)
+ROWS = st.builds(
+    TableRow,
+    run_id=st.text("0123456789abcdef", min_size=16, max_size=16),
+    labels=st.fixed_dictionaries({"friction.viscous": FINITE, "input.shape": st.sampled_from(["a", 'b,"c'])}),
+    leakage_request=FINITE, leakage_flow=NUMBER, mean_leakage_flow=NUMBER, leakage_coefficient=NUMBER,
+    bulk_modulus=FINITE, mode_frequency=NUMBER, mode_damping_ratio=NUMBER, detail_rms=LEVELS,
+    delta_fixed=LEVELS, delta_matched=LEVELS, status=st.just("ok"), message=st.just(""),
+)  # fmt: skip
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50, deadline=None)
+@given(rows=st.lists(ROWS, min_size=1, max_size=3))
+def test_a_table_survives_csv_and_json(made_up, rows):
+    analysis = analyze(made_up)
+    table = replace(analysis.table, rows=tuple(rows))
+    columns = tidy_columns(table)
+    read = list(csv.DictReader(io.StringIO(render_csv(table))))
+    for header, values in columns.items():
+        texts = [line[header] for line in read]
+        for text, value in zip(texts, values, strict=True):
+            assert text == "" if value is None else type(value)(text) == value
+    record = report_record(replace(analysis, table=table))
+    assert json.loads(json.dumps(record, allow_nan=False)) == record
+    for row, line in zip(rows, record["rows"], strict=True):
+        kept = [x for x, y in zip(row.detail_rms, line["detail_rms_Pa"], strict=True) if y is not None]
+        assert kept == [y for y in line["detail_rms_Pa"] if y is not None]
+
+
+def test_parquet_holds_the_same_columns_as_csv(made_up):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'parquet' is not installed")
+    table = analyze(made_up).table
+    read = parquet.read_table(io.BytesIO(render_parquet(table)))
+    assert read.to_pydict() == tidy_columns(table)
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex here")
+def test_the_latex_tables_compile(made_up, tmp_path):
+    (tmp_path / "tables.tex").write_text(render_latex(compose_report(analyze(made_up))), encoding="utf-8")
+    (tmp_path / "main.tex").write_text(
+        r"\documentclass{article}\usepackage[landscape,margin=1cm]{geometry}\usepackage{booktabs}"
+        r"\begin{document}\input{tables}\end{document}"
+    )
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "main.tex"]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert result.returncode == 0, result.stdout[-2000:]
+    assert "Missing character" not in result.stdout
+
+
+def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
+    analysis = analyze(read_results(small_sweep.directory))
+    for name in ("first", "second"):
+        list(write_all_forms(analysis, tmp_path / name))
+    files = sorted(path.name for path in (tmp_path / "first").iterdir())
+    figures = ("figure2", "figure3", "figure4", "sensitivity", "spectrum", "mode_plane")
+    forms = {f"small.{suffix}" for suffix in ("md", "csv", "tex", "json", "html")}
+    assert {*files} - {"small.parquet"} == forms | {f"{name}.{kind}" for name in figures for kind in KINDS}
+    for file in files:
+        assert (tmp_path / "first" / file).read_bytes() == (tmp_path / "second" / file).read_bytes(), file

@@ -1,0 +1,96 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+ENSEMBLE = """\
+name: readings
+run: {duration: 2 s}
+store: {signals: none}
+claims: [C2]
+ensemble:
+  zip: {friction.coulomb: [200 N, 20 N], friction.breakaway: [250 N, 25 N]}
+  sample: {count: 2, seed: 3, over: {actuator.chamber_volume: {uniform: [200 cm^3, 400 cm^3]}}}
+  grid: {valve.spool_gain: [22 µm/V, 0.4 µm/V]}
+sweep:
+  grid:
+    leakage.internal_flow: [0 L/min, 0.12 L/min, 0.89 L/min]
+    fluid.bulk_modulus: [551 MPa, 689 MPa]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("readings")
+
+
+@pytest.fixture(scope="module")
+def ensemble(folder):
+    def run(*arguments):
+        command = [sys.executable, "-m", "hydrofdi", *arguments]
+        return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+
+    (folder / "readings.yaml").write_text(ENSEMBLE, encoding="utf-8")
+    swept = run("sweep", "readings.yaml", "--workers", "1")
+    assert swept.returncode == 1, "readings whose leakage is out of reach are failed runs"
+    return run
+
+
+@pytest.fixture(scope="module")
+def study(ensemble):
+    return json.loads(ensemble("report", "results/readings", "--json").stdout)["readings"]
+
+
+def test_readings_with_an_unreachable_leakage_count_as_infeasible(study):
+    assert (study["readings"], study["feasible"]) == (8, 4)
+    assert study["infeasible"] == {"unreachable_leakage": 4}
+    for member in study["members"]:
+        outcome = "ok" if member["values"]["valve.spool_gain"] == 22e-6 else "unreachable_leakage"
+        assert member["outcome"] == outcome
+
+
+def test_the_counts_are_those_of_the_members(study):
+    for claim in ("C1", "C2", "C3", "C4", "C5", "C6"):
+        margins = [member["margins_percentage_points"][claim] for member in study["members"]]
+        assert study["reproducing"][claim] == sum(margin is not None and margin > 0 for margin in margins)
+
+
+def test_the_shares_of_each_parameter_add_up_to_all_readings(study):
+    by_parameter = {}
+    for value in study["values"]:
+        by_parameter.setdefault(tuple(value["parameters"]), []).append(value)
+    assert ("friction.coulomb", "friction.breakaway") in by_parameter, "what varies together is one parameter"
+    for values in by_parameter.values():
+        assert sum(value["readings"] for value in values) == study["readings"]
+        for claim, count in study["reproducing"].items():
+            assert sum(value["reproducing"][claim] for value in values) == count
+
+
+def test_a_reading_gives_the_margins_of_the_same_experiment_by_itself(study, ensemble, folder):
+    sections = ENSEMBLE.split("ensemble:")[0], "sweep:" + ENSEMBLE.split("sweep:")[1]
+    (folder / "alone.yaml").write_text("".join(sections).replace("name: readings", "name: alone"))
+    member = next(member for member in study["members"] if member["outcome"] == "ok")
+    settings = [f"--set={name}={value!r}" for name, value in member["values"].items()]
+    assert ensemble("sweep", "alone.yaml", "--workers", "1", *settings).returncode == 0
+    claims = json.loads(ensemble("report", "results/alone", "--json").stdout)["claims"]
+    for claim in claims:
+        assert claim["margin_percentage_points"] == member["margins_percentage_points"][claim["id"]]
+
+
+def test_a_parameter_that_varies_in_sweep_and_ensemble_is_a_mistake(ensemble):
+    result = ensemble("sweep", "readings.yaml", "--set=ensemble.grid.fluid.bulk_modulus=[551 MPa, 600 MPa]")
+    assert result.returncode == 2
+    assert "fluid.bulk_modulus varies in both ensemble and sweep" in result.stderr
+
+
+def test_check_asks_that_a_claim_holds_in_every_feasible_reading(ensemble, study):
+    result = ensemble("report", "results/readings", "--check")
+    assert result.returncode == (0 if study["reproducing"]["C2"] == study["feasible"] else 1)
+
+
+def test_text_and_figure_of_the_study(ensemble, folder):
+    text = ensemble("report", "results/readings").stdout
+    assert "4 of 8 different readings are feasible" in text
+    assert ensemble("report", "results/readings", "--figure", "readings.svg").returncode == 0
+    assert (folder / "readings.svg").read_text().startswith("<?xml")

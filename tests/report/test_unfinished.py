@@ -1,0 +1,52 @@
+import json
+
+import pytest
+
+from hydrofdi.config import load_experiment
+from hydrofdi.pipeline import read_results
+from hydrofdi.report import analyze, compose_report
+from hydrofdi.report.figures import draw_all
+from hydrofdi.report.forms.record import render_json
+from hydrofdi.store.request import write_request
+
+HALF = """\
+name: half
+run: {duration: 2 s}
+sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551 MPa]}}
+"""
+WHOLE = HALF.replace("[551 MPa]", "[551 MPa, 689 MPa]")
+
+
+@pytest.fixture
+def half_done(tmp_path, hydrofdi):
+    """A sweep over two EBM of which one was computed before the program was killed."""
+    config = tmp_path / "half.yaml"
+    config.write_text(HALF)
+    assert hydrofdi("sweep", config, "--workers", "1").returncode == 0
+    config.write_text(WHOLE)
+    directory = tmp_path / "results" / "half"
+    write_request(directory, load_experiment(config))
+    return directory
+
+
+def test_an_unfinished_experiment_reports_what_is_there_and_why_the_rest_is_not(half_done):
+    analysis = analyze(read_results(half_done))
+    assert [row.status for row in analysis.table.rows] == ["ok", "missing", "ok", "missing"]
+    holes = compose_report(analysis).blocks[0]
+    assert holes.key == "holes"
+    assert "2 of 4 runs have no numbers: 2 missing" in holes.paragraphs[0]
+    rows = json.loads(render_json(analysis))["rows"]
+    assert [row["detail_rms_Pa"] == [None] * 5 for row in rows] == [False, True, False, True]
+
+
+def test_a_figure_whose_run_is_missing_says_so_and_the_others_are_drawn(half_done):
+    drawn, holes = draw_all(analyze(read_results(half_done)), ["figure2", "figure3"])
+    assert list(drawn) == ["figure2"]
+    assert "missing" in holes["figure3"]
+
+
+def test_without_experiment_file_the_shards_are_reported(half_done):
+    before = [row.detail_rms for row in analyze(read_results(half_done)).table.rows if row.status == "ok"]
+    (half_done / "half.h5").unlink()
+    after = [row.detail_rms for row in analyze(read_results(half_done)).table.rows if row.status == "ok"]
+    assert before == after != []

@@ -45,4 +45,6 @@ def simulate(
     if summary.status != "ok":
         tell(f"the run failed: {summary.status}: {summary.message}")
         return 1
+    if summary.verdict != "ok":
+        tell(f"read its numbers with care: {summary.verdict} (see docs/physics.md)")
     return 0

@@ -14,6 +14,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.features import detail_rms
 from hydrofdi.features.operating_point import hydraulic_mode
+from hydrofdi.features.verdict import judge
 from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.store import names, write_shard
 
@@ -93,7 +94,7 @@ def _signals_and_features(
         features = _features(parameters, trajectory)
     for values in features.values():
         values[failed] = np.nan
-    return signals | features
+    return signals | features | vars(judge(parameters, trajectory))
 
 
 def _features(parameters: Sequence[RunParameters], trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:

@@ -12,35 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
 from hydrofdi.physics.equation import equation
-from hydrofdi.physics.friction import friction_force
-from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
-from hydrofdi.physics.valve import (
-    chamber_1_orifice_drop,
-    chamber_2_orifice_drop,
-    control_flow,
-    spool_acceleration,
-)
+from hydrofdi.physics.valve import spool_acceleration
 from hydrofdi.simulation.compilation import compiled
+from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates
 from hydrofdi.simulation.lanes import HALF_WIDTH
-
-State = tuple[float, float, float, float]
-
-
-@equation
-def hydraulic_rates(state: State, spool_position: float, parameters: tuple[float, ...]) -> State:
-    """Time derivatives of (x_p, v_p, P_1, P_2); `parameters` in the order of ``lanes.PARAMETERS``."""
-    x, v, p1, p2 = state
-    m, A, V, K_ex, p_s, p_r, beta, K_v, w, F_c, F_brk, f, c_v, v_th, K_i, K_e = parameters
-    friction = friction_force(v, F_c, F_brk, f, c_v, v_th)
-    q_1 = control_flow(spool_position, chamber_1_orifice_drop(spool_position, p1, p_s, p_r), K_v, w)
-    q_2 = control_flow(spool_position, chamber_2_orifice_drop(spool_position, p2, p_s, p_r), K_v, w)
-    q_il = internal_leakage_flow(p1 - p2, K_i)
-    net_1 = q_1 - q_il - external_leakage_flow(p1, K_e) - A * v
-    net_2 = q_il - q_2 - external_leakage_flow(p2, K_e) + A * v
-    rate_1, rate_2 = chamber_pressure_rates(x, net_1, net_2, beta, V, A)
-    return v, piston_acceleration(x, p1, p2, friction, m, A, K_ex), rate_1, rate_2
 
 
 @equation
@@ -66,9 +42,9 @@ def weighted(first: State, second: State, third: State, fourth: State) -> State:
 
 
 @equation
-def lane_parameters(half: Any, lane: int) -> tuple[float, ...]:
-    """The parameters of one lane, in the order of ``lanes.PARAMETERS``."""
-    return (
+def lane_parameters(half: Any, lane: int) -> LaneParameters:
+    """The parameters of one lane."""
+    return LaneParameters(
         half.mass[lane], half.area[lane], half.volume[lane], half.stiffness[lane],
         half.supply[lane], half.ret[lane], half.bulk_modulus[lane],
         half.flow_gain[lane], half.area_gradient[lane],

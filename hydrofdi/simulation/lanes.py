@@ -65,19 +65,29 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
     ndarray of LANES, shape (1,)
     """
     lanes = np.zeros(1, LANES)
-    for field, name in PARAMETERS.items():
-        if field == "internal_leakage":
-            values = list(leakage_coefficients)
-        else:
-            values = [run.value(name) for run in parameters]
-        _fill(lanes, field, values)
+    values = parameter_matrix(parameters, leakage_coefficients)
+    for column, field in enumerate(PARAMETERS):
+        _fill(lanes, field, values[:, column])
     for half in ("left", "right"):
         state = lanes[half]
         state["pressure_1"] = state["pressure_2"] = 0.5 * (state["supply"] + state["ret"])
     return lanes
 
 
-def _fill(lanes: NDArray[Any], field: str, values: Sequence[float]) -> None:
+def parameter_matrix(
+    parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]
+) -> NDArray[np.float64]:
+    """Parameters of runs in the order of ``PARAMETERS``, shape (n_run, n_parameter), in SI."""
+    matrix = np.empty((len(parameters), len(PARAMETERS)))
+    for column, (field, name) in enumerate(PARAMETERS.items()):
+        if field == "internal_leakage":
+            matrix[:, column] = leakage_coefficients
+        else:
+            matrix[:, column] = [run.value(name) for run in parameters]
+    return matrix
+
+
+def _fill(lanes: NDArray[Any], field: str, values: NDArray[np.float64]) -> None:
     padded = np.full(WIDTH, values[0])
     padded[: len(values)] = values
     lanes["left"][field] = padded[:HALF_WIDTH]

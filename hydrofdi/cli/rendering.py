@@ -44,13 +44,14 @@ def print_json(record: Any) -> None:
     write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
-def _console() -> Console:
+def terminal() -> Console:
+    """The console on standard output, of fixed width where it is no terminal."""
     return Console(width=None if sys.stdout.isatty() else _PLAIN_WIDTH, highlight=False, markup=False)
 
 
 def print_run(summary: RunSummary) -> None:
     """The features of one run."""
-    console = _console()
+    console = terminal()
     console.print(Text(summary.title, style="bold"))
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column()
@@ -63,7 +64,7 @@ def print_run(summary: RunSummary) -> None:
 
 def print_table(table: SensitivityTable, file: Path) -> None:
     """Table 3 against both baselines."""
-    console = _console()
+    console = terminal()
     console.print(Text(f"{table.name}: change of the detail RMS of the chamber-1 pressure", style="bold"))
     console.print(f"from {file}\n")
     for baseline, delta in BASELINES.items():

@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +30,7 @@ def _evaluate(text: str) -> float:
     assert isinstance(expression, ast.Call)
     arguments = {str(part.arg): ast.literal_eval(part.value) for part in expression.keywords}
     result = _function(ast.unparse(expression.func))(**arguments)
-    return float(result if item is None else result[item])
+    return float(np.real(result if item is None else result[item]))
 
 
 @pytest.mark.parametrize(("identifier", "call", "value"), ROWS, ids=[row[0] for row in ROWS])

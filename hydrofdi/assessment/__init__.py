@@ -3,7 +3,7 @@
 from hydrofdi.assessment.convergence import Convergence, converge
 from hydrofdi.assessment.inspection import Inspection, inspect_experiment
 from hydrofdi.assessment.leakage_targets import LeakageTarget, calibrate_flows
-from hydrofdi.assessment.step_limits import step_limits
+from hydrofdi.assessment.step_limits import step_limits, step_warnings
 
 __all__ = [
     "Convergence",
@@ -13,4 +13,5 @@ __all__ = [
     "converge",
     "inspect_experiment",
     "step_limits",
+    "step_warnings",
 ]

@@ -10,8 +10,7 @@ import numpy as np
 from hydrofdi.assessment.selection import computed_rows
 from hydrofdi.config import ExperimentConfig, expand_runs
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.execution import InProcessEngine, Job
-from hydrofdi.pipeline import leakage_coefficients
+from hydrofdi.execution import InProcessEngine, Job, leakage_coefficients
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ def calibrate_flows(experiment: ExperimentConfig, flows: Sequence[float]) -> lis
     sweep = SweepConfig(grid={"leakage.internal_flow": list(dict.fromkeys(flows))})
     table = expand_runs(experiment.model_copy(update={"sweep": sweep}))
     runs = table.runs[: table.n_swept]
-    coefficients = leakage_coefficients(runs, InProcessEngine())
+    coefficients = leakage_coefficients(runs, InProcessEngine(), {})
     conditions = [run.calibration or run.parameters for run in runs]
     jobs = [Job(str(k), run, coefficients[k]) for k, run in enumerate(conditions)]
     targets = []

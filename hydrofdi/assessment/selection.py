@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
-from hydrofdi.execution import InProcessEngine, Job, compute_columns
-from hydrofdi.pipeline import leakage_coefficients
+from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
 
 Jobs = list[Job]
@@ -28,7 +27,7 @@ def select_jobs(experiment: ExperimentConfig) -> Jobs:
     for run in expand_runs(experiment).runs:
         chosen.setdefault((run.parameters.fluid, run.parameters.leakage), run)
     runs = list(chosen.values())
-    coefficients = leakage_coefficients(runs, InProcessEngine())
+    coefficients = leakage_coefficients(runs, InProcessEngine(), {})
     return [
         Job(str(position), run.parameters, coefficient)
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))

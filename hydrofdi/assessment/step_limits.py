@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.friction import friction_force
@@ -41,6 +42,19 @@ def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[s
     if slope > 0.0:
         limits["friction zone"] = largest_stable_step(complex(-slope / actuator.mass))
     return limits
+
+
+def step_warnings(runs: Iterable[RunParameters]) -> list[str]:
+    """A sentence on each part of the model for which the step of some run is too long."""
+    shortest: dict[str, tuple[float, float]] = {}
+    for run in dict.fromkeys(runs):
+        for part, limit in step_limits(run).items():
+            if run.run.step > limit:
+                shortest[part] = min(shortest.get(part, (math.inf, 0.0)), (limit, run.run.step))
+    return [
+        f"the step of {step:g} s is too long for the {part}: Runge-Kutta is stable up to {limit:.3g} s"
+        for part, (limit, step) in shortest.items()
+    ]
 
 
 def _lag_limit(frequency: float, damping_ratio: float) -> float:

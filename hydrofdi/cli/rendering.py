@@ -92,7 +92,7 @@ def print_table(table: SensitivityTable, file: Path) -> None:
 
 def print_explanation(explanation: Explanation) -> None:
     """What a run was asked to do and how it went."""
-    console = _console()
+    console = terminal()
     console.print(Text(f"run {explanation.run_id}, row {explanation.position}", style="bold"))
     console.print(f"status    {explanation.status} {explanation.message}".rstrip())
     console.print(f"stored in {explanation.shard or 'nothing'}")

@@ -22,7 +22,7 @@ def simulate(
     json: Json = False,
 ) -> int:
     """Simulate one actuator and print its features; a sweep in the file is left aside."""
-    from hydrofdi.assessment import step_limits
+    from hydrofdi.assessment import step_warnings
     from hydrofdi.cli.rendering import print_json, print_run, tell
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import simulate_nominal, write_single_run
@@ -39,10 +39,8 @@ def simulate(
 
         save_figure(draw_signals(single.columns, experiment.wavelet, summary.title), figure)
         tell(f"drew {figure}")
-    parameters = single.table.runs[0].parameters
-    for part, limit in step_limits(parameters).items():
-        if parameters.run.step > limit:
-            tell(f"warning: the step of {parameters.run.step:g} s is too long for the {part} ({limit:.3g} s)")
+    for warning in step_warnings([single.run.parameters]):
+        tell(f"warning: {warning}")
     if json:
         print_json(run_record(summary))
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+from functools import lru_cache
 
 
 def amplification(product: complex) -> complex:
@@ -21,6 +22,7 @@ def amplification(product: complex) -> complex:
     return 1.0 + product * (1.0 + product / 2.0 * (1.0 + product / 3.0 * (1.0 + product / 4.0)))
 
 
+@lru_cache(maxsize=65536)
 def largest_stable_step(eigenvalue: complex) -> float:
     """The longest step for which classic Runge-Kutta does not amplify a mode.
 
@@ -35,10 +37,10 @@ def largest_stable_step(eigenvalue: complex) -> float:
         h [s] with abs(R(hλ)) = 1; 2.785/abs(λ) on the real and 2.828/abs(λ) on the imaginary axis.
     """
     direction = eigenvalue / abs(eigenvalue)
-    stable, unstable = 0.0, 0.01
+    stable, unstable = 0.0, 0.05
     while abs(amplification(unstable * direction)) <= 1.0 + 1e-12:
-        stable, unstable = unstable, unstable + 0.01
-    for _ in range(60):
+        stable, unstable = unstable, unstable + 0.05
+    for _ in range(50):
         middle = 0.5 * (stable + unstable)
         if abs(amplification(middle * direction)) <= 1.0 + 1e-12:
             stable = middle

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from hydrofdi.cli.options import Json, Settings
+
+
+class SecondOpinion(StrEnum):
+    """Solvers of SciPy."""
+
+    lsoda = "lsoda"
+    radau = "radau"
 
 
 def simulate(
@@ -19,6 +27,10 @@ def simulate(
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="Draw the signals (.png, .svg or .pdf).")
     ] = None,
+    solver: Annotated[
+        SecondOpinion | None,
+        typer.Option("--solver", help="Integrate the same equations with SciPy instead: a second opinion."),
+    ] = None,
     json: Json = False,
 ) -> int:
     """Simulate one actuator and print its features; a sweep in the file is left aside."""
@@ -29,7 +41,7 @@ def simulate(
     from hydrofdi.report.run_summary import run_record, summarize_run
 
     experiment = load_experiment(config, settings or ())
-    single = simulate_nominal(experiment)
+    single = simulate_nominal(experiment, None if solver is None else solver.value)
     summary = summarize_run(single.run, single.columns)
     if out is not None:
         write_single_run(out, experiment, single)

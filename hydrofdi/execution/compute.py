@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,9 @@ from hydrofdi.features.operating_point import hydraulic_mode
 from hydrofdi.features.verdict import judge
 from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.store import names, write_shard
+
+Simulation = Callable[[Sequence[RunParameters], Sequence[float]], Trajectory]
+"""What turns runs and their K_i into signals."""
 
 
 @dataclass(frozen=True)
@@ -68,10 +71,10 @@ def compute_shard(batch: Batch) -> BatchReceipt:
     return BatchReceipt(len(batch.jobs), n_failed, shard)
 
 
-def compute_columns(jobs: Sequence[Job]) -> dict[str, NDArray[Any]]:
+def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) -> dict[str, NDArray[Any]]:
     """All variables of a shard, one row per job, and the time axis."""
     parameters = [job.parameters for job in jobs]
-    trajectory = simulate_batch(parameters, [job.leakage_coefficient for job in jobs])
+    trajectory = simulate(parameters, [job.leakage_coefficient for job in jobs])
     return {
         names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
         names.STATUS: np.array([outcome.status for outcome in trajectory.outcomes], dtype=object),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.equation import equation
 from hydrofdi.simulation.compilation import compiled
-from hydrofdi.simulation.hydraulics import LaneParameters, State, friction_of, port_flows
+from hydrofdi.simulation.hydraulics import LaneParameters, State, friction_of, port_flows, row_parameters
 from hydrofdi.simulation.lanes import parameter_matrix
 from hydrofdi.simulation.trajectory import Trajectory
 
@@ -132,12 +132,3 @@ def integrate_balances(
             total[2] += half * (before.stored_power + after.stored_power) - held - work_1 - work_2
             total[3] += half * (before.supplied_power + after.supplied_power)
             x, v, p1, p2, before = y, u, r1, r2, after
-
-
-@equation
-def row_parameters(row: Any) -> LaneParameters:
-    """A row of `parameter_matrix` with names."""
-    return LaneParameters(
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7],
-        row[8], row[9], row[10], row[11], row[12], row[13], row[14], row[15],
-    )  # fmt: skip

@@ -61,7 +61,7 @@ def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence
         chamber_1_pressure=pressure_1,
         chamber_2_pressure=pressure_2,
         leakage_coefficient=np.array(leakage_coefficients, dtype=float),
-        outcomes=tuple(_outcome(parameters, states[:, k]) for k, parameters in enumerate(runs)),
+        outcomes=tuple(outcome_of(parameters, states[:, k]) for k, parameters in enumerate(runs)),
     )
 
 
@@ -94,7 +94,7 @@ def _integrate(
     return states, voltage, spool
 
 
-def _outcome(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
+def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
     """How a run ended, from its states (4, n_time)."""
     run, actuator = parameters.run, parameters.actuator
     pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
 from hydrofdi.physics.equation import equation
@@ -33,6 +33,15 @@ class LaneParameters(NamedTuple):
     velocity_threshold: float
     internal_leakage: float
     external_leakage: float
+
+
+@equation
+def row_parameters(row: Any) -> LaneParameters:
+    """A row of `parameter_matrix` with names."""
+    return LaneParameters(
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7],
+        row[8], row[9], row[10], row[11], row[12], row[13], row[14], row[15],
+    )  # fmt: skip
 
 
 class PortFlows(NamedTuple):

@@ -18,6 +18,7 @@ from hydrofdi.physics.equation import equation
 from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.hydraulics import LaneParameters, State, friction_of, port_flows, row_parameters
 from hydrofdi.simulation.lanes import parameter_matrix
+from hydrofdi.simulation.options import ModelOptions, group_by_options
 from hydrofdi.simulation.trajectory import Trajectory
 
 
@@ -41,12 +42,16 @@ class BalanceResiduals:
 def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> BalanceResiduals:
     """Residuals of the balances of volume (chamber 1) and energy over the record of each run."""
     totals = np.zeros((len(runs), 4))
-    integrate_balances(
-        parameter_matrix(runs, trajectory.leakage_coefficient.tolist()),
-        trajectory.spool_position, trajectory.piston_position, trajectory.piston_velocity,
-        trajectory.chamber_1_pressure, trajectory.chamber_2_pressure,
-        1.0 / runs[0].run.sampling_frequency, totals,
-    )  # fmt: skip
+    parameters = parameter_matrix(runs, trajectory.leakage_coefficient.tolist())
+    for options, members in group_by_options(runs):
+        part = np.zeros((len(members), 4))
+        integrate_balances(
+            parameters[members], trajectory.spool_position[members],
+            trajectory.piston_position[members], trajectory.piston_velocity[members],
+            trajectory.chamber_1_pressure[members], trajectory.chamber_2_pressure[members],
+            1.0 / runs[0].run.sampling_frequency, options, part,
+        )  # fmt: skip
+        totals[members] = part
     with np.errstate(all="ignore"):
         return BalanceResiduals(np.abs(totals[:, 0]) / totals[:, 1], np.abs(totals[:, 2]) / totals[:, 3])
 
@@ -73,10 +78,12 @@ class AccountRates(NamedTuple):
 
 
 @equation
-def account_rates(state: State, spool_position: float, p: LaneParameters) -> AccountRates:
+def account_rates(
+    state: State, spool_position: float, p: LaneParameters, options: ModelOptions
+) -> AccountRates:
     """What a record adds to its account at an instant."""
     x, v, p1, p2 = state
-    flows = port_flows(p1, p2, spool_position, p)
+    flows = port_flows(p1, p2, spool_position, p, options)
     lost = (p1 - p2) * flows.internal + p1 * flows.external_1 + p2 * flows.external_2 + v * friction_of(v, p)
     opened = spool_position >= 0.0
     port_1, port_2 = (p.supply, p.ret) if opened else (p.ret, p.supply)
@@ -99,6 +106,7 @@ def integrate_balances(
     pressure_1: NDArray[np.float64],
     pressure_2: NDArray[np.float64],
     interval: float,
+    options: ModelOptions,
     totals: NDArray[np.float64],
 ) -> None:
     """Integrate the balances of several runs over their records.
@@ -111,18 +119,21 @@ def integrate_balances(
         The samples, in SI.
     interval : float
         Time from one sample to the next [s].
+    options : ModelOptions
+        Choices that all runs share.
     totals : ndarray, shape (n_run, 4)
         Zeros, filled with the defect of the volume balance and the volume through port 1 [m³], the defect of
         the energy balance and the energy of the supply [J].
     """
     half = 0.5 * interval
     for run in range(position.shape[0]):
-        p, total = row_parameters(parameters[run]), totals[run]
+        p, total = row_parameters(parameters[run], 0.0, options), totals[run]
         x, v, p1, p2 = position[run, 0], velocity[run, 0], pressure_1[run, 0], pressure_2[run, 0]
-        before = account_rates((x, v, p1, p2), spool_position[run, 0], p)
+        before = account_rates((x, v, p1, p2), spool_position[run, 0], p, options)
         for k in range(1, position.shape[1]):
             y, u, r1, r2 = position[run, k], velocity[run, k], pressure_1[run, k], pressure_2[run, k]
-            after = account_rates((y, u, r1, r2), spool_position[run, k], p)
+            p = row_parameters(parameters[run], k * interval, options)
+            after = account_rates((y, u, r1, r2), spool_position[run, k], p, options)
             compressed = 0.5 * (before.compliance_1 + after.compliance_1) * (r1 - p1)
             work_1 = 0.5 * (p1 * before.compliance_1 + r1 * after.compliance_1) * (r1 - p1)
             work_2 = 0.5 * (p2 * before.compliance_2 + r2 * after.compliance_2) * (r2 - p2)

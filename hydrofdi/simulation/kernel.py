@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from hydrofdi.physics.equation import equation
 from hydrofdi.physics.valve import spool_acceleration
 from hydrofdi.simulation.compilation import compiled
-from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates
+from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates, open_leakage
 from hydrofdi.simulation.lanes import HALF_WIDTH
+from hydrofdi.simulation.options import ModelOptions
 
 
 @equation
@@ -42,15 +43,21 @@ def weighted(first: State, second: State, third: State, fourth: State) -> State:
 
 
 @equation
-def lane_parameters(half: Any, lane: int) -> LaneParameters:
-    """The parameters of one lane."""
+def lane_parameters(half: Any, lane: int, time: float, options: ModelOptions) -> LaneParameters:
+    """The parameters of one lane at an instant."""
     return LaneParameters(
         half.mass[lane], half.area[lane], half.volume[lane], half.stiffness[lane],
         half.supply[lane], half.ret[lane], half.bulk_modulus[lane],
         half.flow_gain[lane], half.area_gradient[lane],
         half.coulomb[lane], half.breakaway[lane], half.viscous[lane],
         half.transition[lane], half.velocity_threshold[lane],
-        half.internal_leakage[lane], half.external_leakage[lane],
+        open_leakage(
+            time, half.internal_leakage[lane], half.onset_time[lane], half.onset_duration[lane],
+            half.onset_duty[lane], options,
+        ),
+        half.external_leakage_1[lane], half.external_leakage_2[lane],
+        half.laminar_reference[lane], half.blending_pressure[lane],
+        half.onset_time[lane], half.onset_duration[lane], half.onset_duty[lane],
     )  # fmt: skip
 
 
@@ -62,6 +69,8 @@ def advance_lanes(
     step: float,
     steps_per_sample: int,
     samples: NDArray[np.float64],
+    first_step: int,
+    options: ModelOptions,
 ) -> None:
     """Advance all lanes by the steps of `spool`, and sample them on the way.
 
@@ -79,6 +88,10 @@ def advance_lanes(
         A sample is taken before every so many steps, the first step included.
     samples : ndarray, shape (n_step / steps_per_sample, 4, WIDTH)
         Filled with x_p [m], v_p [m/s], P_1 and P_2 [Pa].
+    first_step : int
+        Number of the first step, counted from the start of the record.
+    options : ModelOptions
+        Choices that all lanes share.
     """
     left, right = lanes[0].left, lanes[0].right
     half_step, sixth_step = 0.5 * step, step / 6.0
@@ -96,6 +109,7 @@ def advance_lanes(
                 sample[2, HALF_WIDTH + k] = right.pressure_1[k]
                 sample[3, HALF_WIDTH + k] = right.pressure_2[k]
         stages = spool[i]
+        time = (first_step + i) * step
         if spool.shape[2] == 1:
             for k in range(HALF_WIDTH):
                 left.spool_1[k] = right.spool_1[k] = stages[0, 0]
@@ -116,18 +130,18 @@ def advance_lanes(
                 right.spool_4[k] = stages[3, drive]
         # Two independent lanes in one body hide each other's latencies.
         for k in range(HALF_WIDTH):
-            p = lane_parameters(left, k)
-            q = lane_parameters(right, k)
+            p = lane_parameters(left, k, time, options)
+            q = lane_parameters(right, k, time, options)
             y = (left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k])
             z = (right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k])
-            y1 = hydraulic_rates(y, left.spool_1[k], p)
-            z1 = hydraulic_rates(z, right.spool_1[k], q)
-            y2 = hydraulic_rates(moved(y, half_step, y1), left.spool_2[k], p)
-            z2 = hydraulic_rates(moved(z, half_step, z1), right.spool_2[k], q)
-            y3 = hydraulic_rates(moved(y, half_step, y2), left.spool_3[k], p)
-            z3 = hydraulic_rates(moved(z, half_step, z2), right.spool_3[k], q)
-            y4 = hydraulic_rates(moved(y, step, y3), left.spool_4[k], p)
-            z4 = hydraulic_rates(moved(z, step, z3), right.spool_4[k], q)
+            y1 = hydraulic_rates(y, left.spool_1[k], p, options)
+            z1 = hydraulic_rates(z, right.spool_1[k], q, options)
+            y2 = hydraulic_rates(moved(y, half_step, y1), left.spool_2[k], p, options)
+            z2 = hydraulic_rates(moved(z, half_step, z1), right.spool_2[k], q, options)
+            y3 = hydraulic_rates(moved(y, half_step, y2), left.spool_3[k], p, options)
+            z3 = hydraulic_rates(moved(z, half_step, z2), right.spool_3[k], q, options)
+            y4 = hydraulic_rates(moved(y, step, y3), left.spool_4[k], p, options)
+            z4 = hydraulic_rates(moved(z, step, z3), right.spool_4[k], q, options)
             y = moved(y, sixth_step, weighted(y1, y2, y3, y4))
             z = moved(z, sixth_step, weighted(z1, z2, z3, z4))
             left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k] = y

@@ -35,7 +35,13 @@ PARAMETERS = {
     "transition": "friction.transition",
     "velocity_threshold": "friction.velocity_threshold",
     "internal_leakage": "leakage.internal_coefficient",
-    "external_leakage": "leakage.external_coefficient",
+    "external_leakage_1": "leakage.chamber_1_coefficient",
+    "external_leakage_2": "leakage.chamber_2_coefficient",
+    "laminar_reference": "leakage.laminar_reference",
+    "blending_pressure": "leakage.blending_pressure",
+    "onset_time": "leakage.rise_start",
+    "onset_duration": "leakage.rise_duration",
+    "onset_duty": "leakage.onset_duty",
 }
 """Lane field → the parameter that fills it, in SI."""
 

@@ -21,6 +21,8 @@ from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.drive import input_voltage
 from hydrofdi.simulation.hydraulics import hydraulic_rates, row_parameters
 from hydrofdi.simulation.lanes import parameter_matrix
+from hydrofdi.simulation.leakage_signal import leakage_signal
+from hydrofdi.simulation.options import ModelOptions
 from hydrofdi.simulation.trajectory import Trajectory
 
 Solver = Literal["lsoda", "radau"]
@@ -61,8 +63,9 @@ def simulate_with_solver(
     matrix = parameter_matrix(runs, leakage_coefficients)
     for k, parameters in enumerate(runs):
         _solve(parameters, matrix[k], voltages[k], solver, tolerance, states[:, k])
+    time = np.arange(run.n_sample) / run.sampling_frequency
     return Trajectory(
-        time=np.arange(run.n_sample) / run.sampling_frequency,
+        time=time,
         input_voltage=voltages[:, :: run.steps_per_sample],
         spool_position=states[4],
         piston_position=states[0],
@@ -70,6 +73,7 @@ def simulate_with_solver(
         chamber_1_pressure=states[2],
         chamber_2_pressure=states[3],
         leakage_coefficient=np.array(leakage_coefficients, dtype=float),
+        internal_leakage_flow=leakage_signal(runs, leakage_coefficients, time, states[2] - states[3]),
         outcomes=tuple(outcome_of(parameters, states[:4, k]) for k, parameters in enumerate(runs)),
     )
 
@@ -88,6 +92,7 @@ def _solve(
     solve_ivp: Any = integrate.solve_ivp
     run, valve, supply = parameters.run, parameters.valve, parameters.supply
     spool = np.array([2.0 * math.pi * valve.natural_frequency, valve.damping_ratio, valve.spool_gain])
+    options = ModelOptions.of(parameters)
     rest = 0.5 * (supply.pressure + supply.return_pressure)
     state = np.array([0.0, 0.0, rest, rest, 0.0, 0.0])
     jumps = [0, *(np.flatnonzero(np.diff(voltage)) + 1).tolist(), run.n_step]
@@ -98,7 +103,7 @@ def _solve(
             result = solve_ivp(
                 all_rates, (first * run.step, last * run.step), state,
                 method=solver.upper() if solver == "lsoda" else "Radau",
-                t_eval=instants, args=(float(voltage[first]), spool, values),
+                t_eval=instants, args=(float(voltage[first]), spool, values, options),
                 rtol=tolerance, atol=tolerance * _SCALES,
             )  # fmt: skip
         if not result.success or result.y.shape[1] < instants.size:
@@ -114,13 +119,14 @@ def all_rates(
     voltage: float,
     spool: NDArray[np.float64],
     values: NDArray[np.float64],
+    options: ModelOptions,
 ) -> NDArray[np.float64]:
     """Time derivatives of x_p, v_p, P_1, P_2, x_v, v_v.
 
     Parameters
     ----------
     time : float
-        Does not enter [s].
+        t [s].
     state : ndarray, shape (6,)
     voltage : float
         u [V].
@@ -128,9 +134,11 @@ def all_rates(
         ω_v [rad/s], ξ [-], k_v [m/V].
     values : ndarray, shape (n_parameter,)
         In the order of ``lanes.PARAMETERS``.
+    options : ModelOptions
     """
     rates = np.empty(6)
-    hydraulic = hydraulic_rates((state[0], state[1], state[2], state[3]), state[4], row_parameters(values))
+    p = row_parameters(values, time, options)
+    hydraulic = hydraulic_rates((state[0], state[1], state[2], state[3]), state[4], p, options)
     rates[0], rates[1], rates[2], rates[3] = hydraulic
     rates[4] = state[5]
     rates[5] = spool_acceleration(state[4], state[5], voltage, spool[0], spool[1], spool[2])

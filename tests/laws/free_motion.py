@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.kernel import advance_lanes
 from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.options import ModelOptions
 
 FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}
 
@@ -33,5 +34,5 @@ def free_motion(
     stages = np.broadcast_to(np.asarray(spool, dtype=float), (n_step, 4, len(spool))).copy()
     samples = np.empty((n_step, 4, WIDTH))
     drives = np.resize(np.arange(len(spool)), WIDTH)
-    advance_lanes(lanes, stages, drives, step, 1, samples)
+    advance_lanes(lanes, stages, drives, step, 1, samples, 0, ModelOptions.of(runs[0]))
     return {name: samples[:, row, : len(runs)].T.copy() for row, name in enumerate(STATES)}

@@ -27,6 +27,7 @@ from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.drive import Drive, Spools
 from hydrofdi.simulation.kernel import advance_lanes
 from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.options import ModelOptions
 
 KERNEL_RECORD = 4.0
 """Record of the timed kernels [s]."""
@@ -88,7 +89,9 @@ def advance_full_lanes(jobs: list[Job]) -> None:
     spools = Spools(drives, run)
     for first in range(0, run.n_step, CHUNK):
         _, stages = spools.advance(first, CHUNK)
-        advance_lanes(lanes, stages, drive_of_lane, run.step, run.steps_per_sample, samples)
+        advance_lanes(
+            lanes, stages, drive_of_lane, run.step, run.steps_per_sample, samples, first, ModelOptions()
+        )
 
 
 def lane_pressures(jobs: list[Job]) -> list[np.ndarray]:

@@ -12,6 +12,7 @@ PACKAGE = Path(hydrofdi.__file__).parent
 LAYERS = [
     {"cli"},
     {"pipeline"},
+    {"assessment"},
     {"execution"},
     {"report", "features", "store", "simulation"},
     {"physics"},

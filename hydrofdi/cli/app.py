@@ -10,6 +10,8 @@ from typing import Annotated
 import typer
 
 from hydrofdi import __version__
+from hydrofdi.cli.calibrate import calibrate
+from hydrofdi.cli.check import check
 from hydrofdi.cli.inspect import collect, rerun, status, verify, why
 from hydrofdi.cli.plan import plan
 from hydrofdi.cli.report import report
@@ -30,7 +32,9 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (simulate, plan, sweep, status, report, collect, verify, why, rerun, schema):
+for command in (
+    simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate,
+):  # fmt: skip
     app.command()(command)
 
 

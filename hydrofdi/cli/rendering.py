@@ -40,13 +40,14 @@ def print_json(record: Any) -> None:
     write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
-def _console() -> Console:
+def terminal() -> Console:
+    """The console on standard output, of fixed width where it is no terminal."""
     return Console(width=None if sys.stdout.isatty() else _PLAIN_WIDTH, highlight=False, markup=False)
 
 
 def print_run(summary: RunSummary) -> None:
     """The features of one run."""
-    console = _console()
+    console = terminal()
     console.print(Text(summary.title, style="bold"))
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column()
@@ -59,7 +60,7 @@ def print_run(summary: RunSummary) -> None:
 
 def print_document(document: Document, file: Path) -> None:
     """A report, without the parts that only a file has room for."""
-    console = _console()
+    console = terminal()
     console.print(Text(document.title, style="bold"))
     console.print(f"from {file}")
     for block in document.blocks:
@@ -100,7 +101,7 @@ def _marked(cell: Cell) -> str:
 
 def print_explanation(explanation: Explanation) -> None:
     """What a run was asked to do and how it went."""
-    console = _console()
+    console = terminal()
     console.print(Text(f"run {explanation.run_id}, row {explanation.position}", style="bold"))
     console.print(f"status    {explanation.status} {explanation.message}".rstrip())
     console.print(f"stored in {explanation.shard or 'nothing'}")

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from hydrofdi.cli.options import Json, Settings
+
+
+class SecondOpinion(StrEnum):
+    """Solvers of SciPy."""
+
+    lsoda = "lsoda"
+    radau = "radau"
 
 
 def simulate(
@@ -19,16 +27,21 @@ def simulate(
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="Draw the signals (.png, .svg or .pdf).")
     ] = None,
+    solver: Annotated[
+        SecondOpinion | None,
+        typer.Option("--solver", help="Integrate the same equations with SciPy instead: a second opinion."),
+    ] = None,
     json: Json = False,
 ) -> int:
     """Simulate one actuator and print its features; a sweep in the file is left aside."""
+    from hydrofdi.assessment import step_warnings
     from hydrofdi.cli.rendering import print_json, print_run, tell
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import simulate_nominal, write_single_run
     from hydrofdi.report.run_summary import run_record, summarize_run
 
     experiment = load_experiment(config, settings or ())
-    single = simulate_nominal(experiment)
+    single = simulate_nominal(experiment, None if solver is None else solver.value)
     summary = summarize_run(single.run, single.columns)
     if out is not None:
         write_single_run(out, experiment, single)
@@ -38,6 +51,8 @@ def simulate(
 
         save_figure(draw_signals(single.columns, experiment.wavelet, summary.title), figure)
         tell(f"drew {figure}")
+    for warning in step_warnings([single.run.parameters]):
+        tell(f"warning: {warning}")
     if json:
         print_json(run_record(summary))
     else:
@@ -45,4 +60,6 @@ def simulate(
     if summary.status != "ok":
         tell(f"the run failed: {summary.status}: {summary.message}")
         return 1
+    if summary.verdict != "ok":
+        tell(f"read its numbers with care: {summary.verdict} (see docs/physics.md)")
     return 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,13 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.features import detail_rms
 from hydrofdi.features.operating_point import hydraulic_mode
+from hydrofdi.features.verdict import judge
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
 from hydrofdi.store import names, write_shard
 from hydrofdi.units import convert
+
+Simulation = Callable[[Sequence[RunParameters], Sequence[float]], Trajectory]
+"""What turns runs and their K_i into signals."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +73,11 @@ def compute_shard(batch: Batch) -> BatchReceipt:
     return BatchReceipt(len(batch.jobs), n_failed, shard)
 
 
-def compute_columns(jobs: Sequence[Job]) -> dict[str, NDArray[Any]]:
+def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) -> dict[str, NDArray[Any]]:
     """All variables of a shard, one row per job, and the time axis."""
     parameters = [job.parameters for job in jobs]
     coefficients = np.array([job.leakage_coefficient for job in jobs], dtype=float)
-    trajectory = simulate_batch(parameters, np.nan_to_num(coefficients).tolist())
+    trajectory = simulate(parameters, np.nan_to_num(coefficients).tolist())
     trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(jobs, trajectory))
     return {
         names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
@@ -109,7 +113,7 @@ def _signals_and_features(
         features = _features(parameters, trajectory)
     for values in features.values():
         values[failed] = np.nan
-    return signals | features
+    return signals | features | vars(judge(parameters, trajectory))
 
 
 def _features(parameters: Sequence[RunParameters], trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:

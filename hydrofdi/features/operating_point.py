@@ -7,8 +7,11 @@ import math
 import numpy as np
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.leakage import LeakageConfig
 from hydrofdi.physics.hydraulic_mode import (
     HydraulicMode,
+    blended_conductance,
+    laminar_conductance,
     leakage_conductance,
     mode_damping_ratio,
     mode_frequency,
@@ -52,9 +55,19 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
             valve_flow_pressure_coefficient(
                 _median_size(spool), _median_size(drop), valve.flow_gain, valve.area_gradient
             ),
-            leakage_conductance(_median_size(difference), coefficient) if coefficient else 0.0,
+            _conductance(parameters.leakage, _median_size(difference), coefficient),
         )  # fmt: skip
     return HydraulicMode(float(omega / (2.0 * math.pi)), float(damping))
+
+
+def _conductance(leakage: LeakageConfig, difference: float, coefficient: float) -> float:
+    if not coefficient:
+        return 0.0
+    if leakage.law == "laminar":
+        return laminar_conductance(coefficient, leakage.laminar_reference)
+    if leakage.law == "blended":
+        return blended_conductance(difference, coefficient, leakage.blending_pressure)
+    return leakage_conductance(difference, coefficient)
 
 
 def _median_size(signal: object) -> np.float64:

@@ -57,3 +57,26 @@ def detail_coefficients(
     """
     details = pywt.wavedec(signal, wavelet.name, mode=wavelet.extension, level=wavelet.levels)[-level]
     return np.linspace(time[0], time[-1], details.size), details
+
+
+def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
+    """Share of each level's detail coefficients that depend on the extension of the record.
+
+    Parameters
+    ----------
+    n_sample : int
+    wavelet : WaveletConfig
+
+    Returns
+    -------
+    list of float
+        d1 first; 0 … 1.
+    """
+    taps = pywt.Wavelet(wavelet.name).dec_len
+    shares = []
+    length, first, last = n_sample, 0, n_sample - 1
+    for _ in range(wavelet.levels):
+        length = pywt.dwt_coeff_len(length, taps, wavelet.extension)
+        first, last = -(-(first + taps - 2) // 2), (last - 1) // 2
+        shares.append(1.0 - max(0, last - first + 1) / length)
+    return shares

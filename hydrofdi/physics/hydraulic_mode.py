@@ -74,6 +74,31 @@ def leakage_conductance(pressure_difference: float, coefficient: float) -> float
     return coefficient / (2.0 * math.sqrt(pressure_difference))
 
 
+def laminar_conductance(coefficient: float, reference: float) -> float:
+    """Slope of the laminar leakage flow: G = K_i/√Δp_ref [m³/(s·Pa)]."""
+    return coefficient / math.sqrt(reference)
+
+
+def blended_conductance(pressure_difference: float, coefficient: float, blending_pressure: float) -> float:
+    """Slope of the blended leakage flow over the pressure difference.
+
+    Parameters
+    ----------
+    pressure_difference, blending_pressure : float
+        ΔP and Δp_small [Pa].
+    coefficient : float
+        K_i [m^3.5/kg^0.5].
+
+    Returns
+    -------
+    float
+        G = K_i (ΔP²/2 + Δp_small²)/(ΔP² + Δp_small²)^(5/4) [m³/(s·Pa)].
+    """
+    squares = pressure_difference**2 + blending_pressure**2
+    slope: float = (0.5 * pressure_difference**2 + blending_pressure**2) / math.pow(squares, 1.25)
+    return coefficient * slope
+
+
 def mode_damping_ratio(
     frequency: float,
     bulk_modulus: float,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.signed_root import signed_root
 
@@ -23,6 +25,67 @@ def internal_leakage_flow(pressure_difference: Quantity, coefficient: Quantity) 
         q_il [m³/s]. Equation (11).
     """
     return coefficient * signed_root(pressure_difference)
+
+
+@equation
+def laminar_leakage_flow(
+    pressure_difference: Quantity, coefficient: Quantity, reference: Quantity
+) -> Quantity:
+    """Flow through a laminar gap that leaks like the orifice at a reference pressure difference.
+
+    Parameters
+    ----------
+    pressure_difference : float or array
+        P_1 − P_2 [Pa].
+    coefficient : float or array
+        K_i of the orifice [m^3.5/kg^0.5].
+    reference : float or array
+        Pressure difference Δp_ref at which both laws agree [Pa].
+
+    Returns
+    -------
+    float or array
+        q_il = K_i (P_1 − P_2)/√Δp_ref [m³/s].
+    """
+    return coefficient * pressure_difference / np.sqrt(reference)
+
+
+@equation
+def blended_leakage_flow(
+    pressure_difference: Quantity, coefficient: Quantity, blending_pressure: Quantity
+) -> Quantity:
+    """Orifice flow with a finite slope at zero pressure difference.
+
+    Parameters
+    ----------
+    pressure_difference : float or array
+        P_1 − P_2 [Pa].
+    coefficient : float or array
+        K_i [m^3.5/kg^0.5].
+    blending_pressure : float or array
+        Δp_small [Pa]; linear well below, the orifice law well above it.
+
+    Returns
+    -------
+    float or array
+        q_il = K_i ΔP/(ΔP² + Δp_small²)^¼ [m³/s].
+    """
+    size = np.sqrt(pressure_difference * pressure_difference + blending_pressure * blending_pressure)
+    return coefficient * pressure_difference / np.sqrt(size)
+
+
+@equation
+def onset_ramp(time: Quantity, start: Quantity, duration: Quantity) -> Quantity:
+    """Share of the leakage that is open: rising from 0 at `start` to 1 after `duration` [-]; times in s."""
+    return np.minimum(np.maximum((time - start) / duration, 0.0), 1.0)
+
+
+@equation
+def intermittent_onset(time: Quantity, start: Quantity, period: Quantity, duty: Quantity) -> Quantity:
+    """Share of the leakage that is open: 1 for a share `duty` of each period from `start` on, else 0 [-]."""
+    elapsed = (time - start) / period
+    phase = elapsed - np.floor(elapsed)
+    return (elapsed >= 0.0) * (phase < duty) * 1.0
 
 
 @equation

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
@@ -10,6 +11,7 @@ from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.pipeline.places import library_versions
 from hydrofdi.simulation import run_identity
+from hydrofdi.simulation.second_opinion import Solver, simulate_with_solver
 from hydrofdi.store import Columns, HeldResults, write_experiment
 
 
@@ -21,8 +23,10 @@ class SingleRun:
     columns: Columns
 
 
-def simulate_nominal(experiment: ExperimentConfig) -> SingleRun:
+def simulate_nominal(experiment: ExperimentConfig, solver: Solver | None = None) -> SingleRun:
     """Simulate the nominal run of an experiment, its sweep left aside.
+
+    With a solver, SciPy integrates the same equations, and the identity of the run says so.
 
     Raises
     ------
@@ -32,7 +36,10 @@ def simulate_nominal(experiment: ExperimentConfig) -> SingleRun:
     alone = experiment.model_copy(update={"sweep": SweepConfig(), "ensemble": SweepConfig()})
     run = expand_runs(alone).runs[0]
     (coefficient,) = leakage_coefficients([run], InProcessEngine(), {})
-    return SingleRun(run, compute_columns([Job(run_identity(run), run.parameters, coefficient)]))
+    if solver is None:
+        return SingleRun(run, compute_columns([Job(run_identity(run), run.parameters, coefficient)]))
+    job = Job(f"{run_identity(run)}-{solver}", run.parameters, coefficient)
+    return SingleRun(run, compute_columns([job], partial(simulate_with_solver, solver=solver)))
 
 
 def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun) -> None:

@@ -26,8 +26,10 @@ class RunSummary:
         Mean of abs(q_il) [m³/s] and K_i [m^3.5/kg^0.5].
     detail_rms : tuple of float
         RMS of d1, d2, … of P_1 [Pa].
-    extremes : dict
+    extremes, residuals : dict
         Name as in the experiment file → value.
+    verdict : str
+        How far the run can be believed.
     mode_frequency, mode_damping_ratio : float
         f_h [Hz] and ζ [-].
     """
@@ -40,6 +42,8 @@ class RunSummary:
     leakage_coefficient: float
     detail_rms: tuple[float, ...]
     extremes: dict[str, float]
+    verdict: str
+    residuals: dict[str, float]
     mode_frequency: float
     mode_damping_ratio: float
 
@@ -55,6 +59,7 @@ class RunSummary:
         """Name, value and unit of each feature."""
         yield "run", self.run_id, ""
         yield "status", self.status, ""
+        yield "verdict", self.verdict, ""
         yield "leakage coefficient K_i", f"{self.leakage_coefficient:.4g}", "m³/s per √Pa"
         yield "mean internal leakage", f"{convert(self.mean_leakage_flow, 'L/min'):.4f}", "L/min"
         for level, rms in enumerate(self.detail_rms, 1):
@@ -68,6 +73,8 @@ class RunSummary:
             yield title, f"{low:.3f} … {high:.3f}", unit
         yield "hydraulic mode f_h", f"{self.mode_frequency:.2f}", "Hz"
         yield "damping ratio ζ", f"{self.mode_damping_ratio:.4f}", "(linearised, median working point)"
+        for name, value in self.residuals.items():
+            yield name.replace("_", " "), "–" if math.isnan(value) else f"{value:.1e}", ""
 
 
 def summarize_run(run: RunSpec, columns: Columns) -> RunSummary:
@@ -81,6 +88,11 @@ def summarize_run(run: RunSpec, columns: Columns) -> RunSummary:
         leakage_coefficient=float(columns[names.LEAKAGE_COEFFICIENT][0]),
         detail_rms=tuple(columns[names.DETAIL_RMS][0].tolist()),
         extremes={variable.name: float(columns[variable.name][0]) for variable in names.EXTREMES},
+        verdict=str(columns[names.VERDICT][0]),
+        residuals={
+            name: float(columns[name][0])
+            for name in ("settling_change", "volume_residual", "energy_residual")
+        },
         mode_frequency=float(columns[names.MODE_FREQUENCY][0]),
         mode_damping_ratio=float(columns[names.MODE_DAMPING_RATIO][0]),
     )
@@ -97,6 +109,8 @@ def run_record(summary: RunSummary) -> dict[str, Any]:
         "mean_internal_leakage_L_per_min": None if math.isnan(mean) else convert(mean, "L/min"),
         "internal_leakage_coefficient": summary.leakage_coefficient,
         "detail_rms_Pa": [finite(value) for value in summary.detail_rms],
+        "verdict": summary.verdict,
+        "residuals": {name: finite(value) for name, value in summary.residuals.items()},
         "extremes": {name: finite(value) for name, value in summary.extremes.items()},
         "hydraulic_mode_Hz": finite(summary.mode_frequency),
         "hydraulic_mode_damping_ratio": finite(summary.mode_damping_ratio),

@@ -12,6 +12,8 @@ from hydrofdi.config.run import RunConfig
 from hydrofdi.simulation.drive import Drive, Spools
 from hydrofdi.simulation.kernel import advance_lanes
 from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.leakage_signal import leakage_signal
+from hydrofdi.simulation.options import ModelOptions, group_by_options
 from hydrofdi.simulation.trajectory import Outcome, Trajectory
 
 _CHUNK_STEPS = 2000
@@ -52,8 +54,9 @@ def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence
     drive_of_run = np.array([drives.index(Drive.of(parameters)) for parameters in runs])
     states, voltage, spool = _integrate(runs, leakage_coefficients, drives, drive_of_run, run)
     position, velocity, pressure_1, pressure_2 = states
+    time = np.arange(run.n_sample) / run.sampling_frequency
     return Trajectory(
-        time=np.arange(run.n_sample) / run.sampling_frequency,
+        time=time,
         input_voltage=voltage[drive_of_run],
         spool_position=spool[drive_of_run],
         piston_position=position,
@@ -61,7 +64,8 @@ def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence
         chamber_1_pressure=pressure_1,
         chamber_2_pressure=pressure_2,
         leakage_coefficient=np.array(leakage_coefficients, dtype=float),
-        outcomes=tuple(_outcome(parameters, states[:, k]) for k, parameters in enumerate(runs)),
+        internal_leakage_flow=leakage_signal(runs, leakage_coefficients, time, pressure_1 - pressure_2),
+        outcomes=tuple(outcome_of(parameters, states[:, k]) for k, parameters in enumerate(runs)),
     )
 
 
@@ -73,9 +77,11 @@ def _integrate(
     run: RunConfig,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """States (4, n_run, n_time); voltage and spool position (n_drive, n_time)."""
-    blocks = [slice(first, min(first + WIDTH, len(runs))) for first in range(0, len(runs), WIDTH)]
-    lanes = [pack_lanes(runs[block], leakage_coefficients[block]) for block in blocks]
-    drive_of_lane = [np.resize(drive_of_run[block], WIDTH) for block in blocks]
+    blocks = [
+        _Block(options, group[first : first + WIDTH], runs, leakage_coefficients, drive_of_run)
+        for options, group in group_by_options(runs)
+        for first in range(0, len(group), WIDTH)
+    ]
     states = np.empty((len(STATES), len(runs), run.n_sample))
     voltage, spool = np.empty((2, len(drives), run.n_sample))
     spools = Spools(drives, run)
@@ -85,16 +91,35 @@ def _integrate(
         n_sample = window.stop - window.start
         steps = n_sample * run.steps_per_sample
         chunk_voltage, stages = spools.advance(first * run.steps_per_sample, steps)
-        voltage[:, window] = chunk_voltage[:: run.steps_per_sample].T
-        spool[:, window] = stages[:: run.steps_per_sample, 0].T
+        voltage[:, window] = chunk_voltage[:: run.steps_per_sample, : len(drives)].T
+        spool[:, window] = stages[:: run.steps_per_sample, 0, : len(drives)].T
         samples = np.empty((n_sample, len(STATES), WIDTH))
-        for block, block_lanes, block_drives in zip(blocks, lanes, drive_of_lane, strict=True):
-            advance_lanes(block_lanes, stages, block_drives, run.step, run.steps_per_sample, samples)
-            states[:, block, window] = samples[:, :, : block.stop - block.start].transpose(1, 2, 0)
+        for block in blocks:
+            advance_lanes(
+                block.lanes, stages, block.drive_of_lane, run.step, run.steps_per_sample, samples,
+                first * run.steps_per_sample, block.options,
+            )  # fmt: skip
+            states[:, block.members, window] = samples[:, :, : len(block.members)].transpose(1, 2, 0)
     return states, voltage, spool
 
 
-def _outcome(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
+class _Block:
+    """Up to WIDTH runs of a batch that share their options, in lanes."""
+
+    def __init__(
+        self,
+        options: ModelOptions,
+        members: list[int],
+        runs: Sequence[RunParameters],
+        leakage_coefficients: Sequence[float],
+        drive_of_run: NDArray[np.int64],
+    ) -> None:
+        self.options, self.members = options, members
+        self.lanes = pack_lanes([runs[k] for k in members], [leakage_coefficients[k] for k in members])
+        self.drive_of_lane = np.resize(drive_of_run[members], WIDTH)
+
+
+def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
     """How a run ended, from its states (4, n_time)."""
     run, actuator = parameters.run, parameters.actuator
     pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import RunConfig
-from hydrofdi.simulation.kernel import advance_spool
+from hydrofdi.simulation.kernel import advance_spools
+from hydrofdi.simulation.lanes import SPOOL_WIDTH, SPOOLS
 
 
 @dataclass(frozen=True)
@@ -63,29 +64,35 @@ class Spools:
     """
 
     def __init__(self, drives: Sequence[Drive], run: RunConfig) -> None:
-        self._drives = tuple(drives)
         self._run = run
-        self._position = np.zeros(len(drives))
-        self._velocity = np.zeros(len(drives))
-        self._frequency = np.array([2.0 * math.pi * drive.natural_frequency for drive in drives])
-        self._damping_ratio = np.array([drive.damping_ratio for drive in drives])
-        self._gain = np.array([drive.spool_gain for drive in drives])
+        self._inputs = list(dict.fromkeys(drive.input for drive in drives))
+        self._first_drives = range(0, len(drives), SPOOL_WIDTH)
+        padded = np.resize(np.arange(len(drives)), len(self._first_drives) * SPOOL_WIDTH)
+        self._input_of_spool = np.array([self._inputs.index(drive.input) for drive in drives])[padded]
+        self._spools = np.zeros(len(self._first_drives), SPOOLS)
+        for field, values in {
+            "frequency": [2.0 * math.pi * drive.natural_frequency for drive in drives],
+            "damping_ratio": [drive.damping_ratio for drive in drives],
+            "gain": [drive.spool_gain for drive in drives],
+        }.items():
+            self._spools[field] = np.array(values)[padded].reshape(-1, SPOOL_WIDTH)
 
     def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Advance all spools from step `first` on.
 
+        Columns beyond the number of drives repeat the first ones.
+
         Returns
         -------
-        voltage : ndarray, shape (n_step, n_drive)
+        voltage : ndarray, shape (n_step, n_column)
             Input of each step [V].
-        stages : ndarray, shape (n_step, 4, n_drive)
+        stages : ndarray, shape (n_step, 4, n_column)
             Spool position at the four Runge-Kutta stages of each step [m].
         """
         steps = np.arange(first, first + n_step)
-        voltage = np.column_stack([input_voltage(drive.input, self._run, steps) for drive in self._drives])
-        stages = np.empty((n_step, 4, len(self._drives)))
-        advance_spool(
-            self._position, self._velocity, voltage,
-            self._frequency, self._damping_ratio, self._gain, self._run.step, stages,
-        )  # fmt: skip
+        inputs = np.column_stack([input_voltage(drive, self._run, steps) for drive in self._inputs])
+        voltage = np.take(inputs, self._input_of_spool, axis=1)
+        stages = np.empty((n_step, 4, voltage.shape[1]))
+        for group, first_drive in enumerate(self._first_drives):
+            advance_spools(self._spools[group : group + 1], voltage, self._run.step, first_drive, stages)
         return voltage, stages

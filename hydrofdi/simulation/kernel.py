@@ -12,35 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
 from hydrofdi.physics.equation import equation
-from hydrofdi.physics.friction import friction_force
-from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
-from hydrofdi.physics.valve import (
-    chamber_1_orifice_drop,
-    chamber_2_orifice_drop,
-    control_flow,
-    spool_acceleration,
-)
+from hydrofdi.physics.valve import spool_acceleration
 from hydrofdi.simulation.compilation import compiled
-from hydrofdi.simulation.lanes import HALF_WIDTH
-
-State = tuple[float, float, float, float]
-
-
-@equation
-def hydraulic_rates(state: State, spool_position: float, parameters: tuple[float, ...]) -> State:
-    """Time derivatives of (x_p, v_p, P_1, P_2); `parameters` in the order of ``lanes.PARAMETERS``."""
-    x, v, p1, p2 = state
-    m, A, V, K_ex, p_s, p_r, beta, K_v, w, F_c, F_brk, f, c_v, v_th, K_i, K_e = parameters
-    friction = friction_force(v, F_c, F_brk, f, c_v, v_th)
-    q_1 = control_flow(spool_position, chamber_1_orifice_drop(spool_position, p1, p_s, p_r), K_v, w)
-    q_2 = control_flow(spool_position, chamber_2_orifice_drop(spool_position, p2, p_s, p_r), K_v, w)
-    q_il = internal_leakage_flow(p1 - p2, K_i)
-    net_1 = q_1 - q_il - external_leakage_flow(p1, K_e) - A * v
-    net_2 = q_il - q_2 - external_leakage_flow(p2, K_e) + A * v
-    rate_1, rate_2 = chamber_pressure_rates(x, net_1, net_2, beta, V, A)
-    return v, piston_acceleration(x, p1, p2, friction, m, A, K_ex), rate_1, rate_2
+from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates, open_leakage
+from hydrofdi.simulation.lanes import HALF_WIDTH, SPOOL_WIDTH
+from hydrofdi.simulation.options import ModelOptions
 
 
 @equation
@@ -66,15 +43,21 @@ def weighted(first: State, second: State, third: State, fourth: State) -> State:
 
 
 @equation
-def lane_parameters(half: Any, lane: int) -> tuple[float, ...]:
-    """The parameters of one lane, in the order of ``lanes.PARAMETERS``."""
-    return (
+def lane_parameters(half: Any, lane: int, time: float, options: ModelOptions) -> LaneParameters:
+    """The parameters of one lane at an instant."""
+    return LaneParameters(
         half.mass[lane], half.area[lane], half.volume[lane], half.stiffness[lane],
         half.supply[lane], half.ret[lane], half.bulk_modulus[lane],
         half.flow_gain[lane], half.area_gradient[lane],
         half.coulomb[lane], half.breakaway[lane], half.viscous[lane],
         half.transition[lane], half.velocity_threshold[lane],
-        half.internal_leakage[lane], half.external_leakage[lane],
+        open_leakage(
+            time, half.internal_leakage[lane], half.onset_time[lane], half.onset_duration[lane],
+            half.onset_duty[lane], options,
+        ),
+        half.external_leakage_1[lane], half.external_leakage_2[lane],
+        half.laminar_reference[lane], half.blending_pressure[lane],
+        half.onset_time[lane], half.onset_duration[lane], half.onset_duty[lane],
     )  # fmt: skip
 
 
@@ -86,6 +69,8 @@ def advance_lanes(
     step: float,
     steps_per_sample: int,
     samples: NDArray[np.float64],
+    first_step: int,
+    options: ModelOptions,
 ) -> None:
     """Advance all lanes by the steps of `spool`, and sample them on the way.
 
@@ -103,9 +88,14 @@ def advance_lanes(
         A sample is taken before every so many steps, the first step included.
     samples : ndarray, shape (n_step / steps_per_sample, 4, WIDTH)
         Filled with x_p [m], v_p [m/s], P_1 and P_2 [Pa].
+    first_step : int
+        Number of the first step, counted from the start of the record.
+    options : ModelOptions
+        Choices that all lanes share.
     """
     left, right = lanes[0].left, lanes[0].right
     half_step, sixth_step = 0.5 * step, step / 6.0
+    share_drive = drive_of_lane.min() == drive_of_lane.max()
     for i in range(spool.shape[0]):
         if i % steps_per_sample == 0:
             sample = samples[i // steps_per_sample]
@@ -120,12 +110,13 @@ def advance_lanes(
                 sample[2, HALF_WIDTH + k] = right.pressure_1[k]
                 sample[3, HALF_WIDTH + k] = right.pressure_2[k]
         stages = spool[i]
-        if spool.shape[2] == 1:
+        time = (first_step + i) * step
+        if share_drive:
             for k in range(HALF_WIDTH):
-                left.spool_1[k] = right.spool_1[k] = stages[0, 0]
-                left.spool_2[k] = right.spool_2[k] = stages[1, 0]
-                left.spool_3[k] = right.spool_3[k] = stages[2, 0]
-                left.spool_4[k] = right.spool_4[k] = stages[3, 0]
+                left.spool_1[k] = right.spool_1[k] = stages[0, drive_of_lane[0]]
+                left.spool_2[k] = right.spool_2[k] = stages[1, drive_of_lane[0]]
+                left.spool_3[k] = right.spool_3[k] = stages[2, drive_of_lane[0]]
+                left.spool_4[k] = right.spool_4[k] = stages[3, drive_of_lane[0]]
         else:
             for k in range(HALF_WIDTH):
                 drive = drive_of_lane[k]
@@ -140,18 +131,18 @@ def advance_lanes(
                 right.spool_4[k] = stages[3, drive]
         # Two independent lanes in one body hide each other's latencies.
         for k in range(HALF_WIDTH):
-            p = lane_parameters(left, k)
-            q = lane_parameters(right, k)
+            p = lane_parameters(left, k, time, options)
+            q = lane_parameters(right, k, time, options)
             y = (left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k])
             z = (right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k])
-            y1 = hydraulic_rates(y, left.spool_1[k], p)
-            z1 = hydraulic_rates(z, right.spool_1[k], q)
-            y2 = hydraulic_rates(moved(y, half_step, y1), left.spool_2[k], p)
-            z2 = hydraulic_rates(moved(z, half_step, z1), right.spool_2[k], q)
-            y3 = hydraulic_rates(moved(y, half_step, y2), left.spool_3[k], p)
-            z3 = hydraulic_rates(moved(z, half_step, z2), right.spool_3[k], q)
-            y4 = hydraulic_rates(moved(y, step, y3), left.spool_4[k], p)
-            z4 = hydraulic_rates(moved(z, step, z3), right.spool_4[k], q)
+            y1 = hydraulic_rates(y, left.spool_1[k], p, options)
+            z1 = hydraulic_rates(z, right.spool_1[k], q, options)
+            y2 = hydraulic_rates(moved(y, half_step, y1), left.spool_2[k], p, options)
+            z2 = hydraulic_rates(moved(z, half_step, z1), right.spool_2[k], q, options)
+            y3 = hydraulic_rates(moved(y, half_step, y2), left.spool_3[k], p, options)
+            z3 = hydraulic_rates(moved(z, half_step, z2), right.spool_3[k], q, options)
+            y4 = hydraulic_rates(moved(y, step, y3), left.spool_4[k], p, options)
+            z4 = hydraulic_rates(moved(z, step, z3), right.spool_4[k], q, options)
             y = moved(y, sixth_step, weighted(y1, y2, y3, y4))
             z = moved(z, sixth_step, weighted(z1, z2, z3, z4))
             left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k] = y
@@ -159,35 +150,33 @@ def advance_lanes(
 
 
 @compiled
-def advance_spool(
-    position: NDArray[np.float64],
-    velocity: NDArray[np.float64],
+def advance_spools(
+    spools: NDArray[Any],
     voltage: NDArray[np.float64],
-    frequency: NDArray[np.float64],
-    damping_ratio: NDArray[np.float64],
-    gain: NDArray[np.float64],
     step: float,
+    first_drive: int,
     stages: NDArray[np.float64],
 ) -> None:
-    """Integrate the spools of several drives and keep their positions at the stages of each step.
+    """Integrate a record of spools and keep their positions at the stages of each step.
 
     Parameters
     ----------
-    position, velocity : ndarray, shape (n_drive,)
-        Spool state [m], [m/s]; updated in place.
+    spools : ndarray of SPOOLS, shape (1,)
+        ω_v [rad/s], ξ [-], k_v [m/V] and state [m], [m/s]; the state is updated in place.
     voltage : ndarray, shape (n_step, n_drive)
         Input, held over each step [V].
-    frequency, damping_ratio, gain : ndarray, shape (n_drive,)
-        ω_v [rad/s], ξ [-], k_v [m/V].
     step : float
         Runge-Kutta step h [s].
+    first_drive : int
+        Column of the first of these spools.
     stages : ndarray, shape (n_step, 4, n_drive)
-        Filled with spool positions [m].
+        Filled with spool positions [m], in SPOOL_WIDTH columns.
     """
+    spool = spools[0]
     for i in range(voltage.shape[0]):
-        for d in range(position.shape[0]):
-            x, v, u = position[d], velocity[d], voltage[i, d]
-            w, xi, k_v = frequency[d], damping_ratio[d], gain[d]
+        for k in range(SPOOL_WIDTH):
+            x, v, u = spool.position[k], spool.velocity[k], voltage[i, first_drive + k]
+            w, xi, k_v = spool.frequency[k], spool.damping_ratio[k], spool.gain[k]
             a1 = spool_acceleration(x, v, u, w, xi, k_v)
             x2, v2 = x + 0.5 * step * v, v + 0.5 * step * a1
             a2 = spool_acceleration(x2, v2, u, w, xi, k_v)
@@ -195,6 +184,9 @@ def advance_spool(
             a3 = spool_acceleration(x3, v3, u, w, xi, k_v)
             x4, v4 = x + step * v3, v + step * a3
             a4 = spool_acceleration(x4, v4, u, w, xi, k_v)
-            stages[i, 0, d], stages[i, 1, d], stages[i, 2, d], stages[i, 3, d] = x, x2, x3, x4
-            position[d] = x + step / 6.0 * (v + 2.0 * (v2 + v3) + v4)
-            velocity[d] = v + step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
+            stages[i, 0, first_drive + k] = x
+            stages[i, 1, first_drive + k] = x2
+            stages[i, 2, first_drive + k] = x3
+            stages[i, 3, first_drive + k] = x4
+            spool.position[k] = x + step / 6.0 * (v + 2.0 * (v2 + v3) + v4)
+            spool.velocity[k] = v + step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)

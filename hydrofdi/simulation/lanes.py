@@ -35,7 +35,13 @@ PARAMETERS = {
     "transition": "friction.transition",
     "velocity_threshold": "friction.velocity_threshold",
     "internal_leakage": "leakage.internal_coefficient",
-    "external_leakage": "leakage.external_coefficient",
+    "external_leakage_1": "leakage.chamber_1_coefficient",
+    "external_leakage_2": "leakage.chamber_2_coefficient",
+    "laminar_reference": "leakage.laminar_reference",
+    "blending_pressure": "leakage.blending_pressure",
+    "onset_time": "leakage.rise_start",
+    "onset_duration": "leakage.rise_duration",
+    "onset_duty": "leakage.onset_duty",
 }
 """Lane field → the parameter that fills it, in SI."""
 
@@ -48,6 +54,15 @@ SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
 _HALF = np.dtype([(name, "f8", (HALF_WIDTH,)) for name in (*PARAMETERS, *STATES, *SPOOL_STAGES)])
 LANES = np.dtype([("left", _HALF), ("right", _HALF)])
 """Record of all lanes."""
+
+
+SPOOL_WIDTH = 16
+"""Number of spools that are advanced together."""
+
+SPOOLS = np.dtype(
+    [(name, "f8", (SPOOL_WIDTH,)) for name in ("position", "velocity", "frequency", "damping_ratio", "gain")]
+)
+"""Record of the spools of several drives."""
 
 
 def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> NDArray[Any]:
@@ -65,19 +80,29 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
     ndarray of LANES, shape (1,)
     """
     lanes = np.zeros(1, LANES)
-    for field, name in PARAMETERS.items():
-        if field == "internal_leakage":
-            values = list(leakage_coefficients)
-        else:
-            values = [run.value(name) for run in parameters]
-        _fill(lanes, field, values)
+    values = parameter_matrix(parameters, leakage_coefficients)
+    for column, field in enumerate(PARAMETERS):
+        _fill(lanes, field, values[:, column])
     for half in ("left", "right"):
         state = lanes[half]
         state["pressure_1"] = state["pressure_2"] = 0.5 * (state["supply"] + state["ret"])
     return lanes
 
 
-def _fill(lanes: NDArray[Any], field: str, values: Sequence[float]) -> None:
+def parameter_matrix(
+    parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]
+) -> NDArray[np.float64]:
+    """Parameters of runs in the order of ``PARAMETERS``, shape (n_run, n_parameter), in SI."""
+    matrix = np.empty((len(parameters), len(PARAMETERS)))
+    for column, (field, name) in enumerate(PARAMETERS.items()):
+        if field == "internal_leakage":
+            matrix[:, column] = leakage_coefficients
+        else:
+            matrix[:, column] = [run.value(name) for run in parameters]
+    return matrix
+
+
+def _fill(lanes: NDArray[Any], field: str, values: NDArray[np.float64]) -> None:
     padded = np.full(WIDTH, values[0])
     padded[: len(values)] = values
     lanes["left"][field] = padded[:HALF_WIDTH]

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-
-from hydrofdi.physics.leakage import internal_leakage_flow
 
 Signal = NDArray[np.float64]
 
@@ -42,6 +39,8 @@ class Trajectory:
         P_1, P_2 [Pa].
     leakage_coefficient : ndarray, shape (n_run,)
         K_i [m^3.5/kg^0.5].
+    internal_leakage_flow : ndarray
+        q_il from chamber 1 to chamber 2 [m³/s].
     outcomes : tuple of Outcome, length n_run
         How each run ended.
     """
@@ -54,14 +53,8 @@ class Trajectory:
     chamber_1_pressure: Signal
     chamber_2_pressure: Signal
     leakage_coefficient: Signal
+    internal_leakage_flow: Signal
     outcomes: tuple[Outcome, ...]
-
-    @cached_property
-    def internal_leakage_flow(self) -> Signal:
-        """Flow q_il from chamber 1 to chamber 2 [m³/s], shape (n_run, n_time)."""
-        difference = self.chamber_1_pressure - self.chamber_2_pressure
-        flow: Signal = internal_leakage_flow(difference, self.leakage_coefficient[:, None])
-        return flow
 
     @property
     def mean_internal_leakage_flow(self) -> Signal:

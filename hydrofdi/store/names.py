@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Version of the layout of shards and experiment files."""
 
 RUN, TIME, LEVEL = "run", "time", "level"
@@ -33,7 +33,7 @@ class Variable:
     @property
     def is_text(self) -> bool:
         """Whether it holds texts."""
-        return self.name in {RUN_ID, STATUS, MESSAGE}
+        return self.name in {RUN_ID, STATUS, MESSAGE, VERDICT}
 
     @property
     def is_signal(self) -> bool:
@@ -42,6 +42,7 @@ class Variable:
 
 
 RUN_ID, STATUS, MESSAGE = "run_id", "status", "message"
+VERDICT = "verdict"
 DETAIL_RMS = "detail_rms"
 MEAN_LEAKAGE_FLOW = "mean_internal_leakage_flow"
 LEAKAGE_COEFFICIENT = "internal_leakage_coefficient"
@@ -63,6 +64,15 @@ _SIGNALS = (
     Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
 
+JUDGED = (
+    Variable(VERDICT, (RUN,), "", "how far the run can be believed"),
+    Variable("cavitating_share", (RUN,), "1", "share of samples below the vapour limit"),
+    Variable("above_supply_share", (RUN,), "1", "share of samples above the supply pressure"),
+    Variable("settling_change", (RUN,), "1", "relative change of P_1 over the last two periods"),
+    Variable("volume_residual", (RUN,), "1", "what the volume balance of chamber 1 lacks, relative"),
+    Variable("energy_residual", (RUN,), "1", "what the energy balance lacks, relative to the supply"),
+)
+
 EXTREMES = (
     Variable("piston_position_min", (RUN,), "m", "least piston position"),
     Variable("piston_position_max", (RUN,), "m", "largest piston position"),
@@ -82,6 +92,7 @@ COMPUTED = (
     Variable(MODE_FREQUENCY, (RUN,), "Hz", "frequency of the hydraulic mode f_h"),
     Variable(MODE_DAMPING_RATIO, (RUN,), "1", "damping ratio of the hydraulic mode"),
     *EXTREMES,
+    *JUDGED,
     *_SIGNALS,
 )
 """What a run computes; these are the variables of a shard."""

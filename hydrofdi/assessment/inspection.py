@@ -1,0 +1,206 @@
+"""An experiment looked at before it is run: step, mode and bands, record, leakage, stroke."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.assessment.selection import computed_rows
+from hydrofdi.assessment.step_limits import step_limits
+from hydrofdi.config.run import is_whole
+from hydrofdi.execution import Job
+from hydrofdi.features.wavelet import boundary_shares, level_bands
+from hydrofdi.physics.hydraulic_mode import HydraulicMode
+from hydrofdi.physics.leakage import internal_leakage_flow
+
+NEAR_BAND_EDGE = 0.25
+"""A mode within so many octaves of a band's edge may answer in either level."""
+
+REFERENCE_DROP = 10e6
+"""Pressure difference at which a leak is also stated [Pa]."""
+
+FULL_STROKE = 0.9
+"""Share of the stroke from which on the linearised mode, taken at the centre, is off by far."""
+
+MANY_BOUNDARY_COEFFICIENTS = 0.25
+
+
+@dataclass(frozen=True)
+class ModeOfRun:
+    """One EBM and leakage.
+
+    Attributes
+    ----------
+    bulk_modulus, leakage_coefficient : float
+        β [Pa] and K_i [m^3.5/kg^0.5].
+    mean_leakage_flow, leakage_flow_at_reference : float
+        Mean of abs(q_il), and q_il at 10 MPa [m³/s].
+    piston_share : float
+        Mean leakage flow over the mean of A abs(v_p) [-].
+    frequency, damping_ratio : float
+        f_h [Hz] and ζ [-].
+    level : int
+        Level whose band holds f_h; 0 above d1, one more than there are below all.
+    octaves_to_edge : float
+        Distance of f_h from the nearest edge of a band.
+    stroke_share : float
+        Largest abs(x_p) over V/A [-].
+    status, verdict : str
+    """
+
+    bulk_modulus: float
+    leakage_coefficient: float
+    mean_leakage_flow: float
+    leakage_flow_at_reference: float
+    piston_share: float
+    frequency: float
+    damping_ratio: float
+    level: int
+    octaves_to_edge: float
+    stroke_share: float
+    status: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What an inspection found.
+
+    Attributes
+    ----------
+    step : float
+        Runge-Kutta step [s].
+    step_limits : dict
+        Part of the model → longest stable step over all runs [s].
+    modes : tuple of ModeOfRun
+    bands : tuple of (float, float)
+        Band of each level [Hz].
+    n_sample : int
+    n_period : float
+        Periods of the input in the record.
+    boundary_shares : tuple of float
+        Share of each level's coefficients that depend on the extension of the record [-].
+    """
+
+    step: float
+    step_limits: dict[str, float]
+    modes: tuple[ModeOfRun, ...]
+    bands: tuple[tuple[float, float], ...]
+    n_sample: int
+    n_period: float
+    boundary_shares: tuple[float, ...]
+
+    @property
+    def binding(self) -> str:
+        """The part of the model that allows the shortest step only."""
+        return min(self.step_limits, key=self.step_limits.__getitem__)
+
+    @property
+    def problems(self) -> list[str]:
+        """What makes results wrong."""
+        return list(_problems(self))
+
+    @property
+    def warnings(self) -> list[str]:
+        """What results have to be read with."""
+        return list(_warnings(self))
+
+
+def inspect_experiment(jobs: Sequence[Job]) -> Inspection:
+    """Inspect the runs of an experiment; all are simulated once.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        At least one, such as `select_jobs` gives.
+    """
+    nominal = jobs[0].parameters
+    run, wavelet = nominal.run, nominal.wavelet
+    bands = tuple(level_bands(run.sampling_frequency, wavelet.levels))
+    modes = [_mode_of_run(job, row, bands) for job, row in zip(jobs, computed_rows(jobs), strict=True)]
+    limits = [_limits(job, mode) for job, mode in zip(jobs, modes, strict=True)]
+    return Inspection(
+        step=max(job.parameters.run.step for job in jobs),
+        step_limits={part: min(limit.get(part, math.inf) for limit in limits) for part in limits[0]},
+        modes=tuple(modes),
+        bands=bands,
+        n_sample=run.n_sample,
+        n_period=run.duration / nominal.input.period,
+        boundary_shares=tuple(boundary_shares(run.n_sample, wavelet)),
+    )
+
+
+def _limits(job: Job, mode: ModeOfRun) -> dict[str, float]:
+    is_known = math.isfinite(mode.frequency) and math.isfinite(mode.damping_ratio)
+    return step_limits(
+        job.parameters, HydraulicMode(mode.frequency, mode.damping_ratio) if is_known else None
+    )
+
+
+def _mode_of_run(job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, float]]) -> ModeOfRun:
+    actuator = job.parameters.actuator
+    stroke = actuator.chamber_volume / actuator.piston_area
+    mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
+    piston_flow = actuator.piston_area * float(np.mean(np.abs(row["piston_velocity"])))
+    furthest = max(abs(float(row[f"piston_position_{end}"])) for end in ("min", "max"))
+    level, octaves = place_in_bands(frequency, bands)
+    return ModeOfRun(
+        bulk_modulus=job.parameters.fluid.bulk_modulus,
+        leakage_coefficient=job.leakage_coefficient,
+        mean_leakage_flow=mean,
+        leakage_flow_at_reference=float(internal_leakage_flow(REFERENCE_DROP, job.leakage_coefficient)),
+        piston_share=mean / piston_flow if piston_flow else math.nan,
+        frequency=frequency,
+        damping_ratio=float(row["hydraulic_mode_damping_ratio"]),
+        level=level,
+        octaves_to_edge=octaves,
+        stroke_share=furthest / stroke,
+        status=str(row["status"]),
+        verdict=str(row["verdict"]),
+    )
+
+
+def place_in_bands(frequency: float, bands: Sequence[tuple[float, float]]) -> tuple[int, float]:
+    """Level whose band holds a frequency, and its distance from the nearest edge in octaves."""
+    edges = [bands[0][1], *(low for low, _ in bands)]
+    level = sum(frequency < edge for edge in edges)
+    if not frequency > 0.0:
+        return level, math.nan
+    return level, min(abs(math.log2(frequency / edge)) for edge in edges)
+
+
+def _problems(found: Inspection) -> Iterator[str]:
+    for part, limit in found.step_limits.items():
+        if found.step > limit:
+            yield (
+                f"the step of {found.step:g} s is too long for the {part}:"
+                f" Runge-Kutta is stable up to {limit:.3g} s"
+            )
+    failed = [mode for mode in found.modes if mode.status != "ok"]
+    for mode in failed:
+        conditions = f"EBM {mode.bulk_modulus / 1e6:g} MPa, K_i {mode.leakage_coefficient:.3g}"
+        yield f"the run at {conditions} failed: {mode.status}"
+
+
+def _warnings(found: Inspection) -> Iterator[str]:
+    near = {mode.frequency: mode for mode in found.modes if mode.octaves_to_edge < NEAR_BAND_EDGE}
+    for mode in near.values():
+        yield (
+            f"f_h = {mode.frequency:.1f} Hz at EBM {mode.bulk_modulus / 1e6:g} MPa is"
+            f" {mode.octaves_to_edge:.2f} octaves from the edge of a band: two levels answer"
+        )
+    if not is_whole(found.n_period):
+        yield f"the record holds {found.n_period:g} periods, no whole number: features hang on its end"
+    for level, share in enumerate(found.boundary_shares, 1):
+        if share > MANY_BOUNDARY_COEFFICIENTS:
+            yield f"{share:.0%} of the coefficients of d{level} depend on the extension of the record"
+    fullest = max((mode.stroke_share for mode in found.modes if mode.status == "ok"), default=0.0)
+    if fullest > FULL_STROKE:
+        yield f"{fullest:.0%} of the stroke is used; a chamber all but vanishes"
+    for word in sorted({mode.verdict for mode in found.modes if mode.status == "ok"} - {"ok"}):
+        count = sum(mode.verdict == word for mode in found.modes)
+        yield f"{word}: {count} of {len(found.modes)} runs"

@@ -1,0 +1,126 @@
+"""What ``check`` and ``calibrate`` show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from hydrofdi.assessment import Convergence, Inspection, LeakageTarget
+from hydrofdi.cli.rendering import terminal
+from hydrofdi.units import convert
+
+
+def print_inspection(found: Inspection) -> None:
+    """An inspection: step, modes, record, and what to heed."""
+    console = terminal()
+    limits = ", ".join(
+        f"{part} {convert(limit, 'ms'):.3g}"
+        for part, limit in sorted(found.step_limits.items(), key=lambda item: item[1])
+    )
+    console.print(Text("Step", style="bold"))
+    console.print(f"{convert(found.step, 'ms'):g} ms; {found.binding} binds; stable up to [ms]: {limits}\n")
+    console.print(Text("Hydraulic mode", style="bold"))
+    console.print(_mode_table(found))
+    console.print()
+    console.print(Text("Record", style="bold"))
+    shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
+    console.print(
+        f"{found.n_sample} samples, {found.n_period:g} periods; coefficients at its ends: {shares}\n"
+    )
+    for problem in found.problems:
+        console.print(Text(f"problem: {problem}", style="bold red"))
+    for warning in found.warnings:
+        console.print(f"warning: {warning}")
+    if not found.problems and not found.warnings:
+        console.print("nothing to heed")
+
+
+def _mode_table(found: Inspection) -> Table:
+    table = _table(
+        "EBM\nMPa", "K_i\nm³/s/√Pa", "leakage\nL/min", "of piston\nflow", "at 10 MPa\nL/min", "f_h\nHz",
+        "ζ\n", "band\n", "octaves\nto edge", "stroke\nused",
+    )  # fmt: skip
+    for mode in found.modes:
+        table.add_row(
+            f"{convert(mode.bulk_modulus, 'MPa'):g}",
+            f"{mode.leakage_coefficient:.3g}",
+            _cell(convert(mode.mean_leakage_flow, "L/min"), ".3g"),
+            _cell(mode.piston_share, ".1%"),
+            f"{convert(mode.leakage_flow_at_reference, 'L/min'):.3g}",
+            _cell(mode.frequency, ".1f"),
+            _cell(mode.damping_ratio, ".4f"),
+            _band_name(mode.level, len(found.bands)) if mode.status == "ok" else mode.status,
+            _cell(mode.octaves_to_edge, ".2f"),
+            _cell(mode.stroke_share, ".0%"),
+        )
+    return table
+
+
+def _cell(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else "–"
+
+
+def _band_name(level: int, n_level: int) -> str:
+    if level == 0:
+        return "above d1"
+    return f"d{level}" if level <= n_level else f"below d{n_level}"
+
+
+def _table(*headers: str) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for header in headers:
+        table.add_column(header, justify="right")
+    return table
+
+
+def print_convergence(found: Convergence) -> None:
+    """The change of the features from step to step, and the step that is good enough."""
+    console = terminal()
+    console.print(Text("\nLargest change of the detail RMS when the step is halved", style="bold"))
+    table = _table("step [ms]", *(f"d{level}" for level in range(1, len(found.changes[0]) + 1)))
+    for step, change in zip(found.steps, found.changes, strict=True):
+        table.add_row(f"{convert(step, 'ms'):g}", *(f"{value:.1e}" for value in change))
+    console.print(table)
+    if found.good_enough is None:
+        console.print(f"no step down to {found.steps[-1]:g} s keeps within {found.tolerance:g}")
+    else:
+        console.print(f"a step of {convert(found.good_enough, 'ms'):g} ms keeps within {found.tolerance:g}")
+
+
+def print_targets(targets: Sequence[LeakageTarget]) -> None:
+    """Leakage flows with their coefficients."""
+    table = _table("mean leakage\nL/min", "K_i (orifice)\nm³/s/√Pa", "laminar\nm³/(s·Pa)", "of piston\nflow")
+    for target in targets:
+        table.add_row(
+            f"{convert(target.flow, 'L/min'):.4g}",
+            f"{target.coefficient:.6g}",
+            f"{target.laminar_coefficient:.4g}",
+            f"{target.piston_share:.2%}",
+        )
+    terminal().print(table)
+
+
+def inspection_record(found: Inspection, convergence: Convergence | None) -> dict[str, Any]:
+    """An inspection as plain data for JSON; numbers that do not exist are None."""
+    record = asdict(found) | {
+        "binding": found.binding,
+        "problems": found.problems,
+        "warnings": found.warnings,
+    }
+    if convergence is not None:
+        record["convergence"] = asdict(convergence) | {"good_enough": convergence.good_enough}
+    cleaned: dict[str, Any] = _plain(record)
+    return cleaned
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,83 @@
+"""How far a run can be believed: a verdict from its record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.simulation import Trajectory
+from hydrofdi.simulation.balances import balance_residuals
+
+UNSETTLED_CHANGE = 0.01
+"""A record whose last two periods differ by more than this share of the pressure's RMS is unsettled."""
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """Verdicts of a batch of runs and the numbers behind them, each of shape (n_run,).
+
+    Attributes
+    ----------
+    verdict : ndarray of str
+        The status of a run that failed; else ``ok``, or what its numbers have to be read with:
+        ``cavitating``, ``above_supply``, ``unsettled``, joined by commas.
+    cavitating_share, above_supply_share : ndarray
+        Share of the samples with a chamber pressure below the vapour limit or above the supply [-].
+    settling_change : ndarray
+        RMS of the change of P_1 from the last but one period to the last, over the RMS of its variation in
+        the last [-]; NaN where the record does not hold two whole periods.
+    volume_residual, energy_residual : ndarray
+        What the balances lack [-].
+    """
+
+    verdict: NDArray[np.object_]
+    cavitating_share: NDArray[np.float64]
+    above_supply_share: NDArray[np.float64]
+    settling_change: NDArray[np.float64]
+    volume_residual: NDArray[np.float64]
+    energy_residual: NDArray[np.float64]
+
+
+def judge(runs: Sequence[RunParameters], trajectory: Trajectory) -> Verdicts:
+    """Verdicts on runs; those that failed have NaN for numbers."""
+    pressure_1, pressure_2 = trajectory.chamber_1_pressure, trajectory.chamber_2_pressure
+    vapour = np.array([run.fluid.vapour_pressure for run in runs])[:, None]
+    supply = np.array([run.supply.pressure for run in runs])[:, None]
+    residuals = balance_residuals(runs, trajectory)
+    numbers = [
+        np.mean((pressure_1 < vapour) | (pressure_2 < vapour), axis=1),
+        np.mean((pressure_1 > supply) | (pressure_2 > supply), axis=1),
+        np.array([_settling_change(run, pressure_1[k]) for k, run in enumerate(runs)]),
+        residuals.volume,
+        residuals.energy,
+    ]
+    failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
+    for values in numbers:
+        values[failed] = np.nan
+    words = [
+        _words(*shares) if outcome.is_ok else outcome.status
+        for outcome, *shares in zip(trajectory.outcomes, *numbers[:3], strict=True)
+    ]
+    return Verdicts(np.array(words, dtype=object), *numbers)
+
+
+def _words(cavitating_share: float, above_supply_share: float, settling_change: float) -> str:
+    findings = {
+        "cavitating": cavitating_share > 0.0,
+        "above_supply": above_supply_share > 0.0,
+        "unsettled": settling_change > UNSETTLED_CHANGE,
+    }
+    return ", ".join(word for word, found in findings.items() if found) or "ok"
+
+
+def _settling_change(run: RunParameters, pressure: NDArray[np.float64]) -> float:
+    n_period = run.input.period * run.run.sampling_frequency
+    n_sample = round(n_period)
+    if abs(n_period - n_sample) > 1e-6 or pressure.size < 2 * n_sample:
+        return float("nan")
+    last, before = pressure[-n_sample:], pressure[-2 * n_sample : -n_sample]
+    return float(np.sqrt(np.mean((last - before) ** 2)) / np.std(last))

@@ -1,0 +1,46 @@
+"""The internal leakage flow along a record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.simulation.hydraulics import leakage_of, row_parameters
+from hydrofdi.simulation.lanes import parameter_matrix
+from hydrofdi.simulation.options import group_by_options
+
+
+def leakage_signal(
+    runs: Sequence[RunParameters],
+    leakage_coefficients: Sequence[float],
+    time: NDArray[np.float64],
+    pressure_difference: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Internal leakage flow of runs, each by its own law and onset.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters
+    leakage_coefficients : sequence of float
+        K_i of each run [m^3.5/kg^0.5].
+    time : ndarray, shape (n_time,)
+        Sampling instants [s].
+    pressure_difference : ndarray, shape (n_run, n_time)
+        P_1 − P_2 [Pa].
+
+    Returns
+    -------
+    ndarray, shape (n_run, n_time)
+        q_il from chamber 1 to chamber 2 [m³/s].
+    """
+    parameters = parameter_matrix(runs, leakage_coefficients)
+    flow = np.empty_like(pressure_difference)
+    for options, members in group_by_options(runs):
+        columns = parameters[members].T[:, :, None]
+        flow[members] = leakage_of(
+            pressure_difference[members], row_parameters(columns, time, options), options
+        )
+    return flow

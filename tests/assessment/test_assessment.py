@@ -1,0 +1,134 @@
+"""Looking at an experiment before it is run, and solving leakage flows."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pywt
+
+from hydrofdi.assessment import calibrate_flows, converge, inspect_experiment
+from hydrofdi.assessment.inspection import place_in_bands
+from hydrofdi.assessment.selection import select_jobs
+from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.config.wavelet import WaveletConfig
+from hydrofdi.features.wavelet import boundary_shares
+from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.simulation import simulate_batch
+
+SHORT = ("run.duration=2 s", "input.period=1 s")
+SWEEP = """
+run: {duration: 2 s}
+input: {period: 1 s}
+sweep:
+  grid:
+    leakage.internal_flow: [0.12 L/min, 0.89 L/min]
+    fluid.bulk_modulus: [551 MPa, 827 MPa]
+    friction.viscous: [50, 60]
+"""
+
+
+def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "hydrofdi", *arguments], capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.parametrize("n_sample", [1000, 1333])
+@pytest.mark.parametrize("name", ["db8", "db2"])
+def test_boundary_share_counts_the_coefficients_that_two_extensions_disagree_on(
+    n_sample: int, name: str
+) -> None:
+    signal = np.random.default_rng(1).normal(size=n_sample)
+    both = [pywt.wavedec(signal, name, mode=mode, level=4)[:0:-1] for mode in ("symmetric", "zero")]
+    counted = [np.mean(np.abs(a - b) > 1e-12) for a, b in zip(*both, strict=True)]
+    shares = boundary_shares(n_sample, WaveletConfig(name=name, levels=4))
+    np.testing.assert_allclose(counted, shares, atol=1.5 / n_sample * 2**4)
+
+
+def test_frequency_is_placed_in_its_band_with_the_distance_to_the_nearest_edge() -> None:
+    bands = [(125.0, 250.0), (62.5, 125.0), (31.25, 62.5)]
+    assert place_in_bands(250.0 / 2**0.25, bands) == (1, pytest.approx(0.25))
+    assert place_in_bands(62.5 * 2**0.1, bands) == (2, pytest.approx(0.1))
+    assert place_in_bands(300.0, bands)[0] == 0
+    assert place_in_bands(10.0, bands)[0] == 4
+
+
+def test_every_bulk_modulus_and_leakage_is_inspected_once(tmp_path: Path) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(SWEEP)
+    inspection = inspect_experiment(select_jobs(load_experiment(file)))
+    seen = {(mode.bulk_modulus, mode.leakage_coefficient) for mode in inspection.modes}
+    assert len(seen) == len(inspection.modes) == 6  # two leakages and the sealed baseline, at two EBM
+    assert inspection.n_period == 2.0
+
+
+def test_mode_near_a_band_edge_is_warned_of() -> None:
+    near = inspect_experiment(select_jobs(load_experiment(settings=SHORT)))
+    far = inspect_experiment(
+        select_jobs(load_experiment(settings=(*SHORT, "actuator.chamber_volume=150 cm^3")))
+    )
+    assert any("edge of a band" in warning and "59.6 Hz" in warning for warning in near.warnings)
+    assert not any("at EBM 551 MPa" in w and "edge of a band" in w for w in far.warnings)
+
+
+def test_broken_period_is_warned_of() -> None:
+    jobs = select_jobs(load_experiment(settings=("run.duration=2 s", "input.period=1.6 s")))
+    assert any("1.25 periods" in warning for warning in inspect_experiment(jobs).warnings)
+
+
+def test_check_says_no_where_the_step_is_unstable() -> None:
+    settings = [part for setting in (*SHORT, "run.step=1 ms") for part in ("--set", setting)]
+    done = _run("check", "--json", *settings)
+    record = json.loads(done.stdout)
+    assert done.returncode == 1
+    assert record["binding"] == "friction zone"
+    assert any("friction zone" in problem for problem in record["problems"])
+
+
+def test_convergence_names_the_longest_step_whose_halving_changes_nothing_beyond_the_tolerance() -> None:
+    jobs = select_jobs(load_experiment(settings=SHORT))
+    loose, tight = converge(jobs, 0.05), converge(jobs, 1e-4)
+    assert loose.good_enough == pytest.approx(1e-4)
+    assert tight.good_enough is not None
+    assert tight.good_enough < loose.good_enough
+    assert max(tight.changes[-1]) <= 1e-4 < max(tight.changes[-2])
+
+
+def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for() -> None:
+    experiment = load_experiment(settings=SHORT)
+    flows = [0.12e-3 / 60, 0.89e-3 / 60]
+    targets = calibrate_flows(experiment, flows)
+    np.testing.assert_allclose([target.flow for target in targets], flows, rtol=1e-6)
+    run = RunParameters().with_values({"run.duration": 2.0, "input.period": 1.0})
+    for target in targets:
+        trajectory = simulate_batch([run], [target.coefficient])
+        difference = trajectory.chamber_1_pressure - trajectory.chamber_2_pressure
+        orifice = np.abs(internal_leakage_flow(difference, target.coefficient)).mean()
+        assert orifice == pytest.approx(target.flow, rel=1e-6)
+        assert target.laminar_coefficient * np.abs(difference).mean() == pytest.approx(target.flow, rel=1e-6)
+
+
+def test_calibrate_command_prints_its_targets_as_json() -> None:
+    settings = [part for setting in SHORT for part in ("--set", setting)]
+    done = _run("calibrate", "--json", "--flow", "0.12 L/min", "--flow", "0.89 L/min", *settings)
+    assert done.returncode == 0
+    first, second = json.loads(done.stdout)["targets"]
+    assert 0.0 < first["coefficient"] < second["coefficient"]
+    assert 0.0 < first["piston_share"] < second["piston_share"] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("flow", "sentence"),
+    [("50 L/min", "no K_i gives"), ("9 bar", "wrong unit"), ("-1 L/min", "above zero")],
+)
+def test_impossible_flow_is_the_users_to_mend(flow: str, sentence: str) -> None:
+    settings = [part for setting in SHORT for part in ("--set", setting)]
+    done = _run("calibrate", "--flow", flow, *settings)
+    assert done.returncode == 2
+    assert sentence in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,38 @@
+"""The hydraulic part of the model, started from any state, with the valve held."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.options import ModelOptions
+
+FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}
+
+
+def free_motion(
+    values: Sequence[Mapping[str, Any]],
+    start: Sequence[Mapping[str, float]],
+    spool: Sequence[float],
+    duration: float,
+    step: float,
+) -> dict[str, NDArray[np.float64]]:
+    """States at every step, each (n_run, n_step), of runs whose spools stand still where they are put."""
+    runs = [RunParameters().with_values(changes) for changes in values]
+    lanes = pack_lanes(runs, [run.leakage.internal_coefficient or 0.0 for run in runs])
+    for lane, state in enumerate(start):
+        half, k = ("left", lane) if lane < WIDTH // 2 else ("right", lane - WIDTH // 2)
+        for name, value in state.items():
+            lanes[half][name][0, k] = value
+    n_step = round(duration / step)
+    stages = np.broadcast_to(np.asarray(spool, dtype=float), (n_step, 4, len(spool))).copy()
+    samples = np.empty((n_step, 4, WIDTH))
+    drives = np.resize(np.arange(len(spool)), WIDTH)
+    advance_lanes(lanes, stages, drives, step, 1, samples, 0, ModelOptions.of(runs[0]))
+    return {name: samples[:, row, : len(runs)].T.copy() for row, name in enumerate(STATES)}

@@ -1,0 +1,63 @@
+"""docs/equations.md is held to its word: every number in it is what the code returns."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCUMENT = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
+EQUATIONS, NUMBERS = DOCUMENT.split("## Numbers")
+ROWS = re.findall(r"^\| ([^|]+) \| `([^`]+)` \| ([^|]+) \|", NUMBERS, re.MULTILINE)
+
+
+def _function(dotted: str) -> Any:
+    module, _, name = dotted.rpartition(".")
+    return getattr(importlib.import_module(f"hydrofdi.{module}"), name)
+
+
+def _evaluate(text: str) -> float:
+    expression = ast.parse(text, mode="eval").body
+    item = None
+    if isinstance(expression, ast.Subscript):
+        expression, item = expression.value, ast.literal_eval(expression.slice)
+    assert isinstance(expression, ast.Call)
+    arguments = {str(part.arg): ast.literal_eval(part.value) for part in expression.keywords}
+    result = _function(ast.unparse(expression.func))(**arguments)
+    return float(np.real(result if item is None else result[item]))
+
+
+@pytest.mark.parametrize(("identifier", "call", "value"), ROWS, ids=[row[0] for row in ROWS])
+def test_function_returns_the_number_in_the_document(identifier: str, call: str, value: str) -> None:
+    assert _evaluate(call) == pytest.approx(float(value), rel=2e-9, abs=0.0)
+
+
+def _equation_rows() -> list[list[str]]:
+    lines = [line for line in EQUATIONS.splitlines() if line.startswith("| ")][1:]
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
+
+
+def test_every_equation_has_a_number() -> None:
+    identifiers = {part for row in _equation_rows() for part in row[0].split(", ")}
+    numbered = {row[0].strip() for row in ROWS} | {"1", "3", "10"}  # derivatives by name; the twin of 9
+    assert identifiers <= numbered
+
+
+def test_every_equation_names_a_test_that_exists() -> None:
+    for row in _equation_rows():
+        for file in re.findall(r"`([^`]+\.py)`", row[4]):
+            assert (ROOT / "tests" / file).is_file(), f"equation {row[0]}"
+
+
+def test_every_physics_function_stands_in_the_document() -> None:
+    silent = {"decaying_exponential", "signed_root", "equation"}  # how others are computed, not what
+    for file in (ROOT / "hydrofdi" / "physics").glob("*.py"):
+        functions = re.findall(r"^def ([a-z]\w+)", file.read_text(encoding="utf-8"), re.MULTILINE)
+        for name in set(functions) - silent:
+            assert re.search(rf"\b{name}\b", EQUATIONS), f"{file.stem}.{name} is not in docs/equations.md"

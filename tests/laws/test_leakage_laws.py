@@ -1,0 +1,158 @@
+"""Laws of leakage, seen through the simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from free_motion import free_motion
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrofdi.assessment import calibrate_flows
+from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.physics.hydraulic_mode import blended_conductance, laminar_conductance
+from hydrofdi.physics.leakage import (
+    blended_leakage_flow,
+    internal_leakage_flow,
+    laminar_leakage_flow,
+)
+from hydrofdi.simulation import simulate_batch
+
+HELD = {"actuator.mass": 1e18}
+"""A piston so heavy that it does not move."""
+
+
+@pytest.mark.parametrize("coefficient", [1e-10, 1e-9])
+@pytest.mark.parametrize("bulk_modulus", [551e6, 827e6])
+def test_shut_valve_lets_the_root_of_the_pressure_difference_fall_linearly_to_zero(
+    coefficient: float, bulk_modulus: float
+) -> None:
+    difference, volume = 4e6, 280e-6
+    end = volume * np.sqrt(difference) / (bulk_modulus * coefficient)
+    values = HELD | {"leakage.internal_coefficient": coefficient, "fluid.bulk_modulus": bulk_modulus}
+    start = {"pressure_1": 8.6e6 + difference / 2, "pressure_2": 8.6e6 - difference / 2}
+    n_step = 2000
+    motion = free_motion([values], [start], [0.0], 0.95 * end, 0.95 * end / n_step)
+    root = np.sqrt(motion["pressure_1"] - motion["pressure_2"])[0]
+    time = np.arange(n_step) * 0.95 * end / n_step
+    np.testing.assert_allclose(root, np.sqrt(difference) * (1.0 - time / end), rtol=1e-7)
+
+
+def test_shut_valve_lets_an_external_leak_empty_each_chamber_exponentially() -> None:
+    coefficient, rate = 2e-12, 551e6 * 2e-12 / 280e-6
+    start = {"pressure_1": 9e6, "pressure_2": 5e6}
+    motion = free_motion([HELD | {"leakage.external_coefficient": coefficient}], [start], [0.0], 0.2, 1e-4)
+    decay = np.exp(-rate * 1e-4 * np.arange(2000))
+    np.testing.assert_allclose(motion["pressure_1"][0], 9e6 * decay, rtol=1e-6)
+    np.testing.assert_allclose(motion["pressure_2"][0], 5e6 * decay, rtol=1e-6)
+
+
+def test_sealed_cylinder_with_a_shut_valve_keeps_its_pressures() -> None:
+    start = {"pressure_1": 9e6, "pressure_2": 5e6}
+    motion = free_motion([HELD], [start], [0.0], 0.1, 1e-4)
+    np.testing.assert_allclose(motion["pressure_1"][0], 9e6, rtol=1e-9)
+    np.testing.assert_allclose(motion["pressure_2"][0], 5e6, rtol=1e-9)
+
+
+differences = st.floats(min_value=-20e6, max_value=20e6)
+SHORT = RunParameters().with_values({"run.duration": 2.0, "input.period": 1.0})
+
+
+def test_laminar_gap_lets_the_pressure_difference_decay_exponentially() -> None:
+    coefficient, reference = 1e-9, 4e6
+    values = HELD | {
+        "leakage.internal_coefficient": coefficient, "leakage.law": "laminar",
+        "leakage.laminar_reference": reference,
+    }  # fmt: skip
+    start = {"pressure_1": 11e6, "pressure_2": 7e6}
+    motion = free_motion([values], [start], [0.0], 0.2, 1e-4)
+    rate = 2.0 * 551e6 * coefficient / (280e-6 * np.sqrt(reference))
+    expected = 4e6 * np.exp(-rate * 1e-4 * np.arange(2000))
+    np.testing.assert_allclose((motion["pressure_1"] - motion["pressure_2"])[0], expected, rtol=1e-7)
+
+
+def test_laminar_gap_and_orifice_agree_at_the_reference() -> None:
+    assert laminar_leakage_flow(7e6, 1e-9, 7e6) == pytest.approx(
+        internal_leakage_flow(7e6, 1e-9), rel=1e-12, abs=0.0
+    )
+
+
+@given(differences)
+def test_blended_law_is_odd_and_never_above_the_orifice(difference: float) -> None:
+    flow = blended_leakage_flow(difference, 1e-9, 1e3)
+    assert flow == -blended_leakage_flow(-difference, 1e-9, 1e3)
+    assert abs(flow) <= abs(internal_leakage_flow(difference, 1e-9)) * (1.0 + 1e-12)
+
+
+def test_blended_law_is_the_orifice_far_above_and_linear_far_below_its_pressure() -> None:
+    assert blended_leakage_flow(1e6, 1e-9, 1e3) == pytest.approx(internal_leakage_flow(1e6, 1e-9), rel=1e-6)
+    assert blended_leakage_flow(1.0, 1e-9, 1e3) == pytest.approx(1e-9 * 1.0 / np.sqrt(1e3), rel=1e-6, abs=0.0)
+
+
+@given(st.floats(min_value=-5e3, max_value=5e3))
+def test_conductances_are_the_slopes_of_their_laws(difference: float) -> None:
+    ends = difference + np.array([-0.1, 0.1])
+    for law, slope in (
+        (blended_leakage_flow(ends, 1e-9, 1e3), blended_conductance(difference, 1e-9, 1e3)),
+        (laminar_leakage_flow(ends, 1e-9, 1e3), laminar_conductance(1e-9, 1e3)),
+    ):
+        assert np.diff(law)[0] / 0.2 == pytest.approx(slope, rel=1e-5, abs=0.0)
+
+
+def test_blended_law_ends_without_the_chatter_of_the_root() -> None:
+    """Past the end of the decay the orifice overshoots from step to step; the blended law does not."""
+    last = {}
+    for law in ("orifice", "blended"):
+        values = HELD | {"leakage.internal_coefficient": 1e-8, "leakage.law": law}
+        start = {"pressure_1": 8.7e6, "pressure_2": 8.5e6}
+        motion = free_motion([values], [start], [0.0], 0.2, 1e-4)
+        last[law] = np.abs(motion["pressure_1"] - motion["pressure_2"])[0, -10:].max()
+    assert last["blended"] < 1e-3 < last["orifice"]
+
+
+def test_leak_that_sets_in_leaves_the_time_before_untouched() -> None:
+    late = SHORT.with_values({"leakage.onset": "step", "leakage.onset_time": 1.0})
+    sealed, leaking = (simulate_batch([run], [k]) for run, k in ((SHORT, 0.0), (late, 5e-9)))
+    before = sealed.time < 1.0
+    np.testing.assert_array_equal(leaking.chamber_1_pressure[0, before], sealed.chamber_1_pressure[0, before])
+    assert np.all(leaking.internal_leakage_flow[0, before] == 0.0)
+    assert np.abs(leaking.internal_leakage_flow[0, ~before]).mean() > 1e-6
+
+
+def test_step_onset_leaks_at_once_and_ramp_over_its_duration() -> None:
+    share = {}
+    for onset in ("step", "ramp"):
+        run = SHORT.with_values(
+            {"leakage.onset": onset, "leakage.onset_time": 0.5, "leakage.onset_duration": 1.0}
+        )
+        trajectory = simulate_batch([run], [5e-9])
+        difference = (trajectory.chamber_1_pressure - trajectory.chamber_2_pressure)[0, 1:]
+        share[onset] = trajectory.internal_leakage_flow[0, 1:] / internal_leakage_flow(difference, 5e-9)
+        time = trajectory.time[1:]
+    np.testing.assert_allclose(share["step"], time >= 0.5, atol=1e-5)
+    np.testing.assert_allclose(share["ramp"], np.clip(time - 0.5, 0.0, 1.0), atol=1e-9)
+
+
+def test_intermittent_leak_is_open_for_its_share_of_the_time() -> None:
+    run = SHORT.with_values(
+        {"leakage.onset": "intermittent", "leakage.onset_duration": 0.2, "leakage.onset_duty": 0.25}
+    )
+    flow = simulate_batch([run], [5e-9]).internal_leakage_flow[0]
+    assert np.mean(flow[1:] != 0.0) == pytest.approx(0.25, abs=0.01)
+
+
+def test_external_leak_of_one_chamber_leaves_the_other() -> None:
+    start = {"pressure_1": 9e6, "pressure_2": 5e6}
+    values = HELD | {"leakage.external_coefficient_2": 2e-12}
+    motion = free_motion([values], [start], [0.0], 0.2, 1e-4)
+    decay = np.exp(-551e6 * 2e-12 / 280e-6 * 1e-4 * np.arange(2000))
+    np.testing.assert_allclose(motion["pressure_1"][0], 9e6, rtol=1e-9)
+    np.testing.assert_allclose(motion["pressure_2"][0], 5e6 * decay, rtol=1e-6)
+
+
+@pytest.mark.parametrize("law", ["laminar", "blended"])
+def test_leakage_flow_is_solved_under_the_law_that_was_chosen(law: str) -> None:
+    experiment = load_experiment(settings=["run.duration=2 s", "input.period=1 s", f"leakage.law={law}"])
+    (target,) = calibrate_flows(experiment, [1e-5])
+    trajectory = simulate_batch([SHORT.with_values({"leakage.law": law})], [target.coefficient])
+    assert trajectory.mean_internal_leakage_flow[0] == pytest.approx(1e-5, rel=1e-6)

@@ -1,0 +1,56 @@
+"""Options of the model, alone and together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import RunParameters
+from hydrofdi.features import detail_rms
+from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.simulation.second_opinion import simulate_with_solver
+
+SHORT = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, "run.step": 2e-5})
+CHOICES: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "laminar": {"leakage.law": "laminar"},
+    "blended": {"leakage.law": "blended"},
+    "ramp": {"leakage.onset": "ramp", "leakage.onset_time": 0.2, "leakage.onset_duration": 0.4},
+    "external": {"leakage.external_coefficient_1": 1e-13},
+}
+CHOICES["all"] = {name: value for choice in CHOICES.values() for name, value in choice.items()}
+RUNS = [SHORT.with_values(values) for values in CHOICES.values()]
+COEFFICIENTS = [3e-9] * len(RUNS)
+
+
+def test_solver_agrees_with_the_kernel_under_every_option() -> None:
+    ours, theirs = simulate_batch(RUNS, COEFFICIENTS), simulate_with_solver(RUNS, COEFFICIENTS, "lsoda")
+    difference = np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max(axis=1)
+    assert dict(zip(CHOICES, difference < 300.0, strict=True)) == dict.fromkeys(CHOICES, True)
+    expected = detail_rms(theirs.chamber_1_pressure, SHORT.wavelet)
+    np.testing.assert_allclose(detail_rms(ours.chamber_1_pressure, SHORT.wavelet), expected, rtol=2e-4)
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_balances_close_under_every_option(name: str) -> None:
+    run = SHORT.with_values(CHOICES[name] | {"run.sampling_frequency": 50e3})
+    residuals = balance_residuals([run], simulate_batch([run], [3e-9]))
+    assert residuals.volume[0] < 2e-6
+    assert residuals.energy[0] < 2e-6
+
+
+def test_no_run_depends_on_the_options_of_its_neighbours() -> None:
+    together = simulate_batch(RUNS, COEFFICIENTS)
+    for k, run in enumerate(RUNS):
+        alone = simulate_batch([run], COEFFICIENTS[:1])
+        np.testing.assert_array_equal(alone.chamber_1_pressure[0], together.chamber_1_pressure[k])
+        np.testing.assert_array_equal(alone.internal_leakage_flow[0], together.internal_leakage_flow[k])
+
+
+def test_every_option_changes_the_record() -> None:
+    pressure = simulate_batch(RUNS, COEFFICIENTS).chamber_1_pressure
+    differences = [np.abs(pressure[k] - pressure[0]).max() for k in range(1, len(RUNS))]
+    assert min(differences) > 1.0

@@ -1,0 +1,84 @@
+"""The kernel against SciPy's solvers, on random actuators from the admissible ranges."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from functools import cache
+from typing import Literal
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import RunParameters
+from hydrofdi.features import detail_rms
+from hydrofdi.simulation import Trajectory, simulate_batch
+from hydrofdi.simulation.second_opinion import simulate_with_solver
+
+RANGES = {
+    "actuator.chamber_volume": (160e-6, 470e-6),
+    "actuator.load_stiffness": (15e3, 150e3),
+    "fluid.bulk_modulus": (551e6, 827e6),
+    "valve.spool_gain": (22e-6, 40.6e-6),
+    "friction.coulomb": (20.0, 200.0),
+    "friction.viscous": (50.0, 500.0),
+    "friction.transition": (4.0, 400.0),
+    "input.amplitude": (1.0, 2.0),
+}
+BASE = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, "run.step": 2e-5})
+PRESSURE_BOUND, RMS_BOUND = 200.0, 1e-4
+"""Largest difference of P_1 at any sample [Pa], and largest relative difference of any detail RMS."""
+
+
+@cache
+def actuators() -> tuple[list[RunParameters], list[float]]:
+    generator = np.random.default_rng(2015)
+    runs, coefficients = [], []
+    for _ in range(20):
+        values = {name: float(generator.uniform(*limits)) for name, limits in RANGES.items()}
+        values["friction.breakaway"] = 1.25 * values["friction.coulomb"]
+        runs.append(BASE.with_values(values))
+        coefficients.append(float(generator.uniform(0.0, 6e-9)))
+    return runs, coefficients
+
+
+@cache
+def kernel() -> Trajectory:
+    return simulate_batch(*actuators())
+
+
+@pytest.mark.parametrize(
+    ("solver", "tolerance", "count"), [("lsoda", 1e-8, 20), ("radau", 1e-6, 6)], ids=["lsoda", "radau"]
+)
+def test_solver_with_error_control_agrees_with_the_kernel(
+    solver: Literal["lsoda", "radau"], tolerance: float, count: int
+) -> None:
+    runs, coefficients = actuators()
+    opinion = simulate_with_solver(runs[:count], coefficients[:count], solver, tolerance)
+    pressure = kernel().chamber_1_pressure[:count]
+    assert all(outcome.is_ok for outcome in opinion.outcomes)
+    assert np.abs(opinion.chamber_1_pressure - pressure).max() < PRESSURE_BOUND
+    ratio = detail_rms(opinion.chamber_1_pressure, BASE.wavelet) / detail_rms(pressure, BASE.wavelet)
+    assert np.abs(ratio - 1.0).max() < RMS_BOUND
+
+
+def test_solver_that_gives_up_is_a_failed_run() -> None:
+    impossible = BASE.with_values(
+        {"actuator.load_stiffness": 0.0, "input.amplitude": 30.0, "run.duration": 2.0, "input.period": 2.0}
+    )
+    opinion = simulate_with_solver([impossible], [0.0], "lsoda")
+    assert opinion.outcomes[0].status == "stroke_exceeded"
+
+
+def test_second_opinion_on_the_command_line_says_whose_it_is() -> None:
+    command = [sys.executable, "-m", "hydrofdi", "simulate", "--json"]
+    for setting in ("run.duration=1 s", "input.period=0.5 s"):
+        command += ["--set", setting]
+    records = [
+        json.loads(subprocess.run([*command, *more], capture_output=True, check=True).stdout)
+        for more in ([], ["--solver", "lsoda"])
+    ]
+    assert records[1]["run_id"] == records[0]["run_id"] + "-lsoda"
+    np.testing.assert_allclose(records[1]["detail_rms_Pa"], records[0]["detail_rms_Pa"], rtol=2e-3)
+    assert records[1]["detail_rms_Pa"] != records[0]["detail_rms_Pa"]

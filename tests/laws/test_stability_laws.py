@@ -1,0 +1,47 @@
+"""The stability limits foretell what the kernel does."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from free_motion import free_motion
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrofdi.assessment import step_limits
+from hydrofdi.config import RunParameters
+from hydrofdi.physics.stability import amplification, largest_stable_step
+
+FREE = {"actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.0}
+"""Nothing but friction acts on the piston."""
+
+
+@pytest.mark.parametrize(("share", "grows"), [(0.97, False), (1.03, True)])
+def test_friction_zone_turns_unstable_at_its_limit(share: float, grows: bool) -> None:
+    step = share * step_limits(RunParameters())["friction zone"]
+    motion = free_motion([FREE], [{"velocity": 1e-6}], [0.0], 100 * step, step)
+    assert (abs(motion["velocity"][0, -1]) > 1e-6) == grows
+
+
+@pytest.mark.parametrize(("share", "grows"), [(0.98, False), (1.02, True)])
+def test_hydraulic_mode_turns_unstable_at_its_limit(share: float, grows: bool) -> None:
+    values = {f"friction.{name}": 0.0 for name in ("coulomb", "breakaway", "viscous")}
+    step = share * step_limits(RunParameters().with_values(values))["hydraulic mode"]
+    motion = free_motion([values], [{"velocity": 1e-6}], [0.0], 300 * step, step)
+    assert (np.abs(motion["velocity"][0, -20:]).max() > 1e-6) == grows
+
+
+def test_millisecond_step_is_too_long_for_the_nominal_friction_alone() -> None:
+    limits = step_limits(RunParameters())
+    assert [part for part, limit in limits.items() if limit < 1e-3] == ["friction zone"]
+
+
+@given(st.floats(min_value=math.pi / 2, max_value=math.pi), st.floats(min_value=0.01, max_value=1e5))
+def test_no_step_below_the_limit_amplifies(angle: float, size: float) -> None:
+    eigenvalue = size * complex(math.cos(angle), math.sin(angle))
+    limit = largest_stable_step(eigenvalue)
+    factors = [abs(amplification(share * limit * eigenvalue)) for share in (0.25, 0.5, 0.75, 0.999)]
+    assert max(factors) <= 1.0 + 1e-9
+    assert abs(amplification(1.001 * limit * eigenvalue)) > 1.0

@@ -1,0 +1,86 @@
+"""What a run says of itself."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import RunParameters
+from hydrofdi.execution import Job, compute_columns
+
+SHORT = RunParameters().with_values({"run.duration": 2.0, "input.period": 0.5})
+SETTLED = {"run.duration": 4.0}
+
+
+def _columns(values: dict[str, object], coefficient: float = 2e-9) -> dict[str, np.ndarray]:
+    return compute_columns([Job("run", SHORT.with_values(values), coefficient)])
+
+
+def test_gentle_settled_run_is_ok() -> None:
+    columns = _columns(SETTLED, coefficient=4e-9)
+    assert columns["verdict"][0] == "ok"
+    assert columns["settling_change"][0] < 0.01
+
+
+def test_wide_valve_opening_makes_a_run_cavitating_but_keeps_its_numbers() -> None:
+    columns = _columns({"input.amplitude": 8.0})
+    assert "cavitating" in columns["verdict"][0]
+    assert 0.0 < columns["cavitating_share"][0] < 0.5
+    assert columns["status"][0] == "ok"
+    assert np.all(columns["detail_rms"] > 0.0)
+
+
+def test_vapour_limit_decides_what_is_cavitating() -> None:
+    shares = [_columns({"fluid.vapour_pressure": limit})["cavitating_share"][0] for limit in (0.0, 7e6, 8e6)]
+    assert shares[0] == 0.0
+    assert 0.0 < shares[1] < shares[2]
+
+
+def test_pressure_spikes_above_the_supply_are_told() -> None:
+    columns = _columns({"input.amplitude": 8.0})
+    assert "above_supply" in columns["verdict"][0]
+    assert columns["above_supply_share"][0] > 0.0
+
+
+def test_sealed_piston_that_still_drifts_is_unsettled() -> None:
+    columns = _columns({"run.duration": 4.0, "input.period": 2.0}, coefficient=0.0)
+    assert columns["verdict"][0] == "unsettled"
+
+
+def test_record_of_one_period_cannot_tell_whether_it_is_settled() -> None:
+    columns = _columns({"input.period": 2.0})
+    assert np.isnan(columns["settling_change"][0])
+    assert "unsettled" not in columns["verdict"][0]
+
+
+@pytest.mark.parametrize(
+    ("values", "status"),
+    [
+        ({"run.step": 1e-3, "fluid.bulk_modulus": 1e11}, "diverged"),
+        ({"actuator.load_stiffness": 0.0, "input.amplitude": 8.0, "input.period": 2.0}, "stroke_exceeded"),
+    ],
+)
+def test_failed_run_has_its_failure_for_a_verdict_and_no_numbers(
+    values: dict[str, object], status: str
+) -> None:
+    columns = _columns(values)
+    assert columns["status"][0] == columns["verdict"][0] == status
+    for name in ("detail_rms", "cavitating_share", "settling_change", "volume_residual", "energy_residual"):
+        assert np.all(np.isnan(columns[name]))
+
+
+def test_run_to_be_read_with_care_is_no_failure_on_the_command_line() -> None:
+    command = [sys.executable, "-m", "hydrofdi", "simulate", "--json"]
+    settings = ["run.duration=2 s", "input.period=0.5 s", "input.amplitude=8 V"]
+    for setting in settings:
+        command += ["--set", setting]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    record = json.loads(done.stdout)
+    assert done.returncode == 0
+    assert record["status"] == "ok"
+    assert "cavitating" in record["verdict"]
+    assert record["residuals"]["energy_residual"] < 0.05

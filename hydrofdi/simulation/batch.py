@@ -16,8 +16,8 @@ from hydrofdi.simulation.leakage_signal import leakage_signal
 from hydrofdi.simulation.options import ModelOptions, group_by_options
 from hydrofdi.simulation.trajectory import Outcome, Trajectory
 
-_CHUNK_STEPS = 2000
-"""About so many steps are taken at a time, so that the spool positions of a chunk stay in the cache."""
+_CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 2000, 64_000
+"""About so many steps are taken at a time, for all spools together, so that a chunk stays in the cache."""
 
 ABSURD_PRESSURE_RATIO = 100.0
 """A run whose pressure exceeds the supply so many times has diverged, even while it is finite."""
@@ -85,7 +85,7 @@ def _integrate(
     states = np.empty((len(STATES), len(runs), run.n_sample))
     voltage, spool = np.empty((2, len(drives), run.n_sample))
     spools = Spools(drives, run)
-    chunk = max(1, _CHUNK_STEPS // run.steps_per_sample)
+    chunk = max(1, min(_CHUNK_STEPS, _CHUNK_SPOOL_STEPS // len(drives)) // run.steps_per_sample)
     for first in range(0, run.n_sample, chunk):
         window = slice(first, min(first + chunk, run.n_sample))
         n_sample = window.stop - window.start

@@ -69,6 +69,7 @@ class Spools:
         self._first_drives = range(0, len(drives), SPOOL_WIDTH)
         padded = np.resize(np.arange(len(drives)), len(self._first_drives) * SPOOL_WIDTH)
         self._input_of_spool = np.array([self._inputs.index(drive.input) for drive in drives])[padded]
+        self._stages = np.empty((0, 4, padded.size))
         self._spools = np.zeros(len(self._first_drives), SPOOLS)
         for field, values in {
             "frequency": [2.0 * math.pi * drive.natural_frequency for drive in drives],
@@ -87,12 +88,14 @@ class Spools:
         voltage : ndarray, shape (n_step, n_column)
             Input of each step [V].
         stages : ndarray, shape (n_step, 4, n_column)
-            Spool position at the four Runge-Kutta stages of each step [m].
+            Spool position at the four Runge-Kutta stages of each step [m]; valid until the next call.
         """
         steps = np.arange(first, first + n_step)
         inputs = np.column_stack([input_voltage(drive, self._run, steps) for drive in self._inputs])
         voltage = np.take(inputs, self._input_of_spool, axis=1)
-        stages = np.empty((n_step, 4, voltage.shape[1]))
+        if self._stages.shape[0] < n_step:
+            self._stages = np.empty((n_step, 4, voltage.shape[1]))
+        stages = self._stages[:n_step]
         for group, first_drive in enumerate(self._first_drives):
             advance_spools(self._spools[group : group + 1], voltage, self._run.step, first_drive, stages)
         return voltage, stages

@@ -175,7 +175,9 @@ def advance_spools(
     spool = spools[0]
     for i in range(voltage.shape[0]):
         for k in range(SPOOL_WIDTH):
-            x, v, u = spool.position[k], spool.velocity[k], voltage[i, first_drive + k]
+            spool.voltage[k] = voltage[i, first_drive + k]
+        for k in range(SPOOL_WIDTH):
+            x, v, u = spool.position[k], spool.velocity[k], spool.voltage[k]
             w, xi, k_v = spool.frequency[k], spool.damping_ratio[k], spool.gain[k]
             a1 = spool_acceleration(x, v, u, w, xi, k_v)
             x2, v2 = x + 0.5 * step * v, v + 0.5 * step * a1
@@ -184,9 +186,11 @@ def advance_spools(
             a3 = spool_acceleration(x3, v3, u, w, xi, k_v)
             x4, v4 = x + step * v3, v + step * a3
             a4 = spool_acceleration(x4, v4, u, w, xi, k_v)
-            stages[i, 0, first_drive + k] = x
-            stages[i, 1, first_drive + k] = x2
-            stages[i, 2, first_drive + k] = x3
-            stages[i, 3, first_drive + k] = x4
+            spool.stage_1[k], spool.stage_2[k], spool.stage_3[k], spool.stage_4[k] = x, x2, x3, x4
             spool.position[k] = x + step / 6.0 * (v + 2.0 * (v2 + v3) + v4)
             spool.velocity[k] = v + step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
+        for k in range(SPOOL_WIDTH):
+            stages[i, 0, first_drive + k] = spool.stage_1[k]
+            stages[i, 1, first_drive + k] = spool.stage_2[k]
+            stages[i, 2, first_drive + k] = spool.stage_3[k]
+            stages[i, 3, first_drive + k] = spool.stage_4[k]

@@ -59,9 +59,11 @@ LANES = np.dtype([("left", _HALF), ("right", _HALF)])
 SPOOL_WIDTH = 16
 """Number of spools that are advanced together."""
 
-SPOOLS = np.dtype(
-    [(name, "f8", (SPOOL_WIDTH,)) for name in ("position", "velocity", "frequency", "damping_ratio", "gain")]
-)
+_SPOOL_FIELDS = (
+    "position", "velocity", "frequency", "damping_ratio", "gain",
+    "voltage", "stage_1", "stage_2", "stage_3", "stage_4",
+)  # fmt: skip
+SPOOLS = np.dtype([(name, "f8", (SPOOL_WIDTH,)) for name in _SPOOL_FIELDS])
 """Record of the spools of several drives."""
 
 

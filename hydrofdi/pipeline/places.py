@@ -40,7 +40,7 @@ def newest_directory() -> Path:
     requested = [file for file in RESULTS.glob(f"*/{REQUEST_FILE}") if file.parent not in folders]
     files = finished + requested
     if not files:
-        raise ReportError(f"no experiment in {RESULTS}/*; run 'hydrofdi sweep CONFIG' first")
+        raise ReportError(f"no experiment file in {RESULTS}/*; run 'hydrofdi sweep CONFIG' first")
     return max(files, key=lambda file: file.stat().st_mtime_ns).parent
 
 

@@ -42,7 +42,7 @@ def read_results(place: Path | None = None) -> ExperimentData:
         return _read_requested(directory)
     files = list(directory.glob("[!.]*.h5"))
     if not files:
-        raise ReportError(f"no experiment in {directory}; run 'hydrofdi sweep CONFIG' first")
+        raise ReportError(f"no experiment file in {directory}; run 'hydrofdi sweep CONFIG' first")
     return read_experiment(max(files, key=lambda file: file.stat().st_mtime_ns))
 
 

@@ -12,7 +12,7 @@ store: {signals: none}
 sweep:
   grid:
     leakage.internal_coefficient: [0, 1e-9, 1e-8]
-    fluid.bulk_modulus: [551 MPa, 827 MPa]
+    fluid.bulk_modulus: [551 MPa, 600 MPa, 689 MPa]
 """
 
 

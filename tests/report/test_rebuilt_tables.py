@@ -1,8 +1,8 @@
 """A fresh run of the study against the tables that the repository keeps.
 
 The same machine gives the same bits. Another processor or library version may round differently in the last
-bits, which the stiff friction zone can magnify over 20 s; 0.05 percentage points is half of the last digit that
-the tables print, so a deviation within it changes no printed number by more than one unit of its last digit.
+bits, which the stiff friction zone can magnify over 20 s. The tolerance of 0.05 percentage points is half of
+the last digit that the tables print: within it no printed number changes by more than one unit of that digit.
 """
 
 import csv

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.document import Block, Cell, Sheet
+from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.table import SensitivityTable, TableRow
 from hydrofdi.report.wording import HOLE, kilopascal, leakage_label, megapascal, signed
+
+_MOST_SIDE_BY_SIDE = 3
+"""EBM up to which the table has the paper's arrangement."""
 
 
 def small_leakage_block(analysis: Analysis) -> Block | None:
@@ -24,36 +27,47 @@ def small_leakage_block(analysis: Analysis) -> Block | None:
 
 def _sheet(table: SensitivityTable, rows: list[TableRow]) -> Sheet:
     rows = sorted(rows, key=lambda row: row.bulk_modulus)
-    leakage = "sealed" if rows[0].is_sealed else f"{leakage_label(rows[0])} L/min"
+    is_sealed = rows[0].is_sealed
+    key = "table2-sealed" if is_sealed else "table2-leaky"
+    title = "Control: no leakage" if is_sealed else f"Small leakage: {leakage_label(rows[0])} L/min"
+    if len(rows) <= _MOST_SIDE_BY_SIDE:
+        return _wide_sheet(table, rows, key, title)
+    return _long_sheet(rows, key, title)
+
+
+def _wide_sheet(table: SensitivityTable, rows: list[TableRow], key: str, title: str) -> Sheet:
+    """The paper's arrangement: one line per level, the EBM side by side."""
     headers = ["Level", "Normal RMS [kPa]"]
     for row in rows:
-        beta = megapascal(row.bulk_modulus)
-        headers += [f"{beta} MPa: RMS [kPa]", "δ [%]", "δ′ [%]"]
+        headers += [f"{megapascal(row.bulk_modulus)} MPa: RMS [kPa]", "δ [%]", "δ′ [%]"]
     normal = _normal_row(table)
-    return Sheet(
-        key="table2-sealed" if rows[0].is_sealed else "table2-leaky",
-        title="Control: no leakage" if rows[0].is_sealed else f"Small leakage: {leakage}",
-        headers=tuple(headers),
-        rows=tuple(_level_cells(level, normal, rows) for level in range(table.n_level)),
-    )
+    lines = []
+    for level in range(table.n_level):
+        healthy = Cell(HOLE) if normal is None else _rms_cell(normal, level)
+        cells = [cell for row in rows for cell in _mode_cells(row, level)]
+        lines.append((Cell(f"d{level + 1}"), healthy, *cells))
+    return Sheet(key, title, tuple(headers), tuple(lines))
+
+
+def _long_sheet(rows: list[TableRow], key: str, title: str) -> Sheet:
+    """One line per level and EBM."""
+    pairs = [(level, row) for level in range(len(rows[0].detail_rms)) for row in rows]
+    lines = [
+        (Cell(f"d{level + 1}"), Cell(megapascal(row.bulk_modulus)), *_mode_cells(row, level))
+        for level, row in pairs
+    ]
+    breaks = group_breaks([level for level, _ in pairs])
+    return Sheet(key, title, ("Level", "EBM [MPa]", "RMS [kPa]", "δ [%]", "δ′ [%]"), tuple(lines), breaks)
+
+
+def _mode_cells(row: TableRow, level: int) -> tuple[Cell, Cell, Cell]:
+    fixed, matched = row.delta_fixed[level], row.delta_matched[level]
+    return _rms_cell(row, level), Cell(signed(fixed), value=fixed), Cell(signed(matched), value=matched)
 
 
 def _normal_row(table: SensitivityTable) -> TableRow | None:
     beta = table.normal_bulk_modulus
     return next((row for row in table.rows if row.is_sealed and row.bulk_modulus == beta), None)
-
-
-def _level_cells(level: int, normal: TableRow | None, rows: list[TableRow]) -> tuple[Cell, ...]:
-    healthy = Cell(HOLE) if normal is None else _rms_cell(normal, level)
-    cells = [Cell(f"d{level + 1}"), healthy]
-    for row in rows:
-        fixed, matched = row.delta_fixed[level], row.delta_matched[level]
-        cells += [
-            _rms_cell(row, level),
-            Cell(signed(fixed), value=fixed),
-            Cell(signed(matched), value=matched),
-        ]
-    return tuple(cells)
 
 
 def _rms_cell(row: TableRow, level: int) -> Cell:

@@ -85,7 +85,7 @@ def _default(info: FieldInfo) -> str:
     if info.is_required():
         return "(required)"
     value, quantity = info.get_default(call_default_factory=True), _metadata(info, SI)
-    if value is None or isinstance(value, BaseModel) or value in ({}, []):
+    if value is None or isinstance(value, BaseModel) or value in ({}, [], (), ""):
         return "–"
     if isinstance(value, dict):
         return ", ".join(
@@ -97,6 +97,8 @@ def _default(info: FieldInfo) -> str:
 def _shown(value: float, unit: str) -> str:
     if unit == "1":
         return f"{value:g}"
+    if unit == "%":
+        return f"{value:g} %"
     readable = READABLE.get(unit, unit)
     text = f"{convert(value, readable):g} {readable}"
     assert parse_quantity(text, unit) == value, text
@@ -116,9 +118,9 @@ def _allowed(info: FieldInfo) -> str:
 
 
 def _kind(info: FieldInfo) -> str:
-    kinds: dict[Any, str] = {int: "whole number", dict: "mapping", list: "list"}
+    kinds: dict[Any, str] = {int: "whole number", dict: "mapping", list: "list", tuple: "list"}
     kind = typing.get_origin(info.annotation) or info.annotation
-    return "section" if _model(info) and kind is not list else kinds.get(kind, "text")
+    return "section" if _model(info) and kind not in (list, tuple) else kinds.get(kind, "text")
 
 
 def _literals(annotation: Any) -> list[Any]:

@@ -130,7 +130,7 @@ def inspect_experiment(jobs: Sequence[Job]) -> Inspection:
         bands=bands,
         n_sample=run.n_sample,
         n_period=run.duration / nominal.input.period,
-        boundary_shares=tuple(boundary_shares(run.n_sample, wavelet)),
+        boundary_shares=tuple(boundary_shares(run.n_kept, wavelet)),
     )
 
 

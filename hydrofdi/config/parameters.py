@@ -100,6 +100,9 @@ class RunParameters(Section):
         return getattr(getattr(self, section), field)
 
 
+MOST_OF_STEP_RATE = 0.05
+"""Largest frequency of an input over the rate of the steps that hold it."""
+
 _SORTED_SECTIONS = tuple(sorted(RunParameters.model_fields))
 
 
@@ -158,9 +161,20 @@ def _replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Se
 
 @lru_cache(maxsize=1024)
 def _require_input_fits_run(drive: InputConfig, run: RunConfig) -> None:
-    if not is_whole(drive.period / (2 * run.step)):
+    if drive.shape == "square" and not is_whole(drive.period / (2 * run.step)):
         raise ValueError(
             f"half of input.period = {drive.period:g} s is not a multiple of run.step = {run.step:g} s"
+        )
+    if drive.shape == "steps" and not is_whole(drive.period / run.step):
+        raise ValueError(f"input.period = {drive.period:g} s is not a multiple of run.step = {run.step:g} s")
+    if drive.shape == "sweep" and drive.end_frequency > MOST_OF_STEP_RATE / run.step:
+        raise ValueError(
+            f"input.end_frequency = {drive.end_frequency:g} Hz is too fast for run.step = {run.step:g} s"
+        )
+    if drive.shape == "multisine" and drive.harmonics / drive.period > MOST_OF_STEP_RATE / run.step:
+        raise ValueError(
+            f"harmonic {drive.harmonics} of input.period = {drive.period:g} s"
+            f" is too fast for run.step = {run.step:g} s"
         )
 
 
@@ -168,9 +182,9 @@ def _require_input_fits_run(drive: InputConfig, run: RunConfig) -> None:
 def _require_record_fits_levels(run: RunConfig, wavelet: WaveletConfig) -> None:
     from pywt import Wavelet, dwt_max_level
 
-    deepest = dwt_max_level(run.n_sample, Wavelet(wavelet.name).dec_len)
+    deepest = dwt_max_level(run.n_kept, Wavelet(wavelet.name).dec_len)
     if wavelet.levels > deepest:
         raise ValueError(
-            f"a record of {run.n_sample} samples is too short for {wavelet.levels} levels of {wavelet.name};"
+            f"a record of {run.n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name};"
             f" it carries {deepest} (lengthen run.duration or lower wavelet.levels)"
         )

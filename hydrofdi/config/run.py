@@ -33,6 +33,10 @@ class RunConfig(Section):
     sampling_frequency: Annotated[float, SI("Hz", above=0)] = 500.0
     """Sampling frequency of the record [Hz]. Caption of Figure 2, legible as "5"; 250 Hz is admissible."""
 
+    discard: Annotated[float, SI("s", least=0)] = 0.0
+    """Start of the record that the detail RMS leave out [s], such as a period, so that they are those of the
+    settled motion. Signals and all other features keep it."""
+
     @model_validator(mode="after")
     def _times_fit_the_step(self) -> Self:
         ratio = self.sampling_frequency * self.step
@@ -48,6 +52,10 @@ class RunConfig(Section):
                 f"{self.n_sample:.3g} samples with {self.steps_per_sample:.3g} steps each are too many;"
                 f" at most {_MOST_SAMPLES:g} and {_MOST_STEPS_PER_SAMPLE:g}"
             )
+        if self.discard and not is_whole(self.discard * self.sampling_frequency):
+            raise ValueError(f"discard = {self.discard:g} s is not a multiple of the sampling interval")
+        if self.discard >= self.duration:
+            raise ValueError(f"discard = {self.discard:g} s leaves nothing of duration = {self.duration:g} s")
         return self
 
     @property
@@ -59,6 +67,16 @@ class RunConfig(Section):
     def n_sample(self) -> int:
         """Number of samples t_k = k/f_s, k = 0 … n_sample − 1."""
         return round(self.duration * self.sampling_frequency)
+
+    @property
+    def n_discarded(self) -> int:
+        """Number of samples that the detail RMS leave out."""
+        return round(self.discard * self.sampling_frequency)
+
+    @property
+    def n_kept(self) -> int:
+        """Number of samples that the detail RMS are taken from."""
+        return self.n_sample - self.n_discarded
 
     @property
     def steps_per_sample(self) -> int:

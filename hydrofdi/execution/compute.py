@@ -119,7 +119,9 @@ def _signals_and_features(
 def _features(parameters: Sequence[RunParameters], trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
     modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
     features = {
-        names.DETAIL_RMS: detail_rms(trajectory.chamber_1_pressure, parameters[0].wavelet),
+        names.DETAIL_RMS: detail_rms(
+            trajectory.chamber_1_pressure[:, parameters[0].run.n_discarded :], parameters[0].wavelet
+        ),
         names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow,
         names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
         names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),

@@ -77,7 +77,7 @@ def _words(cavitating_share: float, above_supply_share: float, settling_change: 
 def _settling_change(run: RunParameters, pressure: NDArray[np.float64]) -> float:
     n_period = run.input.period * run.run.sampling_frequency
     n_sample = round(n_period)
-    if abs(n_period - n_sample) > 1e-6 or pressure.size < 2 * n_sample:
+    if not run.input.is_periodic or abs(n_period - n_sample) > 1e-6 or pressure.size < 2 * n_sample:
         return float("nan")
     last, before = pressure[-n_sample:], pressure[-2 * n_sample : -n_sample]
     return float(np.sqrt(np.mean((last - before) ** 2)) / np.std(last))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,17 +40,51 @@ def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) 
     ----------
     drive : InputConfig
     run : RunConfig
-        Its step divides half of the period.
+        Its step divides half of the period of a square, and the period of steps.
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
 
     Returns
     -------
     ndarray, shape (n,)
-        u [V]: +amplitude in the first half of each period, −amplitude in the second.
+        u [V].
     """
-    half_period = round(drive.period / (2.0 * run.step))
-    return np.where((steps // half_period) % 2 == 0, drive.amplitude, -drive.amplitude)
+    time: NDArray[np.float64] = steps.astype(np.float64) * run.step
+    wave: NDArray[np.float64]
+    match drive.shape:
+        case "square":
+            half_period = round(drive.period / (2.0 * run.step))
+            return np.where((steps // half_period) % 2 == 0, drive.amplitude, -drive.amplitude)
+        case "steps":
+            return _random_steps(drive, run, steps)
+        case "sine":
+            wave = np.sin(2.0 * np.pi * time / drive.period)
+        case "sweep":
+            rise = (drive.end_frequency - 1.0 / drive.period) / (2.0 * run.duration)
+            wave = np.sin(2.0 * np.pi * time * (1.0 / drive.period + rise * time))
+        case "multisine":
+            wave = _multisine(time / drive.period, drive.harmonics) / _peak(drive.harmonics)
+    return drive.amplitude * wave
+
+
+def _random_steps(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    hold = round(drive.period / run.step)
+    levels = np.random.default_rng(drive.seed).uniform(-1.0, 1.0, -(-run.n_step // hold))
+    voltage: NDArray[np.float64] = drive.amplitude * levels[steps // hold]
+    return voltage
+
+
+def _multisine(phase: NDArray[np.float64], harmonics: int) -> NDArray[np.float64]:
+    """Sum of harmonics with Schroeder's phases −πk(k−1)/n, which keep its peak low; `phase` in periods."""
+    total = np.zeros_like(phase)
+    for k in range(1, harmonics + 1):
+        total += np.sin(2.0 * np.pi * k * phase - np.pi * k * (k - 1) / harmonics)
+    return total
+
+
+@cache
+def _peak(harmonics: int) -> float:
+    return float(np.abs(_multisine(np.arange(64 * harmonics) / (64 * harmonics), harmonics)).max())
 
 
 class Spools:

@@ -95,15 +95,18 @@ def _solve(
     options = ModelOptions.of(parameters)
     rest = 0.5 * (supply.pressure + supply.return_pressure)
     state = np.array([0.0, 0.0, rest, rest, 0.0, 0.0])
-    jumps = [0, *(np.flatnonzero(np.diff(voltage)) + 1).tolist(), run.n_step]
+    smooth = parameters.input.is_smooth
+    edges = [] if smooth else (np.flatnonzero(np.diff(voltage)) + 1).tolist()
+    jumps = [0, *edges, run.n_step]
     for first, last in pairwise(jumps):
         samples = np.arange(-(-first // run.steps_per_sample), -(-last // run.steps_per_sample))
         instants = np.append(samples * run.steps_per_sample, last) * run.step
+        held = voltage if smooth else voltage[first : first + 1]
         with np.errstate(all="ignore"):
             result = solve_ivp(
                 all_rates, (first * run.step, last * run.step), state,
                 method=solver.upper() if solver == "lsoda" else "Radau",
-                t_eval=instants, args=(float(voltage[first]), spool, values, options),
+                t_eval=instants, args=(held, run.step, spool, values, options),
                 rtol=tolerance, atol=tolerance * _SCALES,
             )  # fmt: skip
         if not result.success or result.y.shape[1] < instants.size:
@@ -116,7 +119,8 @@ def _solve(
 def all_rates(
     time: float,
     state: NDArray[np.float64],
-    voltage: float,
+    voltage: NDArray[np.float64],
+    step: float,
     spool: NDArray[np.float64],
     values: NDArray[np.float64],
     options: ModelOptions,
@@ -128,18 +132,23 @@ def all_rates(
     time : float
         t [s].
     state : ndarray, shape (6,)
-    voltage : float
-        u [V].
+    voltage : ndarray, shape (1,) or (n_step,)
+        u [V]: constant, or smooth and held over each step; then it is interpolated between their middles.
+    step : float
+        Length of a step [s].
     spool : ndarray, shape (3,)
         ω_v [rad/s], ξ [-], k_v [m/V].
     values : ndarray, shape (n_parameter,)
         In the order of ``lanes.PARAMETERS``.
     options : ModelOptions
     """
+    place = min(max(time / step - 0.5, 0.0), voltage.size - 1.0)
+    k = min(int(place), max(voltage.size - 2, 0))
+    u = voltage[k] + (place - k) * (voltage[min(k + 1, voltage.size - 1)] - voltage[k])
     rates = np.empty(6)
     p = row_parameters(values, time, options)
     hydraulic = hydraulic_rates((state[0], state[1], state[2], state[3]), state[4], p, options)
     rates[0], rates[1], rates[2], rates[3] = hydraulic
     rates[4] = state[5]
-    rates[5] = spool_acceleration(state[4], state[5], voltage, spool[0], spool[1], spool[2])
+    rates[5] = spool_acceleration(state[4], state[5], u, spool[0], spool[1], spool[2])
     return rates

@@ -43,9 +43,20 @@ def _equation_rows() -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
 
 
+UNNUMBERED = {"1", "3", "10", "u1", "u2", "u3"}
+"""Derivatives by name, the twin of 9, and signals."""
+
+
 def test_every_equation_has_a_number() -> None:
     identifiers = {part for row in _equation_rows() for part in row[0].split(", ")}
-    numbered = {row[0].strip() for row in ROWS} | {"1", "3", "10"}  # derivatives by name; the twin of 9
+    numbered = {row[0].strip() for row in ROWS} | {
+        "1",
+        "3",
+        "10",
+        "u1",
+        "u2",
+        "u3",
+    }
     assert identifiers <= numbered
 
 

@@ -1,0 +1,105 @@
+"""Input voltages, and records that leave out their start."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.config.input import InputConfig
+from hydrofdi.config.run import RunConfig
+from hydrofdi.errors import ConfigError
+from hydrofdi.execution import Job, compute_columns
+from hydrofdi.features import detail_rms
+from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.drive import input_voltage
+from hydrofdi.simulation.second_opinion import simulate_with_solver
+
+RUN = RunConfig(duration=4.0)
+SHAPES = ("square", "steps", "sine", "sweep", "multisine")
+
+
+def _voltage(run: RunConfig = RUN, **fields: object) -> np.ndarray:
+    return input_voltage(InputConfig.model_validate(fields), run, np.arange(run.n_step))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_voltage_stays_within_its_amplitude(shape: str) -> None:
+    size = np.abs(_voltage(shape=shape, amplitude=1.5)).max()
+    assert 0.5 < size <= 1.5 * (1.0 + 1e-3)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_voltage_of_a_step_does_not_depend_on_the_chunk_it_is_asked_in(shape: str) -> None:
+    drive = InputConfig.model_validate({"shape": shape, "period": 0.5})
+    chunk = input_voltage(drive, RUN, np.arange(12_345, 23_456))
+    np.testing.assert_array_equal(chunk, input_voltage(drive, RUN, np.arange(RUN.n_step))[12_345:23_456])
+
+
+def test_steps_hold_for_a_period_and_follow_their_seed() -> None:
+    first, again, other = (_voltage(shape="steps", period=0.25, seed=seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert np.any(first != other)
+    jumps = np.flatnonzero(np.diff(first)) + 1
+    np.testing.assert_array_equal(jumps, 2500 * np.arange(1, 16))
+
+
+def test_longer_record_begins_with_the_steps_of_the_shorter() -> None:
+    longer = _voltage(RunConfig(duration=8.0), shape="steps", period=0.25, seed=3)
+    np.testing.assert_array_equal(longer[: RUN.n_step], _voltage(shape="steps", period=0.25, seed=3))
+
+
+def test_sine_has_one_line_in_its_spectrum() -> None:
+    spectrum = np.abs(np.fft.rfft(_voltage(shape="sine", period=0.5, amplitude=2.0))) * 2.0 / RUN.n_step
+    assert np.flatnonzero(spectrum > 1e-9).tolist() == [8]
+    assert spectrum[8] == pytest.approx(2.0)
+
+
+def test_multisine_has_its_harmonics_alike_and_nothing_else() -> None:
+    spectrum = np.abs(np.fft.rfft(_voltage(shape="multisine", period=1.0, harmonics=10)))
+    lines = np.flatnonzero(spectrum > 1e-6 * spectrum.max())
+    np.testing.assert_array_equal(lines, 4 * np.arange(1, 11))
+    np.testing.assert_allclose(spectrum[lines], spectrum[4], rtol=1e-9)
+
+
+def test_sweep_ends_at_its_end_frequency() -> None:
+    voltage = _voltage(shape="sweep", period=1.0, end_frequency=25.0)
+    rising = np.flatnonzero((voltage[:-1] < 0.0) & (voltage[1:] >= 0.0)) * RUN.step
+    frequency = 1.0 / np.diff(rising)
+    middle = 0.5 * (rising[1:] + rising[:-1])
+    np.testing.assert_allclose(frequency[5:], (1.0 + 24.0 * middle / 4.0)[5:], rtol=0.01)
+
+
+@pytest.mark.parametrize("shape", ["steps", "sine", "sweep", "multisine"])
+def test_solver_agrees_with_the_kernel_on_every_shape(shape: str) -> None:
+    run = RunParameters().with_values(
+        {"input.shape": shape, "input.period": 0.25, "run.duration": 1.0, "run.step": 2e-5}
+    )
+    ours, theirs = simulate_batch([run], [2e-9]), simulate_with_solver([run], [2e-9], "lsoda")
+    assert np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max() < 500.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        (["input.shape=steps", "input.period=0.10005 s"], "not a multiple of run.step"),
+        (["input.shape=sweep", "input.end_frequency=2 kHz"], "too fast for run.step"),
+        (["input.shape=multisine", "input.harmonics=900", "input.period=0.1 s"], "too fast for run.step"),
+        (["run.discard=30 s"], "leaves nothing"),
+        (["run.discard=1.0005 s"], "not a multiple of the sampling interval"),
+        (["run.duration=2 s", "run.discard=1.8 s"], "too short for 5 levels"),
+    ],
+)
+def test_impossible_input_or_record_is_refused(settings: list[str], sentence: str) -> None:
+    with pytest.raises(ConfigError, match=sentence):
+        load_experiment(settings=settings)
+
+
+def test_detail_rms_leaves_out_the_start_that_is_discarded() -> None:
+    run = RunParameters().with_values({"run.duration": 3.0, "input.period": 1.0})
+    late = run.with_values({"run.discard": 1.0})
+    whole, settled = (compute_columns([Job("run", parameters, 2e-9)]) for parameters in (run, late))
+    np.testing.assert_array_equal(whole["chamber_1_pressure"], settled["chamber_1_pressure"])
+    expected = detail_rms(whole["chamber_1_pressure"][:, 500:], run.wavelet)
+    np.testing.assert_array_equal(settled["detail_rms"], expected)
+    assert np.any(whole["detail_rms"] != settled["detail_rms"])

@@ -100,10 +100,12 @@ class Spools:
 
     def __init__(self, drives: Sequence[Drive], run: RunConfig) -> None:
         self._run = run
-        self._inputs = list(dict.fromkeys(drive.input for drive in drives))
+        units = [drive.input.model_copy(update={"amplitude": 1.0}) for drive in drives]
+        self._units = list(dict.fromkeys(units))
         self._first_drives = range(0, len(drives), SPOOL_WIDTH)
         padded = np.resize(np.arange(len(drives)), len(self._first_drives) * SPOOL_WIDTH)
-        self._input_of_spool = np.array([self._inputs.index(drive.input) for drive in drives])[padded]
+        self._unit_of_spool = np.array([self._units.index(unit) for unit in units])[padded]
+        self._amplitude = np.array([drive.input.amplitude for drive in drives])[padded]
         self._stages = np.empty((0, 4, padded.size))
         self._spools = np.zeros(len(self._first_drives), SPOOLS)
         for field, values in {
@@ -126,8 +128,8 @@ class Spools:
             Spool position at the four Runge-Kutta stages of each step [m]; valid until the next call.
         """
         steps = np.arange(first, first + n_step)
-        inputs = np.column_stack([input_voltage(drive, self._run, steps) for drive in self._inputs])
-        voltage = np.take(inputs, self._input_of_spool, axis=1)
+        units = np.column_stack([input_voltage(unit, self._run, steps) for unit in self._units])
+        voltage = self._amplitude * np.take(units, self._unit_of_spool, axis=1)
         if self._stages.shape[0] < n_step:
             self._stages = np.empty((n_step, 4, voltage.shape[1]))
         stages = self._stages[:n_step]

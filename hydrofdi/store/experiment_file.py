@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.files import whole_file
+from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
 from hydrofdi.store.names import (
     BULK_MODULUS,
     DETAIL_RMS,
@@ -74,7 +74,7 @@ def write_experiment(
     _fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
     if columns[DETAIL_RMS].shape[1] == 0:  # no run has a result
         columns[DETAIL_RMS] = np.full((results.n_run, experiment.wavelet.levels), np.nan)
-    with whole_file(path) as aside, h5py.File(aside, "w") as file:
+    with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
         _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], results.n_run)
         requested = requested_columns(table)

@@ -11,6 +11,10 @@ import h5py
 
 from hydrofdi.errors import StoreError
 
+LIBRARY_VERSIONS = ("v110", "v110")
+"""HDF5 formats that files are written in: from 1.10 on all metadata carry checksums, so that a damaged file
+is told and not followed in circles."""
+
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.files import open_for_reading, reason, sync_folder
+from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
 from hydrofdi.store.names import FORMAT_VERSION, RUN_ID, STATUS, TIME, stored_variables
 
 Columns = Mapping[str, NDArray[Any]]
@@ -97,7 +97,7 @@ def _place_shard(directory: Path, write: Callable[[Path], None]) -> Path:
 
 
 def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
-    with h5py.File(path, "w") as file:
+    with h5py.File(path, "w", libver=LIBRARY_VERSIONS) as file:
         file.attrs["format_version"] = FORMAT_VERSION
         file.attrs["physics_version"] = PHYSICS_VERSION
         file.attrs["signals"] = store.signals

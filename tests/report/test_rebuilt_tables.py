@@ -3,7 +3,7 @@
 The same machine gives the same bits. Another processor or library version may round differently in the last
 bits, which the stiff friction zone can magnify over 20 s. The tolerance of 0.05 percentage points is half of
 the last digit that the tables print: within it no printed number changes by more than one unit of that digit.
-Identities of runs and the configuration change with every parameter that hydrofdi gains, and are not compared.
+Identities of runs and the configuration change with every new parameter, and are not compared.
 """
 
 import csv

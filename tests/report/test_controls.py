@@ -30,6 +30,13 @@ def test_the_rule_is_silent_where_d3_rises_and_the_sentence_says_so(paper, break
     assert "stays silent in all 2 sealed cases" in text_of(analysis, "controls")
 
 
+def test_the_rule_is_silent_where_d3_falls_but_another_level_falls_more(paper, break_cell):
+    position = sealed_row(paper, 1)
+    analysis = analyze(break_cell(paper, position, 0, 1.0))
+    assert analysis.sealed_alarms[0].delta_fixed[2] > 0.0
+    assert analysis.sealed_alarms[0].alarm is False
+
+
 def test_a_failed_control_is_open_and_no_silence(paper, break_cell):
     analysis = analyze(break_cell(paper, sealed_row(paper, 1), slice(None), math.nan))
     assert [alarm.alarm for alarm in analysis.sealed_alarms] == [None, True]

@@ -100,7 +100,7 @@ def _shown(value: float, unit: str) -> str:
     if unit == "%":
         return f"{value:g} %"
     readable = READABLE.get(unit, unit)
-    text = f"{convert(value, readable):g} {readable}"
+    text = f"{value if readable == unit else convert(value, readable):g} {readable}"
     assert parse_quantity(text, unit) == value, text
     return text
 

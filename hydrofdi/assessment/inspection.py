@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from hydrofdi.assessment.selection import computed_rows
 from hydrofdi.assessment.step_limits import step_limits
+from hydrofdi.config import RunParameters
 from hydrofdi.config.run import is_whole
 from hydrofdi.execution import Job
 from hydrofdi.features.wavelet import boundary_shares, level_bands
@@ -110,19 +111,22 @@ class Inspection:
         return list(_warnings(self))
 
 
-def inspect_experiment(jobs: Sequence[Job]) -> Inspection:
+def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) -> Inspection:
     """Inspect the runs of an experiment; all are simulated once.
 
     Parameters
     ----------
     jobs : sequence of Job
         At least one, such as `select_jobs` gives.
+    runs : iterable of RunParameters
+        Further runs, whose step limits count as well; they are not simulated.
     """
     nominal = jobs[0].parameters
     run, wavelet = nominal.run, nominal.wavelet
     bands = tuple(level_bands(run.sampling_frequency, wavelet.levels))
     modes = [_mode_of_run(job, row, bands) for job, row in zip(jobs, computed_rows(jobs), strict=True)]
     limits = [_limits(job, mode) for job, mode in zip(jobs, modes, strict=True)]
+    limits += [step_limits(parameters) for parameters in runs]
     return Inspection(
         step=max(job.parameters.run.step for job in jobs),
         step_limits={part: min(limit.get(part, math.inf) for limit in limits) for part in limits[0]},

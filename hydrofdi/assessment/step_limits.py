@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.friction import friction_force
+from hydrofdi.physics.friction import friction_force, smooth_friction_force
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
 
@@ -35,10 +35,13 @@ def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[s
         limits["hydraulic mode"] = _lag_limit(omega, 0.0)
     else:
         limits["hydraulic mode"] = _lag_limit(2.0 * math.pi * mode.frequency, mode.damping_ratio)
-    slope = friction_force(
-        friction.velocity_threshold, friction.coulomb, friction.breakaway, friction.viscous,
-        friction.transition, friction.velocity_threshold,
-    ) / friction.velocity_threshold  # fmt: skip
+    law = smooth_friction_force if friction.law == "smooth" else friction_force
+    slow = 1e-3 * friction.velocity_threshold
+    force = law(
+        slow, friction.dry_coulomb, friction.dry_breakaway, friction.viscous, friction.transition,
+        friction.velocity_threshold,
+    )  # fmt: skip
+    slope = force / slow
     if slope > 0.0:
         limits["friction zone"] = largest_stable_step(complex(-slope / actuator.mass))
     return limits

@@ -25,17 +25,19 @@ def check(
 ) -> int:
     """Look at an experiment before running it: step, hydraulic mode and bands, record, leakage, stroke.
 
-    Every EBM and leakage is simulated once. Exit code 1 where results would be wrong.
+    Every EBM and leakage is simulated once; step limits are those of all runs. Exit code 1 where results
+    would be wrong.
     """
     from hydrofdi.assessment import converge as halve_step
     from hydrofdi.assessment import inspect_experiment
     from hydrofdi.assessment.selection import select_jobs
     from hydrofdi.cli.assessment_rendering import inspection_record, print_convergence, print_inspection
     from hydrofdi.cli.rendering import print_json
-    from hydrofdi.config import load_experiment
+    from hydrofdi.config import expand_runs, load_experiment
 
-    jobs = select_jobs(load_experiment(config, settings or ()))
-    inspection = inspect_experiment(jobs)
+    experiment = load_experiment(config, settings or ())
+    jobs = select_jobs(experiment)
+    inspection = inspect_experiment(jobs, (run.parameters for run in expand_runs(experiment).runs))
     convergence = halve_step(jobs, tolerance) if converge else None
     if json:
         print_json(inspection_record(inspection, convergence))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hydrofdi.physics.equation import equation
 
 
@@ -59,3 +61,32 @@ def friction_force(
     stribeck = coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)
     direction = min(max(velocity / velocity_threshold, -1.0), 1.0)
     return viscous * velocity + stribeck * direction
+
+
+@equation
+def smooth_friction_force(
+    velocity: float,
+    coulomb: float,
+    breakaway: float,
+    viscous: float,
+    transition: float,
+    velocity_threshold: float,
+) -> float:
+    """Stribeck friction without a kink.
+
+    Parameters
+    ----------
+    velocity, coulomb, breakaway, viscous, transition, velocity_threshold : float
+        As of `friction_force`.
+
+    Returns
+    -------
+    float
+        F_f = [F_c + (F_brk − F_c) e^(−c_v·abs(v_p))] tanh(v_p/v_th) + f v_p [N].
+    """
+    speed = abs(velocity)
+    stribeck = coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)
+    decay = decaying_exponential(2.0 * speed / velocity_threshold)
+    size = stribeck * (1.0 - decay) / (1.0 + decay)
+    direction: float = np.copysign(1.0, velocity)
+    return viscous * velocity + size * direction

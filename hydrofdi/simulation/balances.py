@@ -84,7 +84,12 @@ def account_rates(
     """What a record adds to its account at an instant."""
     x, v, p1, p2 = state
     flows = port_flows(p1, p2, spool_position, p, options)
-    lost = (p1 - p2) * flows.internal + p1 * flows.external_1 + p2 * flows.external_2 + v * friction_of(v, p)
+    lost = (
+        (p1 - p2) * flows.internal
+        + p1 * flows.external_1
+        + p2 * flows.external_2
+        + v * friction_of(v, p, options)
+    )
     opened = spool_position >= 0.0
     port_1, port_2 = (p.supply, p.ret) if opened else (p.ret, p.supply)
     return AccountRates(

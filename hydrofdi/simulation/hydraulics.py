@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
 from hydrofdi.physics.equation import Quantity, equation
-from hydrofdi.physics.friction import friction_force
+from hydrofdi.physics.friction import friction_force, smooth_friction_force
 from hydrofdi.physics.leakage import (
     blended_leakage_flow,
     external_leakage_flow,
@@ -114,8 +114,12 @@ def port_flows(
 
 
 @equation
-def friction_of(velocity: float, p: LaneParameters) -> float:
-    """Friction force [N] at a piston velocity."""
+def friction_of(velocity: float, p: LaneParameters, options: ModelOptions) -> float:
+    """Friction force [N] by the law that was chosen."""
+    if options.smooth_friction is not None:
+        return smooth_friction_force(
+            velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold
+        )
     return friction_force(velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold)
 
 
@@ -123,7 +127,7 @@ def friction_of(velocity: float, p: LaneParameters) -> float:
 def hydraulic_rates(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> State:
     """Time derivatives of the state."""
     x, v, p1, p2 = state
-    friction = friction_of(v, p)
+    friction = friction_of(v, p, options)
     flows = port_flows(p1, p2, spool_position, p, options)
     net_1 = flows.control_1 - flows.internal - flows.external_1 - p.area * v
     net_2 = flows.internal - flows.control_2 - flows.external_2 + p.area * v

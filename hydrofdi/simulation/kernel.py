@@ -95,7 +95,7 @@ def advance_lanes(
     """
     left, right = lanes[0].left, lanes[0].right
     half_step, sixth_step = 0.5 * step, step / 6.0
-    share_drive = drive_of_lane.min() == drive_of_lane.max()
+    first, share_drive = drive_of_lane[0], drive_of_lane.min() == drive_of_lane.max()
     for i in range(spool.shape[0]):
         if i % steps_per_sample == 0:
             sample = samples[i // steps_per_sample]
@@ -112,11 +112,13 @@ def advance_lanes(
         stages = spool[i]
         time = (first_step + i) * step
         if share_drive:
+            stage_1, stage_2 = stages[0, first], stages[1, first]
+            stage_3, stage_4 = stages[2, first], stages[3, first]
             for k in range(HALF_WIDTH):
-                left.spool_1[k] = right.spool_1[k] = stages[0, drive_of_lane[0]]
-                left.spool_2[k] = right.spool_2[k] = stages[1, drive_of_lane[0]]
-                left.spool_3[k] = right.spool_3[k] = stages[2, drive_of_lane[0]]
-                left.spool_4[k] = right.spool_4[k] = stages[3, drive_of_lane[0]]
+                left.spool_1[k] = right.spool_1[k] = stage_1
+                left.spool_2[k] = right.spool_2[k] = stage_2
+                left.spool_3[k] = right.spool_3[k] = stage_3
+                left.spool_4[k] = right.spool_4[k] = stage_4
         else:
             for k in range(HALF_WIDTH):
                 drive = drive_of_lane[k]

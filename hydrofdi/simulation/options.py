@@ -18,6 +18,7 @@ class ModelOptions(NamedTuple):
     blended_leakage: Chosen = None
     ramped_leakage: Chosen = None
     intermittent_leakage: Chosen = None
+    smooth_friction: Chosen = None
 
     @classmethod
     def of(cls, run: RunParameters) -> ModelOptions:
@@ -28,6 +29,7 @@ class ModelOptions(NamedTuple):
             blended_leakage=leakage.law == "blended" or None,
             ramped_leakage=leakage.onset in {"step", "ramp"} or None,
             intermittent_leakage=leakage.onset == "intermittent" or None,
+            smooth_friction=run.friction.law == "smooth" or None,
         )
 
 

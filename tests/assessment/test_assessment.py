@@ -132,3 +132,13 @@ def test_impossible_flow_is_the_users_to_mend(flow: str, sentence: str) -> None:
     assert done.returncode == 2
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_step_limit_is_that_of_the_stiffest_run_of_a_sweep() -> None:
+    settings = [part for setting in SHORT for part in ("--set", setting)]
+    axis = ("--set", "sweep.grid={friction.scale: [1, 2]}")
+    limits = [
+        json.loads(_run("check", "--json", *settings, *more).stdout)["step_limits"]["friction zone"]
+        for more in ((), axis)
+    ]
+    assert limits[1] == pytest.approx(0.5 * limits[0], rel=1e-2)

@@ -19,6 +19,8 @@ CHOICES: dict[str, dict[str, Any]] = {
     "laminar": {"leakage.law": "laminar"},
     "blended": {"leakage.law": "blended"},
     "ramp": {"leakage.onset": "ramp", "leakage.onset_time": 0.2, "leakage.onset_duration": 0.4},
+    "smooth": {"friction.law": "smooth"},
+    "scaled": {"friction.scale": 0.3},
     "external": {"leakage.external_coefficient_1": 1e-13},
 }
 CHOICES["all"] = {name: value for choice in CHOICES.values() for name, value in choice.items()}

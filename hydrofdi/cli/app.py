@@ -27,7 +27,6 @@ app = typer.Typer(
     help="Wavelet-based diagnosis of internal leakage in hydraulic actuators.",
     epilog="Exit codes: 0 done; 1 done, but runs failed; 2 something that you can fix; "
     "3 a fault of hydrofdi; 130 interrupted.",
-    no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -56,7 +55,7 @@ def _root(
 def main() -> None:
     """Run the command line and exit."""
     try:
-        code = app(standalone_mode=False) or DONE
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or DONE
         sys.stdout.flush()
     except HydrofdiError as error:
         code = _complain(str(error))

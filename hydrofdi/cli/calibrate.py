@@ -21,7 +21,10 @@ def calibrate(
     settings: Settings = None,
     json: Json = False,
 ) -> int:
-    """Solve mean leakage flows for their coefficients, under the conditions of the baseline."""
+    """Solve mean leakage flows for their coefficients.
+
+    Under the conditions of the baseline.
+    """
     from dataclasses import asdict
 
     from hydrofdi.assessment import calibrate_flows

@@ -23,7 +23,9 @@ def check(
     ] = 1e-3,
     json: Json = False,
 ) -> int:
-    """Look at an experiment before running it: step, hydraulic mode and bands, record, leakage, stroke.
+    """Look at an experiment before running it.
+
+    Step, hydraulic mode and bands, record, leakage, stroke.
 
     Every EBM and leakage is simulated once; step limits are those of all runs. Exit code 1 where results
     would be wrong.

@@ -33,7 +33,10 @@ def status(directory: Directory, json: Json = False) -> int:
 
 
 def verify(directory: Directory, json: Json = False) -> int:
-    """Check every shard of a folder against its checksum and the index. Exit code 1 when anything is off."""
+    """Check every shard of a folder against its checksum.
+
+    Also the index and the experiment file. Exit code 1 when anything is off.
+    """
     from hydrofdi.cli.rendering import print_json, write_out
     from hydrofdi.pipeline import verify as find_faults
 
@@ -46,7 +49,10 @@ def verify(directory: Directory, json: Json = False) -> int:
 
 
 def why(directory: Directory, run: Run, json: Json = False) -> int:
-    """Say what a run was asked to do, how it differs from the baseline, and what it was computed with."""
+    """Say what a run was asked to do, and how it went.
+
+    With its differences from the baseline, and what it was computed with.
+    """
     from dataclasses import asdict
 
     from hydrofdi.cli.rendering import print_explanation, print_json
@@ -61,7 +67,10 @@ def why(directory: Directory, run: Run, json: Json = False) -> int:
 
 
 def rerun(directory: Directory, run: Run, json: Json = False) -> int:
-    """Compute a stored run again and compare the bits. Exit code 1 when they differ."""
+    """Compute a stored run again and compare the bits.
+
+    Exit code 1 when they differ.
+    """
     from hydrofdi.cli.rendering import print_json, write_out
     from hydrofdi.pipeline import recompute
 
@@ -76,9 +85,17 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
 
 
 def collect(directory: Directory) -> int:
-    """Build the experiment file from what is stored; runs without a result become holes with a reason."""
+    """Build the experiment file from what is stored.
+
+    Runs without a result become holes with a reason.
+    """
     from hydrofdi.cli.rendering import tell
     from hydrofdi.pipeline import collect as build_file
+    from hydrofdi.pipeline import sweep_status
 
-    tell(f"stored {build_file(directory)}")
+    file = build_file(directory)
+    state = sweep_status(directory)
+    tell(
+        f"stored {file}: {state.planned} runs, of which {state.missing} are missing and {state.failed} failed"
+    )
     return 0

@@ -29,7 +29,7 @@ def plan(
     ] = False,
     json: Json = False,
 ) -> int:
-    """Say what 'hydrofdi sweep' would do and why, how long it would take and how much it would store.
+    """Say what 'hydrofdi sweep' would do, why, and for how long.
 
     Writes nothing.
     """

@@ -40,9 +40,17 @@ def print_json(record: Any) -> None:
     write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
+class _PipedConsole(Console):
+    """A console whose reader may leave early, as ``head`` does."""
+
+    def on_broken_pipe(self) -> None:
+        """Leave it to the one place that knows the exit codes."""
+        raise BrokenPipeError
+
+
 def terminal() -> Console:
     """The console on standard output, of fixed width where it is no terminal."""
-    return Console(width=None if sys.stdout.isatty() else _PLAIN_WIDTH, highlight=False, markup=False)
+    return _PipedConsole(width=None if sys.stdout.isatty() else _PLAIN_WIDTH, highlight=False, markup=False)
 
 
 def print_run(summary: RunSummary) -> None:

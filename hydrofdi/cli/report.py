@@ -52,7 +52,10 @@ def report(
     ] = False,
     json: Json = False,
 ) -> int:
-    """Rebuild the paper's tables from stored results, and say which of its sentences they reproduce."""
+    """Rebuild the paper's tables from stored results.
+
+    Says which of its sentences they reproduce, and what the controls say of them.
+    """
     from hydrofdi.cli.rendering import tell
     from hydrofdi.pipeline import read_results
     from hydrofdi.report import analyze

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def schema() -> int:
-    """Print the JSON Schema of experiment files, for editors that complete and check."""
+    """Print the JSON Schema of experiment files, for editors."""
     from hydrofdi.cli.rendering import print_json
     from hydrofdi.config.schema import experiment_schema
 

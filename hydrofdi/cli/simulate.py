@@ -33,14 +33,20 @@ def simulate(
     ] = None,
     json: Json = False,
 ) -> int:
-    """Simulate one actuator and print its features; a sweep in the file is left aside."""
+    """Simulate one actuator and print its features.
+
+    A sweep in the file is left aside.
+    """
     from hydrofdi.assessment import step_warnings
     from hydrofdi.cli.rendering import print_json, print_run, tell
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import simulate_nominal, write_single_run
     from hydrofdi.report.run_summary import run_record, summarize_run
+    from hydrofdi.store.files import require_replaceable
 
     experiment = load_experiment(config, settings or ())
+    if out is not None:
+        require_replaceable(out)
     single = simulate_nominal(experiment, None if solver is None else solver.value)
     summary = summarize_run(single.run, single.columns)
     if out is not None:

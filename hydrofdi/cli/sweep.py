@@ -47,7 +47,7 @@ def sweep(
     ] = True,
     json: Json = False,
 ) -> int:
-    """Run all points of an experiment file and store them; what is stored already is not run again.
+    """Run and store what of an experiment is not stored yet.
 
     Ctrl-C once finishes what runs and stores it, twice stops at once; the same command goes on later.
     """

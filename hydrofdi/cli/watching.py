@@ -42,7 +42,9 @@ class SweepWatcher:
         self._n_done += n_run
         self._n_failed += n_failed
         if self._bar is not None:
-            self._bar.update(self._task, advance=n_run, failed=self._n_failed, rate=self._rate())
+            self._bar.update(
+                self._task, advance=n_run, failed=self._n_failed, rate=self._rate(), left=self._left()
+            )
 
     def tell(self, message: str) -> None:
         """Show a line."""
@@ -54,24 +56,30 @@ class SweepWatcher:
     def _rate(self) -> float:
         return self._n_done / max(time.monotonic() - self._start, 1e-9)
 
+    def _left(self) -> str:
+        """Time left at the mean rate."""
+        if not self._n_done:
+            return "?"
+        seconds = round((self._n_run - self._n_done) / self._rate())
+        return f"{seconds // 3600}:{seconds // 60 % 60:02}:{seconds % 60:02}"
+
     def _start_bar(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
         self._bar = Progress(
             TextColumn("sweep"), BarColumn(), MofNCompleteColumn(),
-            TextColumn("runs, {task.fields[rate]:.0f}/s, {task.fields[failed]} failed, left"),
-            TimeRemainingColumn(), console=Console(stderr=True), transient=True,
+            TextColumn("runs, {task.fields[rate]:.0f}/s, {task.fields[failed]} failed,"),
+            TextColumn("{task.fields[left]} left"), console=Console(stderr=True), transient=True,
         )  # fmt: skip
-        self._task = self._bar.add_task("sweep", total=self._n_run, failed=0, rate=0.0)
+        self._task = self._bar.add_task("sweep", total=self._n_run, failed=0, rate=0.0, left="?")
         self._bar.start()
 
     def _print_lines(self) -> None:
         while not self._ended.wait(_SECONDS_BETWEEN_LINES):
-            left = (self._n_run - self._n_done) / self._rate() if self._n_done else float("nan")
             tell(
                 f"{self._n_done} of {self._n_run} runs, {self._rate():.0f}/s,"
-                f" {self._n_failed} failed, {left:.0f} s left"
+                f" {self._n_failed} failed, {self._left()} left"
             )
 
     def __exit__(

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -47,11 +47,16 @@ class Condition:
     ----------
     names : frozenset of str
         Dotted parameters that it looks at.
+    compared : tuple of (str, str)
+        Parameters that are compared with a quoted quantity, and that quantity.
     """
 
-    def __init__(self, evaluate: Evaluation, names: frozenset[str]) -> None:
+    def __init__(
+        self, evaluate: Evaluation, names: frozenset[str], compared: tuple[tuple[str, str], ...]
+    ) -> None:
         self._evaluate = evaluate
         self.names = names
+        self.compared = compared
 
     def holds(self, values: Values) -> bool:
         """Whether it holds for parameter values in SI; comparisons with what is not given are false."""
@@ -81,7 +86,13 @@ class _Parser:
         evaluate = self._disjunction()
         if self._peek() is not None:
             raise self._error("unexpected")
-        return Condition(evaluate, frozenset(self._names))
+        return Condition(evaluate, frozenset(self._names), tuple(self._compared_quantities()))
+
+    def _compared_quantities(self) -> Iterator[tuple[str, str]]:
+        for left, symbol, right in zip(self._tokens, self._tokens[1:], self._tokens[2:], strict=False):
+            if symbol[1] in _COMPARISONS and {left[0], right[0]} == {"name", "text"}:
+                name, text = (left[1], right[1]) if left[0] == "name" else (right[1], left[1])
+                yield name, text[1:-1]
 
     def _tokenize(self) -> list[tuple[str, str]]:
         tokens, position = [], 0

@@ -14,6 +14,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, complete_baseline
 from hydrofdi.config.mistakes import describe_error, nearest
 from hydrofdi.config.parameters import parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.yaml_source import Path, Source
+from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
 _GENERATORS = ("linspace", "logspace", "arange")
@@ -188,6 +189,14 @@ def _check_condition(source: Source, path: Path, text: Any) -> None:
     known = list(parameter_names())
     for name in sorted(condition.names - set(known)):
         source.mistakes.append(source.mistake(path, f"no parameter {name!r}{nearest(name, known)}"))
+    for name, quantity in condition.compared:
+        if name in known and (unit := parameter_unit(name)) is not None:
+            try:
+                parse_quantity(quantity, unit)
+            except ValueError as error:
+                source.mistakes.append(
+                    source.mistake(path, f"{name} is compared with a strange quantity: {error}")
+                )
 
 
 def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None:

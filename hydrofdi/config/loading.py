@@ -43,6 +43,7 @@ def load_experiment(file: str | FilePath | None = None, settings: Sequence[str] 
     source = Source({}) if file is None else _compose(FilePath(file), ())
     for setting in settings:
         _apply_setting(source, setting)
+    _refuse_contradictory_settings(source, settings)
     return _validate(source)
 
 
@@ -104,6 +105,9 @@ def _apply_setting(source: Source, setting: str) -> None:
             Mistake("expected KEY=VALUE, like fluid.bulk_modulus='689 MPa'", origin=origin)
         )
         return
+    if not text.strip():
+        source.mistakes.append(Mistake("has no value behind '='", key, origin))
+        return
     value = parse_yaml(text, origin)
     if value.mistakes:
         source.mistakes.extend(Mistake(mistake.message, key.strip(), origin) for mistake in value.mistakes)
@@ -116,6 +120,14 @@ def _apply_setting(source: Source, setting: str) -> None:
     around = (path[:depth] for depth in range(1, len(path)))
     origins |= {part: origin for part in around if part not in source.origins}
     _overlay(source, Source(nested, origins, value.mistakes))
+
+
+def _refuse_contradictory_settings(source: Source, settings: Sequence[str]) -> None:
+    keys = {setting.partition("=")[0].strip() for setting in settings}
+    for one, other in (INTERNAL_LEAKAGE_FORMS, tuple(f"baseline.{form}" for form in INTERNAL_LEAKAGE_FORMS)):
+        if {one, other} <= keys:
+            message = f"give {one.split('.')[-1]} or {other.split('.')[-1]}, not both"
+            source.mistakes.append(Mistake(message, one.rpartition(".")[0], "--set"))
 
 
 def _setting_path(key: str) -> Path:

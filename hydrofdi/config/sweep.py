@@ -45,7 +45,7 @@ class SampleConfig(Section):
     method: Literal["sobol", "lhs", "random"] = "sobol"
     """Scrambled Sobol sequence, Latin hypercube, or independent draws (scipy.stats.qmc, numpy)."""
 
-    count: Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
+    count: Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
     """Number of points; a power of two keeps a Sobol sequence balanced."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 0

@@ -1,7 +1,7 @@
 """Where and how jobs are run."""
 
 from hydrofdi.execution.batching import split_jobs
-from hydrofdi.execution.calibrating import leakage_coefficients
+from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
 from hydrofdi.execution.compute import Batch, BatchReceipt, Job, compute_columns
 from hydrofdi.execution.engine import Engine, InProcessEngine
 from hydrofdi.execution.interruption import Interruption
@@ -22,4 +22,5 @@ __all__ = [
     "leakage_coefficients",
     "run_batches",
     "split_jobs",
+    "unsolved_conditions",
 ]

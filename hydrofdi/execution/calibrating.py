@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.errors import ConfigError, Mistake
@@ -28,7 +28,7 @@ def leakage_coefficients(
     engine : Engine
         Solves what is not known.
     known : dict
-        Identity of a calibration → K_i; what is solved is added.
+        Identity of a calibration → K_i; what is solved is added as it comes.
     keep_unreachable : bool
         Whether a flow that no K_i reaches gives NaN, instead of an error.
 
@@ -39,12 +39,14 @@ def leakage_coefficients(
     """
     conditions = {calibration_identity(run.calibration): run.calibration for run in runs if run.calibration}
     unsolved = {identity: condition for identity, condition in conditions.items() if identity not in known}
-    solved = _solve(list(unsolved.values()), engine)
+    identities = list(unsolved)
+    solved: list[tuple[RunParameters, Calibration]] = []
+    for first, group in _solved_groups(list(unsolved.values()), engine):
+        for identity, solution in zip(identities[first:], group, strict=False):
+            known[identity] = solution.coefficient
+            solved.append((unsolved[identity], solution))
     if not keep_unreachable:
-        _require_reachable(list(zip(unsolved.values(), solved, strict=True)))
-    known.update(
-        {identity: solution.coefficient for identity, solution in zip(unsolved, solved, strict=True)}
-    )
+        _require_reachable(solved)
     return [
         known[calibration_identity(run.calibration)]
         if run.calibration
@@ -59,19 +61,24 @@ def calibration_identity(condition: RunParameters) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def _solve(conditions: list[RunParameters], engine: Engine) -> list[Calibration]:
+def unsolved_conditions(runs: Sequence[RunSpec], known: dict[str, float]) -> int:
+    """Number of calibrations that runs need and that are not known."""
+    return len({calibration_identity(run.calibration) for run in runs if run.calibration} - known.keys())
+
+
+def _solved_groups(
+    conditions: list[RunParameters], engine: Engine
+) -> Iterator[tuple[int, list[Calibration]]]:
+    """Solutions of neighbouring conditions with the position of the first, as they come."""
     size = max(1, min(_MOST_CONDITIONS, -(-len(conditions) // max(1, engine.workers))))
     if len(conditions) > WIDTH:
         size = -(-size // WIDTH) * WIDTH
     for first in range(0, len(conditions), size):
         engine.submit(_solve_group, (first, tuple(conditions[first : first + size])))
-    groups: dict[int, list[Calibration]] = {}
     for result in engine.completed():
         if result.failure is not None:
             raise RuntimeError(f"a calibration failed: {result.failure.message}") from result.failure.error
-        first, solutions = result.value
-        groups[first] = solutions
-    return [solution for first in sorted(groups) for solution in groups[first]]
+        yield result.value
 
 
 def _solve_group(group: tuple[int, tuple[RunParameters, ...]]) -> tuple[int, list[Calibration]]:

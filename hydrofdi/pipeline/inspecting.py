@@ -14,7 +14,6 @@ from hydrofdi.config import RunSpec
 from hydrofdi.config.parameters import RunParameters, parameter_names
 from hydrofdi.errors import StoreError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.pipeline.places import experiment_file
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.store import read_index
 from hydrofdi.store.names import STATUS, stored_variables
@@ -101,7 +100,7 @@ def verify(directory: Path) -> list[str]:
         remembered, found = plan.index.runs.get(run_id), index.runs.get(run_id)
         if remembered and found and (remembered.row, remembered.status) != (found.row, found.status):
             faults.append(f"run {run_id}: the index does not fit its shard {found.shard.name}")
-    file = experiment_file(directory)
+    file = plan.file
     if file.exists():
         try:
             n_run = len(read_statuses(file))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import hydrofdi
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.errors import ReportError
+from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.store.request import REQUEST_FILE
 
 RESULTS = Path("results")
@@ -18,13 +18,23 @@ _LIBRARIES = ("h5py", "numba", "numpy", "pywavelets", "scipy")
 
 
 def experiment_directory(experiment: ExperimentConfig, out: Path | None = None) -> Path:
-    """Folder of an experiment: `out`, or ``results/<name>``."""
-    return RESULTS / experiment.name if out is None else out
+    """Folder of an experiment: `out`, or ``results/<name>``.
+
+    Raises
+    ------
+    ConfigError
+        `out` is the working directory itself.
+    """
+    if out is None:
+        return RESULTS / experiment.name
+    if out.resolve() == Path.cwd():
+        raise ConfigError("--out: name a folder of its own, not the working directory")
+    return out
 
 
-def experiment_file(directory: Path) -> Path:
+def experiment_file(directory: Path, experiment: ExperimentConfig) -> Path:
     """The experiment file in its folder."""
-    return directory / f"{directory.resolve().name}.h5"
+    return directory / f"{experiment.name}.h5"
 
 
 def newest_directory() -> Path:

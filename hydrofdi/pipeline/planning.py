@@ -53,7 +53,7 @@ class SweepPlan:
     @property
     def file(self) -> Path:
         """The experiment file."""
-        return experiment_file(self.directory)
+        return experiment_file(self.directory, self.experiment)
 
     @cached_property
     def missing(self) -> list[int]:

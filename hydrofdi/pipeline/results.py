@@ -48,7 +48,8 @@ def read_results(place: Path | None = None) -> ExperimentData:
 
 def _read_requested(directory: Path) -> ExperimentData:
     """What a sweep on the folder has stored, from its file where that is up to date, else from the shards."""
-    experiment, file = read_request(directory), experiment_file(directory)
+    experiment = read_request(directory)
+    file = experiment_file(directory, experiment)
     if is_current(file, experiment):
         return read_experiment(file)
     index = read_index(directory)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -22,10 +23,12 @@ from hydrofdi.execution import (
     leakage_coefficients,
     run_batches,
     split_jobs,
+    unsolved_conditions,
 )
 from hydrofdi.pipeline.places import experiment_file, library_versions
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.simulation import run_identity
+from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import (
     Failure,
     ShardResults,
@@ -41,7 +44,7 @@ from hydrofdi.store.lock import experiment_lock, require_unlocked
 from hydrofdi.store.log import RunLog
 from hydrofdi.store.provenance import add_provenance, environment_record, now
 from hydrofdi.store.reading import is_current, read_statuses
-from hydrofdi.store.request import read_request, write_request
+from hydrofdi.store.request import read_request, require_same_experiment, write_request
 from hydrofdi.store.results import MISSING
 
 
@@ -132,12 +135,13 @@ def run_sweep(
     engine = engine or LocalPoolEngine(available_cores())
     watcher = watcher or _Nobody()
     require_unlocked(directory)
+    require_same_experiment(directory, experiment)
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
     if not plan.missing and is_current(plan.file, experiment):
         return _summary(plan, 0, start, interrupted=False)
     with engine if plan.missing else nullcontext():
         known = read_calibrations(directory)
-        jobs = _jobs(plan, engine, known)
+        jobs = _jobs(plan, engine, known, watcher)
         with experiment_lock(directory, watcher.tell):
             record = environment_record(experiment)
             _prepare(plan, known, watcher)
@@ -166,15 +170,29 @@ def _write_file(
 ) -> Path:
     index = read_index(directory)
     results = ShardResults(run_ids, index.runs, read_failures(directory))
-    file = experiment_file(directory)
+    file = experiment_file(directory, experiment)
     write_experiment(file, experiment, table, results, library_versions())
     index.save()
     return file
 
 
-def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float]) -> list[Job]:
+def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watcher) -> list[Job]:
     runs = [plan.table.runs[position] for position in plan.missing]
-    coefficients = leakage_coefficients(runs, engine, known, keep_unreachable=plan.experiment.has_readings)
+    n_unsolved = unsolved_conditions(runs, known)
+    if n_unsolved > WIDTH:
+        watcher.tell(f"solving the leakage coefficients of {n_unsolved} conditions first")
+    try:
+        coefficients = leakage_coefficients(
+            runs, engine, known, keep_unreachable=plan.experiment.has_readings
+        )
+    except KeyboardInterrupt:
+        solved = {identity: value for identity, value in known.items() if not math.isnan(value)}
+        if solved:
+            write_calibrations(plan.directory, solved)
+            watcher.tell(
+                f"kept {len(solved)} solved leakage coefficients; the same command goes on from there"
+            )
+        raise
     return [
         Job(plan.run_ids[position], run.parameters, coefficient)
         for position, run, coefficient in zip(plan.missing, runs, coefficients, strict=True)

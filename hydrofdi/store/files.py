@@ -44,6 +44,20 @@ def whole_file(path: Path) -> Iterator[Path]:
             aside.unlink()
 
 
+def require_replaceable(path: Path) -> None:
+    """Check that an HDF5 file may be written at a path without harm to another kind of file.
+
+    Raises
+    ------
+    StoreError
+        The name does not end in ``.h5``, or something else stands there.
+    """
+    if path.suffix != ".h5":
+        raise StoreError(f"{path}: results are written to a file whose name ends in .h5")
+    if path.is_file() and path.stat().st_size and not h5py.is_hdf5(path):
+        raise StoreError(f"{path}: is there already and no HDF5 file; it is left alone")
+
+
 def write_whole_text(path: Path, text: str) -> None:
     """Write a text file, whole or not at all.
 

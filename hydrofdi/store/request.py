@@ -25,6 +25,23 @@ def write_request(directory: Path, experiment: ExperimentConfig) -> None:
     write_whole_text(directory / REQUEST_FILE, experiment.model_dump_json(indent=2) + "\n")
 
 
+def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> None:
+    """Check that a folder holds no experiment of another name.
+
+    Raises
+    ------
+    StoreError
+        It does.
+    """
+    if not (directory / REQUEST_FILE).exists():
+        return
+    held = read_request(directory).name
+    if held != experiment.name:
+        raise StoreError(
+            f"{directory}: holds the experiment {held!r}, not {experiment.name!r}; give another --out"
+        )
+
+
 def read_request(directory: Path) -> ExperimentConfig:
     """The resolved configuration of the latest sweep on a folder.
 

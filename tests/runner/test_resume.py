@@ -37,7 +37,7 @@ def test_a_grown_grid_computes_the_new_points_alone(swept):
 
 
 def test_a_second_sweep_computes_nothing_and_leaves_the_file_alone(swept):
-    file = swept / "out" / "out.h5"
+    file = swept / "out" / "grid.h5"
     before = file.read_bytes(), file.stat().st_mtime_ns
     assert run_json("sweep", write_grid(swept, 5), "--out", swept / "out")["completed"] == 0
     assert (file.read_bytes(), file.stat().st_mtime_ns) == before
@@ -45,7 +45,7 @@ def test_a_second_sweep_computes_nothing_and_leaves_the_file_alone(swept):
 
 def test_a_shrunk_grid_keeps_what_it_no_longer_asks_for(swept):
     run("sweep", write_grid(swept, 2), "--out", swept / "out", check=0)
-    with h5py.File(swept / "out" / "out.h5") as file:
+    with h5py.File(swept / "out" / "grid.h5") as file:
         assert len(file["run"]) == 10
     assert run_json("sweep", write_grid(swept, 5), "--out", swept / "out")["completed"] == 0
 
@@ -100,7 +100,7 @@ def test_results_of_another_physics_version_are_computed_again_and_the_plan_says
 
 def test_a_damaged_shard_is_named_and_its_runs_alone_are_computed_again(swept):
     out = swept / "out"
-    whole = (out / "out.h5").read_bytes()
+    whole = (out / "grid.h5").read_bytes()
     shards = sorted((out / "shards").glob("*.h5"))
     assert len(shards) > 1
     content = bytearray(shards[0].read_bytes())
@@ -113,19 +113,19 @@ def test_a_damaged_shard_is_named_and_its_runs_alone_are_computed_again(swept):
     assert 0 < plan["missing"] < 25
     assert run_json("sweep", write_grid(swept, 5), "--out", out)["completed"] == plan["missing"]
     assert run_json("verify", out)["sound"]
-    assert (out / "out.h5").read_bytes() == whole
+    assert (out / "grid.h5").read_bytes() == whole
 
 
 def test_the_experiment_file_can_be_built_again_from_the_shards(swept):
     out = swept / "out"
-    whole = (out / "out.h5").read_bytes()
+    whole = (out / "grid.h5").read_bytes()
     before = run("report", out, "--format", "csv", check=0).stdout
-    (out / "out.h5").unlink()
+    (out / "grid.h5").unlink()
     (out / "index.json").unlink()
     without_file = run("report", out, "--format", "csv", check=0).stdout
     assert without_file == before
     run("collect", out, check=0)
-    assert (out / "out.h5").read_bytes() == whole
+    assert (out / "grid.h5").read_bytes() == whole
 
 
 def test_an_unfinished_experiment_reports_with_holes(swept):

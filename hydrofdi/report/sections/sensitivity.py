@@ -19,7 +19,9 @@ BASELINES: dict[str, Callable[[TableRow], Levels]] = {
 def baseline_title(table: SensitivityTable, baseline: str) -> str:
     """What δ is taken against, as a title."""
     if baseline == "fixed":
-        return f"δ [%] against the fixed normal (sealed, EBM {megapascal(table.normal_bulk_modulus)} MPa)"
+        others = ", else the row's own parameters" if table.label_names else ""
+        normal = f"sealed, EBM {megapascal(table.normal_bulk_modulus)} MPa{others}"
+        return f"δ [%] against the fixed normal ({normal})"
     return "δ [%] against the matched baseline (sealed, the row's own EBM)"
 
 

@@ -111,17 +111,18 @@ def holds_as_the_paper_says(d):
 
 
 @given(
-    arrays(float, (4, LEAKAGES, BULK_MODULI, 5), elements=st.floats(-50.0, 50.0), unique=True),
+    arrays(int, (4, LEAKAGES, BULK_MODULI, 5), elements=st.integers(1, 100_000), unique=True),
     st.booleans(),
     st.sampled_from([0.0, -200.0]),
 )
 def test_margins_say_the_same_as_the_checks_written_out(leaky, is_close_to_the_paper, shift):
+    leaky = np.where(leaky % 2, leaky, -leaky) / 2000.0  # no two of the same size, below too
     if is_close_to_the_paper:  # most random tables fail everything; these often hold
         leaky = np.abs(leaky)
-        leaky[:, :, 0, 1] += 60.0
-        leaky[:, 1:, 0, 1] += 60.0
-        leaky[:, :, 1:, 2] += 60.0
-        leaky[:, :, 2, 1] -= 55.0
+        leaky[:, :, 0, 1] += 60.0003
+        leaky[:, 1:, 0, 1] += 60.0003
+        leaky[:, :, 1:, 2] += 60.0003
+        leaky[:, :, 2, 1] -= 55.0001
     leaky = leaky + shift
     margins = claim_margins(grid_of(leaky))
     for reading, delta in enumerate(leaky):

@@ -50,3 +50,12 @@ def test_without_experiment_file_the_shards_are_reported(half_done):
     (half_done / "half.h5").unlink()
     after = [row.detail_rms for row in analyze(read_results(half_done)).table.rows if row.status == "ok"]
     assert before == after != []
+
+
+def test_an_experiment_without_any_result_is_all_holes(half_done):
+    (half_done / "half.h5").unlink()
+    for shard in (half_done / "shards").iterdir():
+        shard.unlink()
+    analysis = analyze(read_results(half_done))
+    assert {row.status for row in analysis.table.rows} == {"missing"}
+    assert {verdict.reproduced for verdict in analysis.verdicts} == {None}

@@ -116,7 +116,7 @@ def test_a_mistake_is_one_line_with_its_place(experiment_file, text, expected):
         ("..=1", "--set ..=1: unknown key"),
         ("fluid.bulkmodulus=1", "fluid.bulkmodulus: unknown key; did you mean 'bulk_modulus'?"),
         ("fluid=1", "--set fluid=1: fluid: expected a section"),
-        ("fluid.bulk_modulus=", "fluid.bulk_modulus: expected a number in Pa"),
+        ("fluid.bulk_modulus=", "fluid.bulk_modulus: has no value behind"),
         ("fluid.bulk_modulus.x=1", "--set fluid.bulk_modulus.x=1: fluid.bulk_modulus: expected a number"),
         ("fluid.bulk_modulus=a: b: c", "fluid.bulk_modulus: not valid YAML"),
         ("sweep.grid=[1]", "sweep.grid: expected a section"),
@@ -179,7 +179,7 @@ BAD_COMMANDS = {
     ),
     "no write permission": (["simulate", "--set", "run.duration=2 s", "--out", "/proc/x.h5"], "cannot be written"),
     "file for a folder": (["simulate", "--set", "run.duration=2 s", "--out", "file/x.h5"], "cannot be written"),
-    "folder for a file": (["simulate", "--set", "run.duration=2 s", "--out", "."], "cannot be written"),
+    "folder for a file": (["simulate", "--set", "run.duration=2 s", "--out", "."], "ends in .h5"),
     "kind of figure": (["simulate", "--set", "run.duration=2 s", "--figure", "x.xyz"], ".png, .svg or .pdf"),
     "no results": (["report"], "no experiment file in results/*; run 'hydrofdi sweep CONFIG' first"),
     "missing folder": (["report", "missing"], "missing: no such file"),
@@ -211,3 +211,9 @@ def test_a_bad_request_leaves_what_is_stored_as_it_is(hydrofdi, small_sweep, tmp
         assert hydrofdi("sweep", config, "--workers", "1", "--set", setting).returncode == 2
     files = sorted(path for path in tmp_path.rglob("*") if path.is_file())
     assert [(path, path.read_bytes(), path.stat().st_mtime_ns) for path in files] == before
+
+
+def test_contradictory_settings_are_a_mistake():
+    settings = ["leakage.internal_flow=1 L/min", "leakage.internal_coefficient=1e-9"]
+    with pytest.raises(ConfigError, match="not both"):
+        load_experiment(None, settings)

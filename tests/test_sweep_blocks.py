@@ -221,3 +221,8 @@ def test_every_config_names_the_schema_and_loads():
     for file in sorted((ROOT / "configs").glob("*.yaml")):
         assert file.read_text().splitlines()[0] == "# yaml-language-server: $schema=schema.json"
         expand_runs(load_experiment(file))
+
+
+def test_a_condition_that_compares_with_another_dimension_is_a_mistake(tmp_path):
+    with pytest.raises(ConfigError, match="wrong unit"):
+        load(tmp_path, "sweep: {grid: {friction.coulomb: [100]}, where: \"friction.coulomb < '150 MPa'\"}")

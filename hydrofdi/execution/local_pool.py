@@ -126,6 +126,8 @@ class LocalPoolEngine:
         while self._queue or self._busy():
             self._feed()
             busy = self._busy()
+            if not busy:  # cancelled meanwhile, or the idle workers died
+                continue
             patience = max(0.0, min(worker.seconds_left() for worker in busy))
             ready = wait([worker.pipe for worker in busy], None if patience == float("inf") else patience)
             for worker in busy:
@@ -147,13 +149,19 @@ class LocalPoolEngine:
         while len(self._crew) < min(self.workers, len(self._queue) + len(self._busy())):
             self._crew.append(_Worker(self._context))
         for worker in self._crew:
-            if self._queue and worker.task is None:
+            if worker.task is None and (task := self._next_task()) is not None:
                 try:
-                    worker.begin(self._queue[0])
+                    worker.begin(task)
                 except OSError:  # killed while it was idle
                     worker.task = None
-                    continue
-                self._queue.popleft()
+                    self._queue.appendleft(task)
+
+    def _next_task(self) -> _Task | None:
+        """Take a task from the queue, which a signal handler may empty at any moment."""
+        try:
+            return self._queue.popleft()
+        except IndexError:
+            return None
 
     def __exit__(
         self,

@@ -64,8 +64,8 @@ def test_the_experiment_file_does_not_depend_on_the_number_of_workers(hydrofdi, 
 def test_results_go_where_out_says(hydrofdi, experiment_file, tmp_path):
     config = experiment_file("run: {duration: 2 s}\nstore: {signals: none}\n")
     result = hydrofdi("sweep", config, "--out", "else/where", "--workers", "1", "--json")
-    assert json.loads(result.stdout)["file"] == "else/where/where.h5"
-    assert (tmp_path / "else" / "where" / "where.h5").exists()
+    assert json.loads(result.stdout)["file"] == "else/where/nominal.h5"
+    assert (tmp_path / "else" / "where" / "nominal.h5").exists()
     assert not (tmp_path / "results").exists()
 
 

@@ -185,3 +185,21 @@ def test_a_small_torture_keeps_the_bits(tmp_path):
 
     kills = torture(tmp_path, n_kill=3, n_run=2000, seed=3)
     assert sum(kills.values()) >= 3
+
+
+def test_an_interrupt_at_any_moment_of_feeding_is_met():
+    from hydrofdi.execution import LocalPoolEngine
+
+    with LocalPoolEngine(2) as engine:
+        for moment in ("_feed", "_busy", "_next_task"):
+            for number in range(6):
+                engine.submit(abs, -number)
+            usual = getattr(engine, moment)
+
+            def interrupted(usual=usual):
+                engine.cancel()
+                return usual()
+
+            setattr(engine, moment, interrupted)
+            assert {result.failure for result in engine.completed()} <= {None}
+            setattr(engine, moment, usual)

@@ -197,3 +197,19 @@ def test_compression_and_single_precision_change_the_size_alone(tmp_path):
     assert (values["compression=none"] == values["compression=lzf"]).all()
     assert (values["compression=none"].astype("float32") == values["dtype=float32"]).all()
     assert sizes["compression=gzip"] < sizes["compression=none"] > sizes["dtype=float32"]
+
+
+def test_a_folder_that_holds_another_experiment_is_left_alone(swept):
+    other = swept / "other.yaml"
+    other.write_text("name: other\nrun: {duration: 2 s}\nstore: {signals: none}\n")
+    told = run("sweep", other, "--out", swept / "out", check=2).stderr
+    assert "holds the experiment 'grid', not 'other'" in told
+    assert run_json("status", swept / "out")["planned"] == 25
+
+
+def test_a_run_is_not_stored_over_a_file_of_another_kind(tmp_path):
+    precious = tmp_path / "precious.h5"
+    precious.write_text("no results\n")
+    told = run("simulate", "--set", "run.duration=2 s", "--out", precious, check=2).stderr
+    assert "left alone" in told
+    assert precious.read_text() == "no results\n"

@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from runner.processes import kill, nobody_left, run, run_json, start, workers
+from runner.processes import kill, nobody_left, run, run_json, session_members, start, workers
 
 CONFIG = """\
 name: torture
@@ -45,7 +45,7 @@ def torture(folder, n_kill, n_run, seed=0):
             if chance.random() < 0.5:
                 kill(process.pid)
         process.communicate()
-        assert nobody_left(process.pid, 5.0), "processes are left behind"
+        assert nobody_left(process.pid, 10.0), f"left behind: {session_members(process.pid)}"
         if sum(kills.values()) < n_kill and (broken / "torture.h5").exists():
             for path in sorted((broken / "shards").glob("*.h5"))[::2]:
                 path.unlink()

@@ -8,12 +8,12 @@ from hydrofdi.config import RunParameters
 from hydrofdi.execution.compute import Job
 from hydrofdi.simulation.lanes import WIDTH
 
-_LARGEST_BATCH = 4 * WIDTH
-"""Jobs; the records of larger batches leave the processor's cache."""
+_LARGEST_BATCH = 32 * WIDTH
+"""Jobs."""
 
 _BATCHES_PER_WORKER = 4
-_MOST_SAMPLES = 4_000_000
-"""Samples of one signal that a batch may hold in memory."""
+_MOST_SAMPLES = 1_280_000
+"""Samples of one signal in a batch; the records of larger batches leave the processor's cache."""
 
 
 def split_jobs(jobs: Sequence[Job], workers: int) -> list[tuple[Job, ...]]:

@@ -146,9 +146,10 @@ def run_sweep(
             record = environment_record(experiment)
             _prepare(plan, known, watcher)
             with Interruption(lambda: _finish_early(engine, watcher)) as interruption:
-                completed = _Recorder(plan, watcher).run(engine, jobs)
+                recorder = _Recorder(plan, watcher)
+                completed = recorder.run(engine, jobs)
             add_provenance(directory, record | {"ended": now(), "computed": completed})
-            _write_file(experiment, directory, plan.table, plan.run_ids)
+            _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
     return _summary(plan, completed, start, interrupted=interruption.requested)
 
 
@@ -166,9 +167,13 @@ def collect(directory: Path) -> Path:
 
 
 def _write_file(
-    experiment: ExperimentConfig, directory: Path, table: RunTable, run_ids: Sequence[str]
+    experiment: ExperimentConfig,
+    directory: Path,
+    table: RunTable,
+    run_ids: Sequence[str],
+    fresh: frozenset[str] = frozenset(),
 ) -> Path:
-    index = read_index(directory)
+    index = read_index(directory, fresh=fresh)
     results = ShardResults(run_ids, index.runs, read_failures(directory))
     file = experiment_file(directory, experiment)
     write_experiment(file, experiment, table, results, library_versions())
@@ -225,6 +230,7 @@ class _Recorder:
         self._watcher = watcher
         self._log = RunLog(plan.directory)
         self._completed = 0
+        self.shards: set[str] = set()
 
     def run(self, engine: Engine, jobs: list[Job]) -> int:
         """Run the jobs; returns how many ended."""
@@ -238,6 +244,7 @@ class _Recorder:
 
     def _stored(self, receipt: BatchReceipt) -> None:
         self._completed += receipt.n_run
+        self.shards.add(receipt.shard.name)
         self._log.write("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
         self._watcher.advance(receipt.n_run, receipt.n_failed)
 

@@ -80,7 +80,7 @@ class ShardIndex:
         )
 
 
-def read_index(directory: Path, *, trust: bool = True) -> ShardIndex:
+def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = frozenset()) -> ShardIndex:
     """The index of the shards that lie below a folder.
 
     Parameters
@@ -89,6 +89,8 @@ def read_index(directory: Path, *, trust: bool = True) -> ShardIndex:
         Folder of the experiment.
     trust : bool
         Whether shards that look unchanged are taken as the index remembers them, or checked again.
+    fresh : frozenset of str
+        Names of shards that have just been written, whose content needs no check.
     """
     remembered = _remembered(directory / _FILE)
     entries: dict[str, dict[str, Any]] = {}
@@ -103,7 +105,7 @@ def read_index(directory: Path, *, trust: bool = True) -> ShardIndex:
             entries[path.name] = known
             continue
         try:
-            entries[path.name] = _entry(read_content(path)) | mark
+            entries[path.name] = _entry(read_content(path, check=path.name not in fresh)) | mark
         except StoreError as error:
             damaged[path] = str(error)
     lost = {run_id for name in remembered.keys() - entries.keys() for run_id in remembered[name]["run_ids"]}

@@ -37,11 +37,12 @@ def lane_jobs(duration: float, *, drives: int = 1) -> list[Job]:
 
 
 def parameter_vector(job: Job) -> np.ndarray:
-    """The lane parameters of a job, followed by ω_v [rad/s], ξ and k_v [m/V]."""
+    """The paper's parameters of a job in the order of the lanes, then ω_v [rad/s], ξ and k_v [m/V]."""
     parameters, leakage_coefficient = job
     valve = parameters.valve
-    values = [parameters.value(name) for name in PARAMETERS.values()]
-    values[list(PARAMETERS).index("internal_leakage")] = leakage_coefficient
+    fields = list(PARAMETERS)[: list(PARAMETERS).index("external_leakage_2")]  # those of the paper's model
+    values = [parameters.value(PARAMETERS[field]) for field in fields]
+    values[fields.index("internal_leakage")] = leakage_coefficient
     spool = [2.0 * np.pi * valve.natural_frequency, valve.damping_ratio, valve.spool_gain]
     return np.array([*values, *spool], dtype=float)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from hydrofdi.config.quantities import SI, Section
 
@@ -22,3 +22,14 @@ class ActuatorConfig(Section):
 
     load_stiffness: Annotated[float, SI("N/m", least=0)] = 150e3
     """Stiffness K_ex of the environment spring [N/m]. Table 1, legible as "15"."""
+
+    end_stops: Literal["none", "elastic"] = "none"
+    """What ends the stroke. ``none``: nothing (paper); a run whose piston leaves the cylinder has failed.
+    ``elastic``: a spring of ``end_stop_stiffness`` from ``end_stop_position`` on."""
+
+    end_stop_position: Annotated[float, SI("m", above=0)] = 0.3
+    """Distance of either end stop from the centre [m]. A choice, inside of the V/A at which a chamber
+    vanishes."""
+
+    end_stop_stiffness: Annotated[float, SI("N/m", above=0)] = 20e6
+    """Stiffness of an end stop [N/m]. A choice, well above that of the fluid."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from hydrofdi.config.quantities import SI, Section
 
@@ -15,4 +15,23 @@ class FluidConfig(Section):
 
     vapour_pressure: Annotated[float, SI("Pa")] = 0.0
     """Pressure below which a chamber counts as cavitating [Pa]; on the same scale as the return pressure.
-    A choice: the equations do not know it, but air comes out of the oil below the tank's pressure."""
+    A choice: air comes out of the oil below the tank's pressure."""
+
+    cavitation: Literal["none", "clamped"] = "none"
+    """What a chamber does at ``vapour_pressure``. ``none``: its pressure falls below, as if the fluid bore
+    tension (paper). ``clamped``: the pressure stays there until flow comes in again; the volume of the vapour
+    is not kept account of."""
+
+    law: Literal["constant", "free_air"] = "constant"
+    """Bulk modulus over pressure. ``constant``: β (paper). ``free_air``: β is that of the liquid, and free
+    air softens it at low pressure. The temperature is left out."""
+
+    free_air: Annotated[float, SI("1", least=0)] = 0.005
+    """Volume of free air over that of the liquid at atmospheric pressure, X [-]. A choice; 0.001 to 0.05 is
+    met in tanks."""
+
+    polytropic_exponent: Annotated[float, SI("1", least=1)] = 1.4
+    """Polytropic exponent n of the air [-]: 1 for slow (isothermal), 1.4 for fast (adiabatic) changes."""
+
+    atmospheric_pressure: Annotated[float, SI("Pa", above=0)] = 101325.0
+    """Absolute pressure at which the pressures of the model are zero [Pa]."""

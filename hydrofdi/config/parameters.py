@@ -10,10 +10,12 @@ from pydantic import TypeAdapter, model_validator
 from pydantic.fields import FieldInfo
 
 from hydrofdi.config.actuator import ActuatorConfig
+from hydrofdi.config.control import ControlConfig
 from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.friction import FrictionConfig
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.leakage import LeakageConfig
+from hydrofdi.config.load import LoadConfig
 from hydrofdi.config.quantities import SI, Section
 from hydrofdi.config.run import RunConfig, is_whole
 from hydrofdi.config.supply import SupplyConfig
@@ -37,7 +39,11 @@ class RunParameters(Section):
     leakage: LeakageConfig = LeakageConfig()
     """Internal and external leakage."""
     input: InputConfig = InputConfig()
-    """Drive voltage."""
+    """Drive voltage, or reference of a controller."""
+    control: ControlConfig = ControlConfig()
+    """Open loop, or position control."""
+    load: LoadConfig = LoadConfig()
+    """Force on the piston."""
     run: RunConfig = RunConfig()
     """Integration and sampling."""
     wavelet: WaveletConfig = WaveletConfig()
@@ -45,8 +51,7 @@ class RunParameters(Section):
 
     @model_validator(mode="after")
     def _sections_fit_each_other(self) -> Self:
-        _require_input_fits_run(self.input, self.run)
-        _require_record_fits_levels(self.run, self.wavelet)
+        self._require_fit()
         return self
 
     def with_values(self, values: Mapping[str, Any]) -> RunParameters:
@@ -84,10 +89,24 @@ class RunParameters(Section):
             The sections do not fit each other.
         """
         moved = self.model_copy(update=sections)
-        if not sections.keys().isdisjoint(("input", "run", "wavelet")):
-            _require_input_fits_run(moved.input, moved.run)
-            _require_record_fits_levels(moved.run, moved.wavelet)
+        if not sections.keys().isdisjoint(("input", "control", "load", "run", "wavelet")):
+            moved._require_fit()
         return moved
+
+    def _require_fit(self) -> None:
+        _require_input_fits_run(self.input, self.run)
+        _require_multiple_of_step(
+            "control.sample_time", self.control.sample_time, self.control.is_closed, self.run
+        )
+        _require_multiple_of_step(
+            "load.random_period", self.load.random_period, self.load.random_force > 0.0, self.run
+        )
+        _require_record_fits_levels(self.run, self.wavelet)
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether all that acts on the actuator repeats itself with the period of the input."""
+        return self.input.is_periodic and not self.load.random_force
 
     def text(self) -> str:
         """All sections as JSON with sorted keys and floats in their shortest exact form."""
@@ -176,6 +195,11 @@ def _require_input_fits_run(drive: InputConfig, run: RunConfig) -> None:
             f"harmonic {drive.harmonics} of input.period = {drive.period:g} s"
             f" is too fast for run.step = {run.step:g} s"
         )
+
+
+def _require_multiple_of_step(name: str, time: float, matters: bool, run: RunConfig) -> None:
+    if matters and not is_whole(time / run.step):
+        raise ValueError(f"{name} = {time:g} s is not a multiple of run.step = {run.step:g} s")
 
 
 @lru_cache(maxsize=1024)

@@ -1,7 +1,8 @@
-"""The ``valve`` section: a second-order servovalve with critically lapped, symmetric ports."""
+"""The ``valve`` section: a second-order servovalve with symmetric ports."""
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from hydrofdi.config.quantities import SI, Section
@@ -24,3 +25,36 @@ class ValveConfig(Section):
 
     damping_ratio: Annotated[float, SI("1", above=0)] = 0.7
     """Damping ratio ξ of the spool [-]. Table 1, legible as ".7"."""
+
+    largest_opening: Annotated[float, SI("m", above=0)] | None = None
+    """Spool position at which the valve saturates [m]; without it, nowhere (paper)."""
+
+    largest_speed: Annotated[float, SI("m/s", above=0)] | None = None
+    """Speed that the spool cannot exceed (slew) [m/s]; without it, none (paper)."""
+
+    lap: Annotated[float, SI("m")] = 0.0
+    """Distance x_0 that the spool has to move before an edge opens [m]: overlap (dead band) where positive,
+    underlap (all edges open at the centre) where negative, critical lap where zero (paper)."""
+
+    lap_leakage: Annotated[float, SI("m^3/(s*Pa)", least=0)] = 0.0
+    """Conductance of the clearance over each of the four edges [m³/(s·Pa)]. None in the paper."""
+
+    @property
+    def angular_frequency(self) -> float:
+        """ω_v [rad/s]."""
+        return 2.0 * math.pi * self.natural_frequency
+
+    @property
+    def position_limit(self) -> float:
+        """Largest size of the spool position [m]."""
+        return math.inf if self.largest_opening is None else self.largest_opening
+
+    @property
+    def speed_limit(self) -> float:
+        """Largest size of the spool's speed [m/s]."""
+        return math.inf if self.largest_speed is None else self.largest_speed
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether position or speed of the spool saturates."""
+        return self.largest_opening is not None or self.largest_speed is not None

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.leakage import LeakageConfig
+from hydrofdi.physics.fluid import effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import (
     HydraulicMode,
     blended_conductance,
@@ -40,24 +43,47 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
         Frequency [Hz], piston centred, and damping ratio [-]; the ratio is infinite where the median drop
         or, with a leak, the median pressure difference vanishes.
     """
-    actuator, valve, supply = parameters.actuator, parameters.valve, parameters.supply
-    beta, mass = np.float64(parameters.fluid.bulk_modulus), np.float64(actuator.mass)
-    spool, pressure_1 = trajectory.spool_position[run], trajectory.chamber_1_pressure[run]
-    drop = chamber_1_orifice_drop(spool, pressure_1, supply.pressure, supply.return_pressure)
-    difference = pressure_1 - trajectory.chamber_2_pressure[run]
+    actuator = parameters.actuator
+    mass = np.float64(actuator.mass)
+    pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
     coefficient = trajectory.leakage_coefficient[run]
     with np.errstate(all="ignore"):
+        beta = _modulus(parameters.fluid, pressure_1, pressure_2)
         omega = mode_frequency(
             beta, np.float64(actuator.piston_area), actuator.chamber_volume, mass, actuator.load_stiffness
         )
         damping = mode_damping_ratio(
             omega, beta, actuator.chamber_volume, mass, parameters.friction.viscous,
-            valve_flow_pressure_coefficient(
-                _median_size(spool), _median_size(drop), valve.flow_gain, valve.area_gradient
-            ),
-            _conductance(parameters.leakage, _median_size(difference), coefficient),
+            _valve_coefficient(parameters, trajectory, run),
+            _conductance(parameters.leakage, _median_size(pressure_1 - pressure_2), coefficient),
         )  # fmt: skip
     return HydraulicMode(float(omega / (2.0 * math.pi)), float(damping))
+
+
+def _modulus(fluid: FluidConfig, *pressures: NDArray[np.float64]) -> np.float64:
+    """β [Pa]; with free air the mean of those at the median pressures of the chambers."""
+    if fluid.law == "constant":
+        return np.float64(fluid.bulk_modulus)
+    moduli = [
+        effective_bulk_modulus(
+            np.median(pressure), fluid.bulk_modulus, fluid.free_air, fluid.polytropic_exponent,
+            fluid.atmospheric_pressure,
+        )
+        for pressure in pressures
+    ]  # fmt: skip
+    return np.float64(np.mean(moduli))
+
+
+def _valve_coefficient(parameters: RunParameters, trajectory: Trajectory, run: int) -> float:
+    """K_c of the edge that feeds chamber 1, and of the clearances over both of its edges [m³/(s·Pa)]."""
+    valve, spool = parameters.valve, trajectory.spool_position[run]
+    drop = chamber_1_orifice_drop(
+        spool, trajectory.chamber_1_pressure[run], trajectory.supply_pressure[run],
+        parameters.supply.return_pressure,
+    )  # fmt: skip
+    opening = np.maximum(_median_size(spool) - valve.lap, 0.0) if valve.lap else _median_size(spool)
+    edge = valve_flow_pressure_coefficient(opening, _median_size(drop), valve.flow_gain, valve.area_gradient)
+    return edge + 2.0 * valve.lap_leakage
 
 
 def _conductance(leakage: LeakageConfig, difference: float, coefficient: float) -> float:

@@ -26,7 +26,7 @@ class Verdicts:
         The status of a run that failed; else ``ok``, or what its numbers have to be read with:
         ``cavitating``, ``above_supply``, ``unsettled``, joined by commas.
     cavitating_share, above_supply_share : ndarray
-        Share of the samples with a chamber pressure below the vapour limit or above the supply [-].
+        Share of the samples with a chamber pressure at or below the vapour limit, or above the supply [-].
     settling_change : ndarray
         RMS of the change of P_1 from the last but one period to the last, over the RMS of its variation in
         the last [-]; NaN where the record does not hold two whole periods.
@@ -49,7 +49,7 @@ def judge(runs: Sequence[RunParameters], trajectory: Trajectory) -> Verdicts:
     supply = np.array([run.supply.pressure for run in runs])[:, None]
     residuals = balance_residuals(runs, trajectory)
     numbers = [
-        np.mean((pressure_1 < vapour) | (pressure_2 < vapour), axis=1),
+        np.mean((pressure_1 <= vapour) | (pressure_2 <= vapour), axis=1),
         np.mean((pressure_1 > supply) | (pressure_2 > supply), axis=1),
         np.array([_settling_change(run, pressure_1[k]) for k, run in enumerate(runs)]),
         residuals.volume,
@@ -77,7 +77,7 @@ def _words(cavitating_share: float, above_supply_share: float, settling_change: 
 def _settling_change(run: RunParameters, pressure: NDArray[np.float64]) -> float:
     n_period = run.input.period * run.run.sampling_frequency
     n_sample = round(n_period)
-    if not run.input.is_periodic or abs(n_period - n_sample) > 1e-6 or pressure.size < 2 * n_sample:
+    if not run.is_periodic or abs(n_period - n_sample) > 1e-6 or pressure.size < 2 * n_sample:
         return float("nan")
     last, before = pressure[-n_sample:], pressure[-2 * n_sample : -n_sample]
     return float(np.sqrt(np.mean((last - before) ** 2)) / np.std(last))

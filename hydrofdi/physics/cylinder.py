@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hydrofdi.physics.equation import Quantity, equation
+from hydrofdi.physics.limited import limited
 
 
 @equation
@@ -10,7 +11,7 @@ def piston_acceleration(
     position: Quantity,
     pressure_1: Quantity,
     pressure_2: Quantity,
-    friction: Quantity,
+    resistance: Quantity,
     mass: Quantity,
     area: Quantity,
     stiffness: Quantity,
@@ -23,8 +24,8 @@ def piston_acceleration(
         x_p [m].
     pressure_1, pressure_2 : float or array
         P_1 and P_2 [Pa].
-    friction : float or array
-        F_f [N].
+    resistance : float or array
+        Friction F_f, and the force of a load and of an end stop where there are [N].
     mass, area, stiffness : float or array
         m [kg], A [m²] and K_ex [N/m].
 
@@ -33,7 +34,7 @@ def piston_acceleration(
     float or array
         v_p' [m/s²]. Equation (2).
     """
-    return (area * (pressure_1 - pressure_2) - friction - stiffness * position) / mass
+    return (area * (pressure_1 - pressure_2) - resistance - stiffness * position) / mass
 
 
 @equation
@@ -68,3 +69,45 @@ def chamber_pressure_rates(
     volume_2 = volume - area * position
     stiffness = bulk_modulus / (volume_1 * volume_2)
     return stiffness * volume_2 * net_flow_1, stiffness * volume_1 * net_flow_2
+
+
+@equation
+def end_stop_force(position: float, limit: float, stiffness: float) -> float:
+    """Force of the elastic end stops, against the motion into them.
+
+    Parameters
+    ----------
+    position : float
+        x_p [m].
+    limit : float
+        Distance of either stop from the centre [m].
+    stiffness : float
+        k_stop [N/m].
+
+    Returns
+    -------
+    float
+        F_stop = k_stop (x_p − x_p limited to ±limit) [N].
+    """
+    return stiffness * (position - limited(position, limit))
+
+
+@equation
+def supported_pressure_rate(pressure: float, rate: float, least: float) -> float:
+    """Rate of the pressure of a chamber whose fluid boils instead of falling below a least pressure.
+
+    Parameters
+    ----------
+    pressure : float
+        P [Pa].
+    rate : float
+        P' as the flows have it [Pa/s].
+    least : float
+        Vapour pressure [Pa].
+
+    Returns
+    -------
+    float
+        P', never negative at or below the least pressure [Pa/s].
+    """
+    return rate if pressure > least else max(rate, 0.0)

@@ -6,6 +6,9 @@ import numpy as np
 
 from hydrofdi.physics.equation import equation
 
+SMALLEST_FORCE = 1e-9
+"""Dry friction below which there are no bristles [N]."""
+
 
 @equation
 def decaying_exponential(exponent: float) -> float:
@@ -90,3 +93,55 @@ def smooth_friction_force(
     size = stribeck * (1.0 - decay) / (1.0 + decay)
     direction: float = np.copysign(1.0, velocity)
     return viscous * velocity + size * direction
+
+
+@equation
+def bristle_rate(
+    velocity: float, deflection: float, coulomb: float, breakaway: float, transition: float, stiffness: float
+) -> float:
+    """Rate at which the bristles between two surfaces bend (LuGre).
+
+    Parameters
+    ----------
+    velocity : float
+        v_p [m/s].
+    deflection : float
+        Mean deflection z of the bristles [m].
+    coulomb, breakaway : float
+        F_c and F_brk [N].
+    transition : float
+        c_v [s/m].
+    stiffness : float
+        σ_0 [N/m].
+
+    Returns
+    -------
+    float
+        z' = v_p − σ_0 abs(v_p) z/g [m/s], with g = F_c + (F_brk − F_c) e^(−c_v·abs(v_p)).
+    """
+    speed = abs(velocity)
+    stribeck = coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)
+    return velocity - stiffness * speed * deflection / max(stribeck, SMALLEST_FORCE)
+
+
+@equation
+def bristle_friction_force(
+    velocity: float, deflection: float, rate: float, stiffness: float, damping: float, viscous: float
+) -> float:
+    """Friction force of bent bristles (LuGre).
+
+    Parameters
+    ----------
+    velocity : float
+        v_p [m/s].
+    deflection, rate : float
+        z [m] and z' [m/s].
+    stiffness, damping, viscous : float
+        σ_0 [N/m], σ_1 and f [N·s/m].
+
+    Returns
+    -------
+    float
+        F_f = σ_0 z + σ_1 z' + f v_p [N]; in steady motion the Stribeck force and f v_p.
+    """
+    return stiffness * deflection + damping * rate + viscous * velocity

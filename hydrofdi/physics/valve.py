@@ -108,3 +108,40 @@ def control_flow(
         gives reverse flow.
     """
     return flow_gain * area_gradient * spool_position * signed_root(orifice_drop)
+
+
+@equation
+def edge_flow(
+    spool_position: float,
+    orifice_drop: float,
+    flow_gain: float,
+    area_gradient: float,
+    lap: float,
+    lap_leakage: float,
+) -> float:
+    """Flow past one metering edge of a spool with overlap or underlap.
+
+    Parameters
+    ----------
+    spool_position : float
+        x_v towards the opening of this edge [m].
+    orifice_drop : float
+        Pressure drop over the edge [Pa].
+    flow_gain : float
+        K_v [m^1.5/kg^0.5].
+    area_gradient : float
+        w [m].
+    lap : float
+        x_0 [m]: overlap where positive, underlap where negative.
+    lap_leakage : float
+        Conductance c_lap of the clearance over the edge [m³/(s·Pa)].
+
+    Returns
+    -------
+    float
+        q = K_v w max(x_v − x_0, 0) √̂Δp + c_lap Δp [m³/s]. Chamber 1 is fed by the edge to the supply at x_v
+        and drained by the edge to the return at −x_v. With x_0 = 0 and c_lap = 0, equations (7) and (8).
+    """
+    opening = max(spool_position - lap, 0.0)
+    flow: float = control_flow(opening, orifice_drop, flow_gain, area_gradient) + lap_leakage * orifice_drop
+    return flow

@@ -8,16 +8,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.physics.cylinder import end_stop_force
 from hydrofdi.physics.equation import equation
 from hydrofdi.simulation.compilation import compiled
-from hydrofdi.simulation.hydraulics import LaneParameters, State, friction_of, port_flows, row_parameters
-from hydrofdi.simulation.lanes import parameter_matrix
+from hydrofdi.simulation.hydraulics import (
+    LaneParameters,
+    State,
+    bulk_modulus_at,
+    friction_of,
+    lane_parameters,
+    port_flows,
+)
+from hydrofdi.simulation.lanes import pack_singles
 from hydrofdi.simulation.options import ModelOptions, group_by_options
 from hydrofdi.simulation.trajectory import Trajectory
 
@@ -42,13 +50,14 @@ class BalanceResiduals:
 def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> BalanceResiduals:
     """Residuals of the balances of volume (chamber 1) and energy over the record of each run."""
     totals = np.zeros((len(runs), 4))
-    parameters = parameter_matrix(runs, trajectory.leakage_coefficient.tolist())
+    singles = pack_singles(runs, trajectory.leakage_coefficient.tolist())
     for options, members in group_by_options(runs):
         part = np.zeros((len(members), 4))
         integrate_balances(
-            parameters[members], trajectory.spool_position[members],
+            singles[members], trajectory.spool_position[members], trajectory.load_force[members],
             trajectory.piston_position[members], trajectory.piston_velocity[members],
             trajectory.chamber_1_pressure[members], trajectory.chamber_2_pressure[members],
+            trajectory.supply_pressure[members], trajectory.bristle_deflection[members],
             1.0 / runs[0].run.sampling_frequency, options, part,
         )  # fmt: skip
         totals[members] = part
@@ -82,34 +91,45 @@ def account_rates(
     state: State, spool_position: float, p: LaneParameters, options: ModelOptions
 ) -> AccountRates:
     """What a record adds to its account at an instant."""
-    x, v, p1, p2 = state
-    flows = port_flows(p1, p2, spool_position, p, options)
+    p1, p2 = state.pressure_1, state.pressure_2
+    flows = port_flows(state, spool_position, p, options)
+    friction, _ = friction_of(state, p, options)
     lost = (
-        (p1 - p2) * flows.internal
-        + p1 * flows.external_1
-        + p2 * flows.external_2
-        + v * friction_of(v, p, options)
+        (p1 - p2) * flows.internal + p1 * flows.external_1 + p2 * flows.external_2 + state.velocity * friction
     )
-    opened = spool_position >= 0.0
-    port_1, port_2 = (p.supply, p.ret) if opened else (p.ret, p.supply)
+    returned = flows.supply - flows.control_1 + flows.control_2
     return AccountRates(
         flows.control_1 - flows.internal - flows.external_1,
         abs(flows.control_1),
         p1 * flows.control_1 - p2 * flows.control_2 - lost,
-        abs(port_1 * flows.control_1 - port_2 * flows.control_2),
-        (p.volume + p.area * x) / p.bulk_modulus,
-        (p.volume - p.area * x) / p.bulk_modulus,
+        abs(state.supply * flows.supply - p.ret * returned),
+        (p.volume + p.area * state.position) / bulk_modulus_at(p1, p, options),
+        (p.volume - p.area * state.position) / bulk_modulus_at(p2, p, options),
     )
+
+
+@equation
+def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float:
+    """Energy of the moving mass, the spring and the end stops [J]."""
+    x, v = state.position, state.velocity
+    energy = 0.5 * (p.mass * v * v + p.stiffness * x * x)
+    if options.end_stops is not None:
+        force = end_stop_force(x, p.stop_position, p.stop_stiffness)
+        energy += 0.5 * force * force / p.stop_stiffness
+    return energy
 
 
 @compiled
 def integrate_balances(
-    parameters: NDArray[np.float64],
+    parameters: NDArray[Any],
     spool_position: NDArray[np.float64],
+    load: NDArray[np.float64],
     position: NDArray[np.float64],
     velocity: NDArray[np.float64],
     pressure_1: NDArray[np.float64],
     pressure_2: NDArray[np.float64],
+    supply: NDArray[np.float64],
+    bristle: NDArray[np.float64],
     interval: float,
     options: ModelOptions,
     totals: NDArray[np.float64],
@@ -118,10 +138,9 @@ def integrate_balances(
 
     Parameters
     ----------
-    parameters : ndarray, shape (n_run, n_parameter)
-        In the order of ``lanes.PARAMETERS``.
-    spool_position, position, velocity, pressure_1, pressure_2 : ndarray, shape (n_run, n_time)
-        The samples, in SI.
+    parameters : ndarray of SINGLE, shape (n_run,)
+    spool_position, load, position, velocity, pressure_1, pressure_2, supply, bristle : ndarray
+        The samples, in SI, shape (n_run, n_time).
     interval : float
         Time from one sample to the next [s].
     options : ModelOptions
@@ -132,19 +151,32 @@ def integrate_balances(
     """
     half = 0.5 * interval
     for run in range(position.shape[0]):
-        p, total = row_parameters(parameters[run], 0.0, options), totals[run]
-        x, v, p1, p2 = position[run, 0], velocity[run, 0], pressure_1[run, 0], pressure_2[run, 0]
-        before = account_rates((x, v, p1, p2), spool_position[run, 0], p, options)
-        for k in range(1, position.shape[1]):
-            y, u, r1, r2 = position[run, k], velocity[run, k], pressure_1[run, k], pressure_2[run, k]
-            p = row_parameters(parameters[run], k * interval, options)
-            after = account_rates((y, u, r1, r2), spool_position[run, k], p, options)
-            compressed = 0.5 * (before.compliance_1 + after.compliance_1) * (r1 - p1)
-            work_1 = 0.5 * (p1 * before.compliance_1 + r1 * after.compliance_1) * (r1 - p1)
-            work_2 = 0.5 * (p2 * before.compliance_2 + r2 * after.compliance_2) * (r2 - p2)
-            held = 0.5 * (p.mass * (u * u - v * v) + p.stiffness * (y * y - x * x))
-            total[0] += half * (before.stored_volume + after.stored_volume) - p.area * (y - x) - compressed
-            total[1] += half * (before.passed_volume + after.passed_volume)
-            total[2] += half * (before.stored_power + after.stored_power) - held - work_1 - work_2
-            total[3] += half * (before.supplied_power + after.supplied_power)
-            x, v, p1, p2, before = y, u, r1, r2, after
+        total = totals[run]
+        y = State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        before, held = AccountRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0
+        for k in range(position.shape[1]):
+            p = lane_parameters(parameters[run], 0, k * interval, options)
+            z = State(
+                position[run, k], velocity[run, k], pressure_1[run, k], pressure_2[run, k], supply[run, k],
+                bristle[run, k],
+            )  # fmt: skip
+            after = account_rates(z, spool_position[run, k], p, options)
+            holds = held_energy(z, p, options)
+            if k > 0:
+                rise_1, rise_2 = z.pressure_1 - y.pressure_1, z.pressure_2 - y.pressure_2
+                compressed = 0.5 * (before.compliance_1 + after.compliance_1) * rise_1
+                work_1 = (
+                    0.5 * (y.pressure_1 * before.compliance_1 + z.pressure_1 * after.compliance_1) * rise_1
+                )
+                work_2 = (
+                    0.5 * (y.pressure_2 * before.compliance_2 + z.pressure_2 * after.compliance_2) * rise_2
+                )
+                travel = z.position - y.position
+                work_on_load = load[run, k - 1] * travel
+                stored = half * (before.stored_volume + after.stored_volume)
+                total[0] += stored - p.area * travel - compressed
+                total[1] += half * (before.passed_volume + after.passed_volume)
+                total[2] += half * (before.stored_power + after.stored_power)
+                total[2] -= holds - held + work_1 + work_2 + work_on_load
+                total[3] += half * (before.supplied_power + after.supplied_power)
+            y, before, held = z, after, holds

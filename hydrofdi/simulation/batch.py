@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.run import RunConfig
-from hydrofdi.simulation.drive import Drive, Spools
+from hydrofdi.simulation.inputs import Chunk, Inputs
 from hydrofdi.simulation.kernel import advance_lanes
-from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes
 from hydrofdi.simulation.leakage_signal import leakage_signal
-from hydrofdi.simulation.options import ModelOptions, group_by_options
-from hydrofdi.simulation.trajectory import Outcome, Trajectory
+from hydrofdi.simulation.options import ModelOptions, group_by_kernel
+from hydrofdi.simulation.trajectory import Outcome, Signal, Trajectory
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 2000, 64_000
 """About so many steps are taken at a time, for all spools together, so that a chunk stays in the cache."""
 
 ABSURD_PRESSURE_RATIO = 100.0
 """A run whose pressure exceeds the supply so many times has diverged, even while it is finite."""
-
 
 _CLOSE_TO_STOP = 0.98
 """A run that diverges from a sample this far along the stroke has met the end of the cylinder."""
@@ -49,58 +48,28 @@ def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence
     """
     if len({parameters.run for parameters in runs}) != 1:
         raise ValueError("the runs of a batch must share duration, step and sampling frequency")
-    run = runs[0].run
-    drives = list(dict.fromkeys(Drive.of(parameters) for parameters in runs))
-    drive_of_run = np.array([drives.index(Drive.of(parameters)) for parameters in runs])
-    states, voltage, spool = _integrate(runs, leakage_coefficients, drives, drive_of_run, run)
-    position, velocity, pressure_1, pressure_2 = states
-    time = np.arange(run.n_sample) / run.sampling_frequency
-    return Trajectory(
-        time=time,
-        input_voltage=voltage[drive_of_run],
-        spool_position=spool[drive_of_run],
-        piston_position=position,
-        piston_velocity=velocity,
-        chamber_1_pressure=pressure_1,
-        chamber_2_pressure=pressure_2,
-        leakage_coefficient=np.array(leakage_coefficients, dtype=float),
-        internal_leakage_flow=leakage_signal(runs, leakage_coefficients, time, pressure_1 - pressure_2),
-        outcomes=tuple(outcome_of(parameters, states[:, k]) for k, parameters in enumerate(runs)),
-    )
-
-
-def _integrate(
-    runs: Sequence[RunParameters],
-    leakage_coefficients: Sequence[float],
-    drives: Sequence[Drive],
-    drive_of_run: NDArray[np.int64],
-    run: RunConfig,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """States (4, n_run, n_time); voltage and spool position (n_drive, n_time)."""
+    inputs = Inputs(runs, runs[0].run)
     blocks = [
-        _Block(options, group[first : first + WIDTH], runs, leakage_coefficients, drive_of_run)
-        for options, group in group_by_options(runs)
+        _Block(options, control_interval, group[first : first + WIDTH], runs, leakage_coefficients, inputs)
+        for (options, control_interval), group in group_by_kernel(runs).items()
         for first in range(0, len(group), WIDTH)
     ]
-    states = np.empty((len(STATES), len(runs), run.n_sample))
-    voltage, spool = np.empty((2, len(drives), run.n_sample))
-    spools = Spools(drives, run)
-    chunk = max(1, min(_CHUNK_STEPS, _CHUNK_SPOOL_STEPS // len(drives)) // run.steps_per_sample)
-    for first in range(0, run.n_sample, chunk):
-        window = slice(first, min(first + chunk, run.n_sample))
-        n_sample = window.stop - window.start
-        steps = n_sample * run.steps_per_sample
-        chunk_voltage, stages = spools.advance(first * run.steps_per_sample, steps)
-        voltage[:, window] = chunk_voltage[:: run.steps_per_sample, : len(drives)].T
-        spool[:, window] = stages[:: run.steps_per_sample, 0, : len(drives)].T
-        samples = np.empty((n_sample, len(STATES), WIDTH))
+    signals = _Signals(runs, inputs)
+    for window, chunk in _chunks(inputs, runs[0].run):
         for block in blocks:
-            advance_lanes(
-                block.lanes, stages, block.drive_of_lane, run.step, run.steps_per_sample, samples,
-                first * run.steps_per_sample, block.options,
-            )  # fmt: skip
-            states[:, block.members, window] = samples[:, :, : len(block.members)].transpose(1, 2, 0)
-    return states, voltage, spool
+            samples = block.advance(chunk, window.start)
+            signals.keep(block, window, chunk, samples)
+    return signals.trajectory(leakage_coefficients)
+
+
+def _chunks(inputs: Inputs, run: RunConfig) -> Iterator[tuple[slice, Chunk]]:
+    """Samples of the record, window by window, and the inputs of their steps."""
+    most = min(_CHUNK_STEPS, _CHUNK_SPOOL_STEPS // max(inputs.n_drive, 1))
+    length = max(1, most // run.steps_per_sample)
+    for first in range(0, run.n_sample, length):
+        window = slice(first, min(first + length, run.n_sample))
+        steps = (window.stop - window.start) * run.steps_per_sample
+        yield window, inputs.advance(first * run.steps_per_sample, steps)
 
 
 class _Block:
@@ -109,14 +78,98 @@ class _Block:
     def __init__(
         self,
         options: ModelOptions,
+        steps_per_control: int,
         members: list[int],
         runs: Sequence[RunParameters],
         leakage_coefficients: Sequence[float],
-        drive_of_run: NDArray[np.int64],
+        inputs: Inputs,
     ) -> None:
         self.options, self.members = options, members
-        self.lanes = pack_lanes([runs[k] for k in members], [leakage_coefficients[k] for k in members])
-        self.drive_of_lane = np.resize(drive_of_run[members], WIDTH)
+        self.columns, self.loads = inputs.column_of_run[members], inputs.load_of_run[members]
+        self._run, self._steps_per_control = runs[members[0]].run, steps_per_control
+        self._lanes = pack_lanes([runs[k] for k in members], [leakage_coefficients[k] for k in members])
+        self._column_of_lane, self._load_of_lane = (
+            np.resize(self.columns, WIDTH),
+            np.resize(self.loads, WIDTH),
+        )
+        self._n_row = len(SAMPLED) if options.samples_more else N_PAPER_SAMPLED
+
+    def advance(self, chunk: Chunk, first_sample: int) -> NDArray[np.float64]:
+        """Samples (n_sample, n_row, WIDTH) over a chunk."""
+        drive = chunk.stages if self.options.closed_loop is None else chunk.references
+        per_sample = self._run.steps_per_sample
+        samples = np.empty((len(drive) // per_sample, self._n_row, WIDTH))
+        advance_lanes(
+            self._lanes, drive, self._column_of_lane, chunk.loads, self._load_of_lane, self._run.step,
+            per_sample, self._steps_per_control, samples, first_sample * per_sample, self.options,
+        )  # fmt: skip
+        return samples
+
+
+class _Signals:
+    """The sampled signals of a batch, filled window by window."""
+
+    def __init__(self, runs: Sequence[RunParameters], inputs: Inputs) -> None:
+        self._runs = runs
+        shape = len(runs), runs[0].run.n_sample
+        options = [ModelOptions.of(run) for run in runs]
+        self._states = np.empty((N_PAPER_SAMPLED, *shape))
+        self._voltage, self._spool = np.empty((2, *shape))
+        supply = np.array([run.supply.pressure for run in runs])
+        self._supply = _held(supply, any(o.supply_droop for o in options), shape)
+        self._bristle = _held(np.zeros(len(runs)), any(o.bristle_friction for o in options), shape)
+        self._load = _held(np.zeros(len(runs)), any(o.load_force for o in options), shape)
+        self._reference = _held(np.full(len(runs), np.nan), bool(inputs.is_closed.any()), shape)
+
+    def keep(self, block: _Block, window: slice, chunk: Chunk, samples: NDArray[np.float64]) -> None:
+        """Take over the samples of a block."""
+        members, options = block.members, block.options
+        rows = samples[:, :, : len(members)].transpose(1, 2, 0)
+        every = slice(None, None, self._runs[0].run.steps_per_sample)
+        self._states[:, members, window] = rows[:N_PAPER_SAMPLED]
+        if options.supply_droop:
+            self._supply[members, window] = rows[SAMPLED.index("supply")]
+        if options.bristle_friction:
+            self._bristle[members, window] = rows[SAMPLED.index("bristle")]
+        if options.load_force:
+            self._load[members, window] = chunk.loads[every, block.loads].T
+        if options.closed_loop:
+            self._voltage[members, window] = rows[SAMPLED.index("voltage")]
+            self._spool[members, window] = rows[SAMPLED.index("spool_position")]
+            self._reference[members, window] = chunk.references[every, 0, block.columns].T
+        else:
+            self._voltage[members, window] = chunk.voltage[every, block.columns].T
+            self._spool[members, window] = chunk.stages[every, 0, block.columns].T
+
+    def trajectory(self, leakage_coefficients: Sequence[float]) -> Trajectory:
+        """The signals with their names, and what follows from them."""
+        run = self._runs[0].run
+        position, velocity, pressure_1, pressure_2 = self._states
+        time = np.arange(run.n_sample) / run.sampling_frequency
+        return Trajectory(
+            time=time,
+            input_voltage=self._voltage,
+            reference_position=self._reference,
+            load_force=self._load,
+            spool_position=self._spool,
+            piston_position=position,
+            piston_velocity=velocity,
+            chamber_1_pressure=pressure_1,
+            chamber_2_pressure=pressure_2,
+            supply_pressure=self._supply,
+            bristle_deflection=self._bristle,
+            leakage_coefficient=np.array(leakage_coefficients, dtype=float),
+            internal_leakage_flow=leakage_signal(
+                self._runs, leakage_coefficients, time, pressure_1 - pressure_2
+            ),
+            outcomes=tuple(outcome_of(run, self._states[:, k]) for k, run in enumerate(self._runs)),
+        )
+
+
+def _held(values: Signal, moves: bool, shape: tuple[int, int]) -> Signal:
+    """A signal that holds the given values (n_run,); with memory of its own where it moves."""
+    held = np.broadcast_to(values[:, None], shape)
+    return held.copy() if moves else held
 
 
 def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.valve import control_flow
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.no_load import no_load_flow
 
 RELATIVE_TOLERANCE = 1e-10
 """Tolerance of K_i."""
@@ -87,7 +87,7 @@ def _upper_bracket(
     """Coefficients that leak at least the target (NaN where none was found), and the largest flows seen."""
     supply = np.array([parameters.supply.pressure for parameters in conditions])
     trial = target / np.sqrt(0.25 * supply)
-    limit = np.array([_no_load_flow(parameters) for parameters in conditions])
+    limit = np.array([no_load_flow(parameters) for parameters in conditions])
     upper = np.full(len(conditions), np.nan)
     reachable = np.zeros(len(conditions))
     for _ in range(_MOST_TRIALS):
@@ -107,11 +107,3 @@ def _mean_flow(runs: Sequence[RunParameters], coefficients: NDArray[np.float64])
     trajectory = simulate_batch(runs, list(coefficients))
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     return np.where(failed, np.nan, trajectory.mean_internal_leakage_flow)
-
-
-def _no_load_flow(parameters: RunParameters) -> float:
-    """The control flow at equal chamber pressures [m³/s], which bounds the mean leakage."""
-    valve, supply = parameters.valve, parameters.supply
-    opening = valve.spool_gain * abs(parameters.input.amplitude)
-    drop = 0.5 * (supply.pressure - supply.return_pressure)
-    return float(control_flow(opening, drop, valve.flow_gain, valve.area_gradient))

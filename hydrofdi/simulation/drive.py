@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import RunConfig
-from hydrofdi.simulation.kernel import advance_spools
 from hydrofdi.simulation.lanes import SPOOL_WIDTH, SPOOLS
+from hydrofdi.simulation.spool import advance_spools
 
 
 @dataclass(frozen=True)
@@ -22,15 +22,25 @@ class Drive:
     """Everything that determines a spool's motion within a batch; runs that agree in it share one spool."""
 
     input: InputConfig
-    natural_frequency: float
+    frequency: float
     damping_ratio: float
     spool_gain: float
+    position_limit: float
+    speed_limit: float
 
     @classmethod
     def of(cls, parameters: RunParameters) -> Drive:
         """The drive of a run."""
         valve = parameters.valve
-        return cls(parameters.input, valve.natural_frequency, valve.damping_ratio, valve.spool_gain)
+        return cls(
+            parameters.input, valve.angular_frequency, valve.damping_ratio, valve.spool_gain,
+            valve.position_limit, valve.speed_limit,
+        )  # fmt: skip
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether position or speed of the spool saturates."""
+        return min(self.position_limit, self.speed_limit) < math.inf
 
 
 def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -67,6 +77,13 @@ def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) 
     return drive.amplitude * wave
 
 
+def position_reference(
+    drive: InputConfig, amplitude: float, run: RunConfig, steps: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Position reference at the given steps, of the shape of an input [m], shape (n,)."""
+    return amplitude * input_voltage(drive.model_copy(update={"amplitude": 1.0}), run, steps)
+
+
 def _random_steps(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
     hold = round(drive.period / run.step)
     levels = np.random.default_rng(drive.seed).uniform(-1.0, 1.0, -(-run.n_step // hold))
@@ -96,29 +113,37 @@ class Spools:
         One spool each.
     run : RunConfig
         Step and length of the record.
+
+    Attributes
+    ----------
+    columns : ndarray of int, shape (n_drive,)
+        Column of each drive in the arrays that `advance` gives.
     """
 
     def __init__(self, drives: Sequence[Drive], run: RunConfig) -> None:
         self._run = run
-        units = [drive.input.model_copy(update={"amplitude": 1.0}) for drive in drives]
+        groups = list(_groups_of_spools(drives))
+        spread = [drive for group in groups for drive in np.resize(np.array(group), SPOOL_WIDTH)]
+        self.columns = np.array([spread.index(k) for k in range(len(drives))], dtype=np.int64)
+        self._is_limited = [drives[group[0]].is_limited or None for group in groups]
+        padded = [drives[k] for k in spread]
+        units = [drive.input.model_copy(update={"amplitude": 1.0}) for drive in padded]
         self._units = list(dict.fromkeys(units))
-        self._first_drives = range(0, len(drives), SPOOL_WIDTH)
-        padded = np.resize(np.arange(len(drives)), len(self._first_drives) * SPOOL_WIDTH)
-        self._unit_of_spool = np.array([self._units.index(unit) for unit in units])[padded]
-        self._amplitude = np.array([drive.input.amplitude for drive in drives])[padded]
-        self._stages = np.empty((0, 4, padded.size))
-        self._spools = np.zeros(len(self._first_drives), SPOOLS)
+        self._unit_of_spool = np.array([self._units.index(unit) for unit in units], dtype=np.int64)
+        self._amplitude = np.array([drive.input.amplitude for drive in padded])
+        self._stages = np.empty((0, 4, len(padded)))
+        self._spools = np.zeros(len(groups), SPOOLS)
         for field, values in {
-            "frequency": [2.0 * math.pi * drive.natural_frequency for drive in drives],
-            "damping_ratio": [drive.damping_ratio for drive in drives],
-            "gain": [drive.spool_gain for drive in drives],
+            "spool_frequency": [drive.frequency for drive in padded],
+            "spool_damping_ratio": [drive.damping_ratio for drive in padded],
+            "spool_gain": [drive.spool_gain for drive in padded],
+            "spool_limit": [drive.position_limit for drive in padded],
+            "spool_speed_limit": [drive.speed_limit for drive in padded],
         }.items():
-            self._spools[field] = np.array(values)[padded].reshape(-1, SPOOL_WIDTH)
+            self._spools[field] = np.array(values).reshape(-1, SPOOL_WIDTH)
 
     def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Advance all spools from step `first` on.
-
-        Columns beyond the number of drives repeat the first ones.
 
         Returns
         -------
@@ -128,11 +153,24 @@ class Spools:
             Spool position at the four Runge-Kutta stages of each step [m]; valid until the next call.
         """
         steps = np.arange(first, first + n_step)
-        units = np.column_stack([input_voltage(unit, self._run, steps) for unit in self._units])
+        units = np.empty((n_step, len(self._units)))
+        for column, unit in enumerate(self._units):
+            units[:, column] = input_voltage(unit, self._run, steps)
         voltage = self._amplitude * np.take(units, self._unit_of_spool, axis=1)
-        if self._stages.shape[0] < n_step:
+        if len(self._stages) < n_step:
             self._stages = np.empty((n_step, 4, voltage.shape[1]))
         stages = self._stages[:n_step]
-        for group, first_drive in enumerate(self._first_drives):
-            advance_spools(self._spools[group : group + 1], voltage, self._run.step, first_drive, stages)
+        for group, is_limited in enumerate(self._is_limited):
+            advance_spools(
+                self._spools[group : group + 1], voltage, self._run.step, group * SPOOL_WIDTH, stages,
+                is_limited,
+            )  # fmt: skip
         return voltage, stages
+
+
+def _groups_of_spools(drives: Sequence[Drive]) -> Iterator[list[int]]:
+    """Positions of drives that are advanced together, SPOOL_WIDTH at most; all of them limited or none."""
+    for kind in (False, True):
+        members = [k for k, drive in enumerate(drives) if drive.is_limited is kind]
+        for first in range(0, len(members), SPOOL_WIDTH):
+            yield members[first : first + SPOOL_WIDTH]

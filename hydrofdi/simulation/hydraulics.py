@@ -1,12 +1,23 @@
-"""The right-hand side: the rates of a run's four hydraulic states, put together from the equations."""
+"""The right-hand side: the rates of a run's hydraulic states, put together from the equations."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
+from hydrofdi.physics.cylinder import (
+    chamber_pressure_rates,
+    end_stop_force,
+    piston_acceleration,
+    supported_pressure_rate,
+)
 from hydrofdi.physics.equation import Quantity, equation
-from hydrofdi.physics.friction import friction_force, smooth_friction_force
+from hydrofdi.physics.fluid import effective_bulk_modulus
+from hydrofdi.physics.friction import (
+    bristle_friction_force,
+    bristle_rate,
+    friction_force,
+    smooth_friction_force,
+)
 from hydrofdi.physics.leakage import (
     blended_leakage_flow,
     external_leakage_flow,
@@ -15,56 +26,93 @@ from hydrofdi.physics.leakage import (
     laminar_leakage_flow,
     onset_ramp,
 )
-from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
+from hydrofdi.physics.supply import supply_pressure_rate
+from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow, edge_flow
 from hydrofdi.simulation.options import ModelOptions
 
-State = tuple[float, float, float, float]
-"""x_p [m], v_p [m/s], P_1 and P_2 [Pa]."""
+
+class State(NamedTuple):
+    """x_p [m], v_p [m/s], P_1, P_2 and P_s [Pa], z [m]; the last two stand still without their options."""
+
+    position: float
+    velocity: float
+    pressure_1: float
+    pressure_2: float
+    supply: float
+    bristle: float
 
 
 class LaneParameters(NamedTuple):
-    """The parameters of one run, in SI; the fields of ``lanes.PARAMETERS``."""
+    """The parameters of one run at an instant, in SI; fields of ``lanes.PARAMETERS``."""
 
     mass: float
     area: float
     volume: float
     stiffness: float
-    supply: float
+    stop_position: float
+    stop_stiffness: float
+    rated_supply: float
     ret: float
+    droop_resistance: float
+    droop_time: float
     bulk_modulus: float
+    free_air: float
+    air_exponent: float
+    atmosphere: float
+    vapour_pressure: float
     flow_gain: float
     area_gradient: float
+    lap: float
+    lap_leakage: float
     coulomb: float
     breakaway: float
     viscous: float
     transition: float
     velocity_threshold: float
+    bristle_stiffness: float
+    bristle_damping: float
     internal_leakage: float
     external_leakage_1: float
     external_leakage_2: float
     laminar_reference: float
     blending_pressure: float
-    onset_time: float
-    onset_duration: float
-    onset_duty: float
 
 
 @equation
-def row_parameters(row: Any, time: Quantity, options: ModelOptions) -> LaneParameters:
-    """A row of `parameter_matrix` with names, at an instant."""
+def lane_parameters(lanes: Any, k: Any, time: Quantity, options: ModelOptions) -> LaneParameters:
+    """The parameters of one lane of a record, at an instant."""
     return LaneParameters(
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7],
-        row[8], row[9], row[10], row[11], row[12], row[13],
-        open_leakage(time, row[14], row[19], row[20], row[21], options),
-        row[15], row[16], row[17], row[18], row[19], row[20], row[21],
+        lanes.mass[k], lanes.area[k], lanes.volume[k], lanes.stiffness[k],
+        lanes.stop_position[k], lanes.stop_stiffness[k],
+        lanes.rated_supply[k], lanes.ret[k], lanes.droop_resistance[k], lanes.droop_time[k],
+        lanes.bulk_modulus[k], lanes.free_air[k], lanes.air_exponent[k], lanes.atmosphere[k],
+        lanes.vapour_pressure[k],
+        lanes.flow_gain[k], lanes.area_gradient[k], lanes.lap[k], lanes.lap_leakage[k],
+        lanes.coulomb[k], lanes.breakaway[k], lanes.viscous[k], lanes.transition[k],
+        lanes.velocity_threshold[k], lanes.bristle_stiffness[k], lanes.bristle_damping[k],
+        open_leakage(
+            time, lanes.internal_leakage[k], lanes.onset_time[k], lanes.onset_duration[k],
+            lanes.onset_duty[k], options,
+        ),
+        lanes.external_leakage_1[k], lanes.external_leakage_2[k],
+        lanes.laminar_reference[k], lanes.blending_pressure[k],
     )  # fmt: skip
 
 
 class PortFlows(NamedTuple):
-    """Flows [m³/s]: q_1 and q_2 through the valve, q_il across the piston, q_el1 and q_el2 to the outside."""
+    """Flows [m³/s].
+
+    Attributes
+    ----------
+    control_1, control_2, supply : float
+        q_1 into chamber 1, q_2 out of chamber 2, and q_s from the supply, through the valve.
+    internal, external_1, external_2 : float
+        q_il across the piston, q_el1 and q_el2 to the outside.
+    """
 
     control_1: float
     control_2: float
+    supply: float
     internal: float
     external_1: float
     external_2: float
@@ -98,38 +146,108 @@ def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelO
 
 
 @equation
-def port_flows(
-    pressure_1: float, pressure_2: float, spool_position: float, p: LaneParameters, options: ModelOptions
-) -> PortFlows:
+def valve_flows(
+    state: State, spool_position: float, p: LaneParameters, options: ModelOptions
+) -> tuple[float, float, float]:
+    """q_1, q_2 and q_s [m³/s] through the edges of the valve."""
+    if options.lapped_valve is not None:
+        feed_1 = _edge(spool_position, state.supply - state.pressure_1, p)
+        drain_1 = _edge(-spool_position, state.pressure_1 - p.ret, p)
+        feed_2 = _edge(-spool_position, state.supply - state.pressure_2, p)
+        drain_2 = _edge(spool_position, state.pressure_2 - p.ret, p)
+        return feed_1 - drain_1, drain_2 - feed_2, feed_1 + feed_2
+    drop_1 = chamber_1_orifice_drop(spool_position, state.pressure_1, state.supply, p.ret)
+    drop_2 = chamber_2_orifice_drop(spool_position, state.pressure_2, state.supply, p.ret)
+    flow_1 = control_flow(spool_position, drop_1, p.flow_gain, p.area_gradient)
+    flow_2 = control_flow(spool_position, drop_2, p.flow_gain, p.area_gradient)
+    return flow_1, flow_2, flow_1 if spool_position >= 0.0 else -flow_2
+
+
+@equation
+def _edge(spool_position: float, drop: float, p: LaneParameters) -> float:
+    flow: float = edge_flow(spool_position, drop, p.flow_gain, p.area_gradient, p.lap, p.lap_leakage)
+    return flow
+
+
+@equation
+def port_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> PortFlows:
     """All flows into and out of the chambers."""
-    drop_1 = chamber_1_orifice_drop(spool_position, pressure_1, p.supply, p.ret)
-    drop_2 = chamber_2_orifice_drop(spool_position, pressure_2, p.supply, p.ret)
+    control_1, control_2, supply = valve_flows(state, spool_position, p, options)
     return PortFlows(
-        control_flow(spool_position, drop_1, p.flow_gain, p.area_gradient),
-        control_flow(spool_position, drop_2, p.flow_gain, p.area_gradient),
-        leakage_of(pressure_1 - pressure_2, p, options),
-        external_leakage_flow(pressure_1, p.external_leakage_1),
-        external_leakage_flow(pressure_2, p.external_leakage_2),
+        control_1,
+        control_2,
+        supply,
+        leakage_of(state.pressure_1 - state.pressure_2, p, options),
+        external_leakage_flow(state.pressure_1, p.external_leakage_1),
+        external_leakage_flow(state.pressure_2, p.external_leakage_2),
     )
 
 
 @equation
-def friction_of(velocity: float, p: LaneParameters, options: ModelOptions) -> float:
-    """Friction force [N] by the law that was chosen."""
-    if options.smooth_friction is not None:
-        return smooth_friction_force(
-            velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold
+def friction_of(state: State, p: LaneParameters, options: ModelOptions) -> tuple[float, float]:
+    """Friction force [N] by the law that was chosen, and the rate of the bristles [m/s]."""
+    v = state.velocity
+    if options.bristle_friction is not None:
+        rate = bristle_rate(v, state.bristle, p.coulomb, p.breakaway, p.transition, p.bristle_stiffness)
+        force = bristle_friction_force(
+            v, state.bristle, rate, p.bristle_stiffness, p.bristle_damping, p.viscous
         )
-    return friction_force(velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold)
+        return force, rate
+    if options.smooth_friction is not None:
+        force = smooth_friction_force(
+            v, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold
+        )
+        return force, 0.0
+    return friction_force(v, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold), 0.0
 
 
 @equation
-def hydraulic_rates(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> State:
-    """Time derivatives of the state."""
-    x, v, p1, p2 = state
-    friction = friction_of(v, p, options)
-    flows = port_flows(p1, p2, spool_position, p, options)
-    net_1 = flows.control_1 - flows.internal - flows.external_1 - p.area * v
-    net_2 = flows.internal - flows.control_2 - flows.external_2 + p.area * v
-    rate_1, rate_2 = chamber_pressure_rates(x, net_1, net_2, p.bulk_modulus, p.volume, p.area)
-    return v, piston_acceleration(x, p1, p2, friction, p.mass, p.area, p.stiffness), rate_1, rate_2
+def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
+    """β of the fluid in a chamber [Pa] by the law that was chosen."""
+    if options.free_air is not None:
+        modulus: float = effective_bulk_modulus(
+            pressure, p.bulk_modulus, p.free_air, p.air_exponent, p.atmosphere
+        )
+        return modulus
+    return p.bulk_modulus
+
+
+@equation
+def pressure_rates(
+    state: State, net_1: float, net_2: float, p: LaneParameters, options: ModelOptions
+) -> tuple[float, float]:
+    """P_1' and P_2' [Pa/s] from the net flows [m³/s]."""
+    modulus_1 = bulk_modulus_at(state.pressure_1, p, options)
+    rate_1, rate_2 = chamber_pressure_rates(state.position, net_1, net_2, modulus_1, p.volume, p.area)
+    if options.free_air is not None:
+        rate_2 *= bulk_modulus_at(state.pressure_2, p, options) / modulus_1
+    if options.clamped_cavitation is not None:
+        rate_1 = supported_pressure_rate(state.pressure_1, rate_1, p.vapour_pressure)
+        rate_2 = supported_pressure_rate(state.pressure_2, rate_2, p.vapour_pressure)
+    return rate_1, rate_2
+
+
+@equation
+def hydraulic_rates(
+    state: State, spool_position: float, load: float, p: LaneParameters, options: ModelOptions
+) -> State:
+    """Time derivatives of the state, at a spool position [m] and a load force [N]."""
+    resistance, bristle = friction_of(state, p, options)
+    if options.load_force is not None:
+        resistance += load
+    if options.end_stops is not None:
+        resistance += end_stop_force(state.position, p.stop_position, p.stop_stiffness)
+    flows = port_flows(state, spool_position, p, options)
+    swept = p.area * state.velocity
+    net_1 = flows.control_1 - flows.internal - flows.external_1 - swept
+    net_2 = flows.internal - flows.control_2 - flows.external_2 + swept
+    rate_1, rate_2 = pressure_rates(state, net_1, net_2, p, options)
+    acceleration = piston_acceleration(
+        state.position, state.pressure_1, state.pressure_2, resistance, p.mass, p.area, p.stiffness
+    )
+    supply = 0.0
+    if options.supply_droop is not None:
+        supply = supply_pressure_rate(
+            state.supply, flows.supply, p.rated_supply, p.droop_resistance, p.droop_time
+        )
+    return State(state.velocity, acceleration, rate_1, rate_2, supply, bristle)

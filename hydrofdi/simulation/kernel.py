@@ -1,8 +1,8 @@
-"""The compiled kernels: classic Runge-Kutta of the six states, many runs side by side.
+"""The compiled kernel: classic Runge-Kutta of many runs side by side.
 
-The spool does not depend on the hydraulics. It is integrated once for all runs that share its drive, and
-its positions at the four stages of every step are handed to the lanes: the same numbers as in a joint
-integration.
+The spool does not depend on the hydraulics. In open loop it is integrated once for all runs that share its
+drive, and its positions at the four stages of every step are handed to the lanes: the same numbers as in a
+joint integration. In closed loop each lane has its own, moved ahead of the hydraulics within the step.
 """
 
 from __future__ import annotations
@@ -13,81 +13,143 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.physics.equation import equation
-from hydrofdi.physics.valve import spool_acceleration
 from hydrofdi.simulation.compilation import compiled
-from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates, open_leakage
-from hydrofdi.simulation.lanes import HALF_WIDTH, SPOOL_WIDTH
+from hydrofdi.simulation.control_loop import steer
+from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
+from hydrofdi.simulation.lanes import HALF_WIDTH
 from hydrofdi.simulation.options import ModelOptions
 
 
 @equation
-def moved(state: State, time: float, rates: State) -> State:
+def moved(state: State, time: float, rates: State, p: LaneParameters, options: ModelOptions) -> State:
     """The state after going along `rates` for a time."""
-    return (
-        state[0] + time * rates[0],
-        state[1] + time * rates[1],
-        state[2] + time * rates[2],
-        state[3] + time * rates[3],
+    pressure_1 = state.pressure_1 + time * rates.pressure_1
+    pressure_2 = state.pressure_2 + time * rates.pressure_2
+    if options.clamped_cavitation is not None:
+        pressure_1, pressure_2 = max(pressure_1, p.vapour_pressure), max(pressure_2, p.vapour_pressure)
+    supply, bristle = state.supply, state.bristle
+    if options.supply_droop is not None:
+        supply = supply + time * rates.supply
+    if options.bristle_friction is not None:
+        bristle = bristle + time * rates.bristle
+    return State(
+        state.position + time * rates.position,
+        state.velocity + time * rates.velocity,
+        pressure_1,
+        pressure_2,
+        supply,
+        bristle,
     )
 
 
 @equation
 def weighted(first: State, second: State, third: State, fourth: State) -> State:
     """Six times the mean rates of classic Runge-Kutta: k1 + 2 k2 + 2 k3 + k4."""
-    return (
-        first[0] + 2.0 * (second[0] + third[0]) + fourth[0],
-        first[1] + 2.0 * (second[1] + third[1]) + fourth[1],
-        first[2] + 2.0 * (second[2] + third[2]) + fourth[2],
-        first[3] + 2.0 * (second[3] + third[3]) + fourth[3],
+    return State(
+        first.position + 2.0 * (second.position + third.position) + fourth.position,
+        first.velocity + 2.0 * (second.velocity + third.velocity) + fourth.velocity,
+        first.pressure_1 + 2.0 * (second.pressure_1 + third.pressure_1) + fourth.pressure_1,
+        first.pressure_2 + 2.0 * (second.pressure_2 + third.pressure_2) + fourth.pressure_2,
+        first.supply + 2.0 * (second.supply + third.supply) + fourth.supply,
+        first.bristle + 2.0 * (second.bristle + third.bristle) + fourth.bristle,
     )
 
 
 @equation
-def lane_parameters(half: Any, lane: int, time: float, options: ModelOptions) -> LaneParameters:
-    """The parameters of one lane at an instant."""
-    return LaneParameters(
-        half.mass[lane], half.area[lane], half.volume[lane], half.stiffness[lane],
-        half.supply[lane], half.ret[lane], half.bulk_modulus[lane],
-        half.flow_gain[lane], half.area_gradient[lane],
-        half.coulomb[lane], half.breakaway[lane], half.viscous[lane],
-        half.transition[lane], half.velocity_threshold[lane],
-        open_leakage(
-            time, half.internal_leakage[lane], half.onset_time[lane], half.onset_duration[lane],
-            half.onset_duty[lane], options,
-        ),
-        half.external_leakage_1[lane], half.external_leakage_2[lane],
-        half.laminar_reference[lane], half.blending_pressure[lane],
-        half.onset_time[lane], half.onset_duration[lane], half.onset_duty[lane],
+def state_of(half: Any, k: int) -> State:
+    """The state of a lane."""
+    return State(
+        half.position[k], half.velocity[k], half.pressure_1[k], half.pressure_2[k], half.supply[k],
+        half.bristle[k],
     )  # fmt: skip
+
+
+@equation
+def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
+    """Write the state of a lane back."""
+    half.position[k], half.velocity[k] = state.position, state.velocity
+    half.pressure_1[k], half.pressure_2[k] = state.pressure_1, state.pressure_2
+    if options.supply_droop is not None:
+        half.supply[k] = state.supply
+    if options.bristle_friction is not None:
+        half.bristle[k] = state.bristle
+
+
+@equation
+def take_sample(half: Any, sample: NDArray[np.float64], first: int, options: ModelOptions) -> None:
+    """Copy what is sampled of a half into its columns, in the order of ``lanes.SAMPLED``."""
+    for k in range(HALF_WIDTH):
+        sample[0, first + k] = half.position[k]
+        sample[1, first + k] = half.velocity[k]
+        sample[2, first + k] = half.pressure_1[k]
+        sample[3, first + k] = half.pressure_2[k]
+    if options.supply_droop is not None:
+        for k in range(HALF_WIDTH):
+            sample[4, first + k] = half.supply[k]
+    if options.bristle_friction is not None:
+        for k in range(HALF_WIDTH):
+            sample[5, first + k] = half.bristle[k]
+    if options.closed_loop is not None:
+        for k in range(HALF_WIDTH):
+            sample[6, first + k] = half.voltage[k]
+            sample[7, first + k] = half.spool_1[k]
+
+
+@equation
+def take_spools(half: Any, stages: NDArray[np.float64], columns: NDArray[np.int64], first: int) -> None:
+    """Hand the spool positions of a step to the lanes of a half, each from the column of its drive."""
+    for k in range(HALF_WIDTH):
+        column = columns[first + k]
+        half.spool_1[k] = stages[0, column]
+        half.spool_2[k] = stages[1, column]
+        half.spool_3[k] = stages[2, column]
+        half.spool_4[k] = stages[3, column]
+
+
+@equation
+def take_loads(half: Any, loads: NDArray[np.float64], columns: NDArray[np.int64], first: int) -> None:
+    """Hand the load forces of a step to the lanes of a half."""
+    for k in range(HALF_WIDTH):
+        half.load[k] = loads[columns[first + k]]
 
 
 @compiled
 def advance_lanes(
     lanes: NDArray[Any],
-    spool: NDArray[np.float64],
+    drive: NDArray[np.float64],
     drive_of_lane: NDArray[np.int64],
+    loads: NDArray[np.float64],
+    load_of_lane: NDArray[np.int64],
     step: float,
     steps_per_sample: int,
+    steps_per_control: int,
     samples: NDArray[np.float64],
     first_step: int,
     options: ModelOptions,
 ) -> None:
-    """Advance all lanes by the steps of `spool`, and sample them on the way.
+    """Advance all lanes by the steps of `drive`, and sample them on the way.
 
     Parameters
     ----------
     lanes : ndarray of LANES, shape (1,)
         Parameters and state; the state is updated in place.
-    spool : ndarray, shape (n_step, 4, n_drive)
-        Spool position at the stages of each step, one column per drive [m].
+    drive : ndarray, shape (n_step, n_stage, n_drive)
+        In open loop the spool position at the four stages of each step, one column per drive [m]; in closed
+        loop the position reference of each step, with a single stage [m].
     drive_of_lane : ndarray, shape (WIDTH,)
+        Column of each lane.
+    loads : ndarray, shape (n_step, n_load)
+        Load force of each step [N]; not looked at without the option.
+    load_of_lane : ndarray, shape (WIDTH,)
         Column of each lane.
     step : float
         Runge-Kutta step h [s].
     steps_per_sample : int
         A sample is taken before every so many steps, the first step included.
-    samples : ndarray, shape (n_step / steps_per_sample, 4, WIDTH)
-        Filled with x_p [m], v_p [m/s], P_1 and P_2 [Pa].
+    steps_per_control : int
+        In closed loop the controllers act before every so many steps, counted from the start of the record.
+    samples : ndarray, shape (n_step / steps_per_sample, n_row, WIDTH)
+        Filled with the rows of ``lanes.SAMPLED`` that the options have.
     first_step : int
         Number of the first step, counted from the start of the record.
     options : ModelOptions
@@ -96,22 +158,14 @@ def advance_lanes(
     left, right = lanes[0].left, lanes[0].right
     half_step, sixth_step = 0.5 * step, step / 6.0
     first, share_drive = drive_of_lane[0], drive_of_lane.min() == drive_of_lane.max()
-    for i in range(spool.shape[0]):
-        if i % steps_per_sample == 0:
-            sample = samples[i // steps_per_sample]
-            for k in range(HALF_WIDTH):
-                sample[0, k] = left.position[k]
-                sample[1, k] = left.velocity[k]
-                sample[2, k] = left.pressure_1[k]
-                sample[3, k] = left.pressure_2[k]
-            for k in range(HALF_WIDTH):
-                sample[0, HALF_WIDTH + k] = right.position[k]
-                sample[1, HALF_WIDTH + k] = right.velocity[k]
-                sample[2, HALF_WIDTH + k] = right.pressure_1[k]
-                sample[3, HALF_WIDTH + k] = right.pressure_2[k]
-        stages = spool[i]
+    for i in range(drive.shape[0]):
+        stages = drive[i]
         time = (first_step + i) * step
-        if share_drive:
+        if options.closed_loop is not None:
+            is_due = (first_step + i) % steps_per_control == 0
+            steer(left, stages, drive_of_lane, 0, step, is_due, options)
+            steer(right, stages, drive_of_lane, HALF_WIDTH, step, is_due, options)
+        elif share_drive:
             stage_1, stage_2 = stages[0, first], stages[1, first]
             stage_3, stage_4 = stages[2, first], stages[3, first]
             for k in range(HALF_WIDTH):
@@ -120,79 +174,28 @@ def advance_lanes(
                 left.spool_3[k] = right.spool_3[k] = stage_3
                 left.spool_4[k] = right.spool_4[k] = stage_4
         else:
-            for k in range(HALF_WIDTH):
-                drive = drive_of_lane[k]
-                left.spool_1[k] = stages[0, drive]
-                left.spool_2[k] = stages[1, drive]
-                left.spool_3[k] = stages[2, drive]
-                left.spool_4[k] = stages[3, drive]
-                drive = drive_of_lane[HALF_WIDTH + k]
-                right.spool_1[k] = stages[0, drive]
-                right.spool_2[k] = stages[1, drive]
-                right.spool_3[k] = stages[2, drive]
-                right.spool_4[k] = stages[3, drive]
+            take_spools(left, stages, drive_of_lane, 0)
+            take_spools(right, stages, drive_of_lane, HALF_WIDTH)
+        if options.load_force is not None:
+            take_loads(left, loads[i], load_of_lane, 0)
+            take_loads(right, loads[i], load_of_lane, HALF_WIDTH)
+        if i % steps_per_sample == 0:
+            sample = samples[i // steps_per_sample]
+            take_sample(left, sample, 0, options)
+            take_sample(right, sample, HALF_WIDTH, options)
         # Two independent lanes in one body hide each other's latencies.
         for k in range(HALF_WIDTH):
             p = lane_parameters(left, k, time, options)
             q = lane_parameters(right, k, time, options)
-            y = (left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k])
-            z = (right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k])
-            y1 = hydraulic_rates(y, left.spool_1[k], p, options)
-            z1 = hydraulic_rates(z, right.spool_1[k], q, options)
-            y2 = hydraulic_rates(moved(y, half_step, y1), left.spool_2[k], p, options)
-            z2 = hydraulic_rates(moved(z, half_step, z1), right.spool_2[k], q, options)
-            y3 = hydraulic_rates(moved(y, half_step, y2), left.spool_3[k], p, options)
-            z3 = hydraulic_rates(moved(z, half_step, z2), right.spool_3[k], q, options)
-            y4 = hydraulic_rates(moved(y, step, y3), left.spool_4[k], p, options)
-            z4 = hydraulic_rates(moved(z, step, z3), right.spool_4[k], q, options)
-            y = moved(y, sixth_step, weighted(y1, y2, y3, y4))
-            z = moved(z, sixth_step, weighted(z1, z2, z3, z4))
-            left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k] = y
-            right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k] = z
-
-
-@compiled
-def advance_spools(
-    spools: NDArray[Any],
-    voltage: NDArray[np.float64],
-    step: float,
-    first_drive: int,
-    stages: NDArray[np.float64],
-) -> None:
-    """Integrate a record of spools and keep their positions at the stages of each step.
-
-    Parameters
-    ----------
-    spools : ndarray of SPOOLS, shape (1,)
-        ω_v [rad/s], ξ [-], k_v [m/V] and state [m], [m/s]; the state is updated in place.
-    voltage : ndarray, shape (n_step, n_drive)
-        Input, held over each step [V].
-    step : float
-        Runge-Kutta step h [s].
-    first_drive : int
-        Column of the first of these spools.
-    stages : ndarray, shape (n_step, 4, n_drive)
-        Filled with spool positions [m], in SPOOL_WIDTH columns.
-    """
-    spool = spools[0]
-    for i in range(voltage.shape[0]):
-        for k in range(SPOOL_WIDTH):
-            spool.voltage[k] = voltage[i, first_drive + k]
-        for k in range(SPOOL_WIDTH):
-            x, v, u = spool.position[k], spool.velocity[k], spool.voltage[k]
-            w, xi, k_v = spool.frequency[k], spool.damping_ratio[k], spool.gain[k]
-            a1 = spool_acceleration(x, v, u, w, xi, k_v)
-            x2, v2 = x + 0.5 * step * v, v + 0.5 * step * a1
-            a2 = spool_acceleration(x2, v2, u, w, xi, k_v)
-            x3, v3 = x + 0.5 * step * v2, v + 0.5 * step * a2
-            a3 = spool_acceleration(x3, v3, u, w, xi, k_v)
-            x4, v4 = x + step * v3, v + step * a3
-            a4 = spool_acceleration(x4, v4, u, w, xi, k_v)
-            spool.stage_1[k], spool.stage_2[k], spool.stage_3[k], spool.stage_4[k] = x, x2, x3, x4
-            spool.position[k] = x + step / 6.0 * (v + 2.0 * (v2 + v3) + v4)
-            spool.velocity[k] = v + step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
-        for k in range(SPOOL_WIDTH):
-            stages[i, 0, first_drive + k] = spool.stage_1[k]
-            stages[i, 1, first_drive + k] = spool.stage_2[k]
-            stages[i, 2, first_drive + k] = spool.stage_3[k]
-            stages[i, 3, first_drive + k] = spool.stage_4[k]
+            f, g = left.load[k], right.load[k]
+            y, z = state_of(left, k), state_of(right, k)
+            y1 = hydraulic_rates(y, left.spool_1[k], f, p, options)
+            z1 = hydraulic_rates(z, right.spool_1[k], g, q, options)
+            y2 = hydraulic_rates(moved(y, half_step, y1, p, options), left.spool_2[k], f, p, options)
+            z2 = hydraulic_rates(moved(z, half_step, z1, q, options), right.spool_2[k], g, q, options)
+            y3 = hydraulic_rates(moved(y, half_step, y2, p, options), left.spool_3[k], f, p, options)
+            z3 = hydraulic_rates(moved(z, half_step, z2, q, options), right.spool_3[k], g, q, options)
+            y4 = hydraulic_rates(moved(y, step, y3, p, options), left.spool_4[k], f, p, options)
+            z4 = hydraulic_rates(moved(z, step, z3, q, options), right.spool_4[k], g, q, options)
+            keep_state(left, k, moved(y, sixth_step, weighted(y1, y2, y3, y4), p, options), options)
+            keep_state(right, k, moved(z, sixth_step, weighted(z1, z2, z3, z4), q, options), options)

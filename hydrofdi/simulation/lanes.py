@@ -24,16 +24,33 @@ PARAMETERS = {
     "area": "actuator.piston_area",
     "volume": "actuator.chamber_volume",
     "stiffness": "actuator.load_stiffness",
-    "supply": "supply.pressure",
+    "stop_position": "actuator.end_stop_position",
+    "stop_stiffness": "actuator.end_stop_stiffness",
+    "rated_supply": "supply.pressure",
     "ret": "supply.return_pressure",
+    "droop_resistance": "supply.droop_resistance",
+    "droop_time": "supply.droop_time_constant",
     "bulk_modulus": "fluid.bulk_modulus",
+    "free_air": "fluid.free_air",
+    "air_exponent": "fluid.polytropic_exponent",
+    "atmosphere": "fluid.atmospheric_pressure",
+    "vapour_pressure": "fluid.vapour_pressure",
     "flow_gain": "valve.flow_gain",
     "area_gradient": "valve.area_gradient",
+    "lap": "valve.lap",
+    "lap_leakage": "valve.lap_leakage",
+    "spool_frequency": "valve.angular_frequency",
+    "spool_damping_ratio": "valve.damping_ratio",
+    "spool_gain": "valve.spool_gain",
+    "spool_limit": "valve.position_limit",
+    "spool_speed_limit": "valve.speed_limit",
     "coulomb": "friction.dry_coulomb",
     "breakaway": "friction.dry_breakaway",
     "viscous": "friction.viscous",
     "transition": "friction.transition",
     "velocity_threshold": "friction.velocity_threshold",
+    "bristle_stiffness": "friction.dry_bristle_stiffness",
+    "bristle_damping": "friction.dry_bristle_damping",
     "internal_leakage": "leakage.internal_coefficient",
     "external_leakage_1": "leakage.chamber_1_coefficient",
     "external_leakage_2": "leakage.chamber_2_coefficient",
@@ -42,26 +59,42 @@ PARAMETERS = {
     "onset_time": "leakage.rise_start",
     "onset_duration": "leakage.rise_duration",
     "onset_duty": "leakage.onset_duty",
+    "proportional_gain": "control.proportional_gain",
+    "integral_gain": "control.used_integral_gain",
+    "derivative_gain": "control.used_derivative_gain",
+    "sample_time": "control.sample_time",
+    "voltage_limit": "control.voltage_limit",
 }
 """Lane field → the parameter that fills it, in SI."""
 
-STATES = ("position", "velocity", "pressure_1", "pressure_2")
-"""Integrated states of a lane: x_p, v_p, P_1, P_2."""
+STATES = ("position", "velocity", "pressure_1", "pressure_2", "supply", "bristle")
+"""Integrated states of a lane: x_p, v_p, P_1, P_2, and with the options that have them P_s and z."""
 
-SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
-"""Spool position x_v at the four Runge-Kutta stages of the current step."""
+_LOOP = ("spool_position", "spool_velocity", "voltage", "error", "integral")
+"""State of spool and controller of a lane in closed loop."""
 
-_HALF = np.dtype([(name, "f8", (HALF_WIDTH,)) for name in (*PARAMETERS, *STATES, *SPOOL_STAGES)])
+_STEP = ("spool_1", "spool_2", "spool_3", "spool_4", "load")
+"""Spool position x_v at the four Runge-Kutta stages of the current step, and the load force."""
+
+SAMPLED = (*STATES, "voltage", "spool_position")
+"""Rows of the samples; those from P_s on are filled where an option makes them a run's own."""
+
+N_PAPER_SAMPLED = 4
+"""Number of rows that the paper's model fills."""
+
+_HALF = np.dtype([(name, "f8", (HALF_WIDTH,)) for name in (*PARAMETERS, *STATES, *_LOOP, *_STEP)])
 LANES = np.dtype([("left", _HALF), ("right", _HALF)])
 """Record of all lanes."""
 
+SINGLE = np.dtype([(name, "f8", (1,)) for name in PARAMETERS])
+"""Record of the parameters of one run, a single lane wide."""
 
 SPOOL_WIDTH = 16
 """Number of spools that are advanced together."""
 
 _SPOOL_FIELDS = (
-    "position", "velocity", "frequency", "damping_ratio", "gain",
-    "voltage", "stage_1", "stage_2", "stage_3", "stage_4",
+    "spool_position", "spool_velocity", "spool_frequency", "spool_damping_ratio", "spool_gain",
+    "spool_limit", "spool_speed_limit", "voltage", "spool_1", "spool_2", "spool_3", "spool_4",
 )  # fmt: skip
 SPOOLS = np.dtype([(name, "f8", (SPOOL_WIDTH,)) for name in _SPOOL_FIELDS])
 """Record of the spools of several drives."""
@@ -82,30 +115,24 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
     ndarray of LANES, shape (1,)
     """
     lanes = np.zeros(1, LANES)
-    values = parameter_matrix(parameters, leakage_coefficients)
-    for column, field in enumerate(PARAMETERS):
-        _fill(lanes, field, values[:, column])
+    singles = pack_singles(parameters, leakage_coefficients)
+    for field in PARAMETERS:
+        padded = np.full(WIDTH, singles[field][0, 0])
+        padded[: len(singles)] = singles[field][:, 0]
+        lanes["left"][field], lanes["right"][field] = padded[:HALF_WIDTH], padded[HALF_WIDTH:]
     for half in ("left", "right"):
         state = lanes[half]
+        state["supply"] = state["rated_supply"]
         state["pressure_1"] = state["pressure_2"] = 0.5 * (state["supply"] + state["ret"])
     return lanes
 
 
-def parameter_matrix(
-    parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]
-) -> NDArray[np.float64]:
-    """Parameters of runs in the order of ``PARAMETERS``, shape (n_run, n_parameter), in SI."""
-    matrix = np.empty((len(parameters), len(PARAMETERS)))
-    for column, (field, name) in enumerate(PARAMETERS.items()):
+def pack_singles(parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> NDArray[Any]:
+    """Parameters of runs by name, in SI: ndarray of SINGLE, shape (n_run,)."""
+    singles = np.zeros(len(parameters), SINGLE)
+    for field, name in PARAMETERS.items():
         if field == "internal_leakage":
-            matrix[:, column] = leakage_coefficients
+            singles[field][:, 0] = leakage_coefficients
         else:
-            matrix[:, column] = [run.value(name) for run in parameters]
-    return matrix
-
-
-def _fill(lanes: NDArray[Any], field: str, values: NDArray[np.float64]) -> None:
-    padded = np.full(WIDTH, values[0])
-    padded[: len(values)] = values
-    lanes["left"][field] = padded[:HALF_WIDTH]
-    lanes["right"][field] = padded[HALF_WIDTH:]
+            singles[field][:, 0] = [run.value(name) for run in parameters]
+    return singles

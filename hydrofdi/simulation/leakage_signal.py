@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation.hydraulics import leakage_of, row_parameters
-from hydrofdi.simulation.lanes import parameter_matrix
+from hydrofdi.simulation.hydraulics import lane_parameters, leakage_of
+from hydrofdi.simulation.lanes import pack_singles
 from hydrofdi.simulation.options import group_by_options
 
 
@@ -36,11 +36,10 @@ def leakage_signal(
     ndarray, shape (n_run, n_time)
         q_il from chamber 1 to chamber 2 [m³/s].
     """
-    parameters = parameter_matrix(runs, leakage_coefficients)
+    singles = pack_singles(runs, leakage_coefficients)
     flow = np.empty_like(pressure_difference)
     for options, members in group_by_options(runs):
-        columns = parameters[members].T[:, :, None]
-        flow[members] = leakage_of(
-            pressure_difference[members], row_parameters(columns, time, options), options
-        )
+        columns = singles[members].view(np.recarray)
+        parameters = lane_parameters(columns, ..., time, options)
+        flow[members] = leakage_of(pressure_difference[members], parameters, options)
     return flow

@@ -19,17 +19,40 @@ class ModelOptions(NamedTuple):
     ramped_leakage: Chosen = None
     intermittent_leakage: Chosen = None
     smooth_friction: Chosen = None
+    bristle_friction: Chosen = None
+    free_air: Chosen = None
+    clamped_cavitation: Chosen = None
+    limited_spool: Chosen = None
+    lapped_valve: Chosen = None
+    end_stops: Chosen = None
+    load_force: Chosen = None
+    supply_droop: Chosen = None
+    closed_loop: Chosen = None
+
+    @property
+    def samples_more(self) -> bool:
+        """Whether a lane has more to sample than the paper's model."""
+        return any((self.supply_droop, self.bristle_friction, self.closed_loop))
 
     @classmethod
     def of(cls, run: RunParameters) -> ModelOptions:
         """The choices of a run."""
-        leakage = run.leakage
+        leakage, valve = run.leakage, run.valve
         return cls(
             laminar_leakage=leakage.law == "laminar" or None,
             blended_leakage=leakage.law == "blended" or None,
             ramped_leakage=leakage.onset in {"step", "ramp"} or None,
             intermittent_leakage=leakage.onset == "intermittent" or None,
             smooth_friction=run.friction.law == "smooth" or None,
+            bristle_friction=run.friction.law == "lugre" or None,
+            free_air=run.fluid.law == "free_air" or None,
+            clamped_cavitation=run.fluid.cavitation == "clamped" or None,
+            limited_spool=valve.is_limited or None,
+            lapped_valve=valve.lap != 0.0 or valve.lap_leakage != 0.0 or None,
+            end_stops=run.actuator.end_stops == "elastic" or None,
+            load_force=run.load.is_present or None,
+            supply_droop=run.supply.droop == "first_order" or None,
+            closed_loop=run.control.is_closed or None,
         )
 
 
@@ -39,3 +62,12 @@ def group_by_options(runs: Sequence[RunParameters]) -> list[tuple[ModelOptions, 
     for position, run in enumerate(runs):
         groups.setdefault(ModelOptions.of(run), []).append(position)
     return list(groups.items())
+
+
+def group_by_kernel(runs: Sequence[RunParameters]) -> dict[tuple[ModelOptions, int], list[int]]:
+    """Runs that one kernel can advance together: their choices, and in closed loop the steps per control."""
+    groups: dict[tuple[ModelOptions, int], list[int]] = {}
+    for position, run in enumerate(runs):
+        steps = round(run.control.sample_time / run.run.step) if run.control.is_closed else 1
+        groups.setdefault((ModelOptions.of(run), steps), []).append(position)
+    return groups

@@ -1,12 +1,11 @@
 """The same equations through SciPy's solvers: a second opinion on a run.
 
-The six states are integrated together, with an error control of their own, and restarted wherever the input
-jumps. Much slower than the kernel.
+All states are integrated together, with an error control of their own, and restarted wherever an input jumps
+or a controller acts. Much slower than the kernel.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, Literal
@@ -15,22 +14,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.valve import spool_acceleration
+from hydrofdi.physics.control import pid_step
 from hydrofdi.simulation.batch import outcome_of
 from hydrofdi.simulation.compilation import compiled
-from hydrofdi.simulation.drive import input_voltage
-from hydrofdi.simulation.hydraulics import hydraulic_rates, row_parameters
-from hydrofdi.simulation.lanes import parameter_matrix
+from hydrofdi.simulation.drive import input_voltage, position_reference
+from hydrofdi.simulation.hydraulics import State, hydraulic_rates, lane_parameters
+from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, STATES, pack_singles
 from hydrofdi.simulation.leakage_signal import leakage_signal
+from hydrofdi.simulation.load import load_force
 from hydrofdi.simulation.options import ModelOptions
+from hydrofdi.simulation.spool import spool_rates, valve_opening
 from hydrofdi.simulation.trajectory import Trajectory
 
 Solver = Literal["lsoda", "radau"]
 
 RELATIVE_TOLERANCE = 1e-8
 
-_SCALES = np.array([1e-2, 1e-1, 1e6, 1e6, 1e-5, 1e-2])
-"""Sizes of x_p [m], v_p [m/s], P_1, P_2 [Pa], x_v [m], v_v [m/s], for the absolute tolerance."""
+_SCALES = np.array([1e-2, 1e-1, 1e6, 1e6, 1e6, 1e-5, 1e-5, 1e-2])
+"""Sizes of x_p [m], v_p [m/s], P_1, P_2, P_s [Pa], z [m], x_v [m], v_v [m/s], for the absolute tolerance."""
+
+_SPOOL = len(STATES)
 
 
 def simulate_with_solver(
@@ -57,62 +60,109 @@ def simulate_with_solver(
         As of ``simulate_batch``; a run that the solver gives up on has NaN from there on, and has diverged.
     """
     run = runs[0].run
-    steps = np.arange(run.n_step)
-    voltages = np.array([input_voltage(parameters.input, run, steps) for parameters in runs])
-    states = np.full((6, len(runs), run.n_sample), np.nan)
-    matrix = parameter_matrix(runs, leakage_coefficients)
-    for k, parameters in enumerate(runs):
-        _solve(parameters, matrix[k], voltages[k], solver, tolerance, states[:, k])
+    singles = pack_singles(runs, leakage_coefficients)
+    records = [
+        _Record(parameters, singles[k : k + 1], solver, tolerance) for k, parameters in enumerate(runs)
+    ]
+    for record in records:
+        record.solve()
+    states = np.stack([record.states for record in records], axis=1)
     time = np.arange(run.n_sample) / run.sampling_frequency
+    every = slice(None, None, run.steps_per_sample)
     return Trajectory(
         time=time,
-        input_voltage=voltages[:, :: run.steps_per_sample],
-        spool_position=states[4],
+        input_voltage=np.array([record.voltage[every] for record in records]),
+        reference_position=np.array([record.reference[every] for record in records]),
+        load_force=np.array([record.load[every] for record in records]),
+        spool_position=np.clip(states[_SPOOL], -singles["spool_limit"], singles["spool_limit"]),
         piston_position=states[0],
         piston_velocity=states[1],
         chamber_1_pressure=states[2],
         chamber_2_pressure=states[3],
+        supply_pressure=states[4],
+        bristle_deflection=states[5],
         leakage_coefficient=np.array(leakage_coefficients, dtype=float),
         internal_leakage_flow=leakage_signal(runs, leakage_coefficients, time, states[2] - states[3]),
-        outcomes=tuple(outcome_of(parameters, states[:4, k]) for k, parameters in enumerate(runs)),
+        outcomes=tuple(
+            outcome_of(parameters, states[:N_PAPER_SAMPLED, k]) for k, parameters in enumerate(runs)
+        ),
     )
 
 
-def _solve(
-    parameters: RunParameters,
-    values: NDArray[np.float64],
-    voltage: NDArray[np.float64],
-    solver: Solver,
-    tolerance: float,
-    states: NDArray[np.float64],
-) -> None:
-    """Integrate one run from jump to jump of its input, and fill its samples (6, n_time)."""
-    from scipy import integrate
+class _Record:
+    """One run on its way from jump to jump of its inputs."""
 
-    solve_ivp: Any = integrate.solve_ivp
-    run, valve, supply = parameters.run, parameters.valve, parameters.supply
-    spool = np.array([2.0 * math.pi * valve.natural_frequency, valve.damping_ratio, valve.spool_gain])
-    options = ModelOptions.of(parameters)
-    rest = 0.5 * (supply.pressure + supply.return_pressure)
-    state = np.array([0.0, 0.0, rest, rest, 0.0, 0.0])
-    smooth = parameters.input.is_smooth
-    edges = [] if smooth else (np.flatnonzero(np.diff(voltage)) + 1).tolist()
-    jumps = [0, *edges, run.n_step]
-    for first, last in pairwise(jumps):
-        samples = np.arange(-(-first // run.steps_per_sample), -(-last // run.steps_per_sample))
-        instants = np.append(samples * run.steps_per_sample, last) * run.step
-        held = voltage if smooth else voltage[first : first + 1]
+    def __init__(
+        self, parameters: RunParameters, single: NDArray[Any], solver: Solver, tolerance: float
+    ) -> None:
+        run, supply = parameters.run, parameters.supply
+        steps = np.arange(run.n_step)
+        self._run, self._single, self._solver, self._tolerance = run, single, solver, tolerance
+        self._options = ModelOptions.of(parameters)
+        self._is_closed = parameters.control.is_closed
+        self._steps_per_control = round(parameters.control.sample_time / run.step)
+        self.load = load_force(parameters.load, run, steps)
+        self._is_smooth = parameters.input.is_smooth and not self._is_closed
+        self.reference = np.full(run.n_step, np.nan)
+        self.voltage = np.zeros(run.n_step)
+        if self._is_closed:
+            self.reference = position_reference(parameters.input, parameters.control.amplitude, run, steps)
+        else:
+            self.voltage = input_voltage(parameters.input, run, steps)
+        self.states = np.full((_SPOOL + 2, run.n_sample), np.nan)
+        rest = 0.5 * (supply.pressure + supply.return_pressure)
+        self._state = np.array([0.0, 0.0, rest, rest, supply.pressure, 0.0, 0.0, 0.0])
+        self._error = self._integral = self._voltage = 0.0
+
+    def solve(self) -> None:
+        """Fill the samples, up to where the solver gives up."""
+        for first, last in pairwise(self._jumps()):
+            if self._is_closed and first % self._steps_per_control == 0:
+                self._control(first)
+            if self._is_closed:
+                self.voltage[first:last] = self._voltage
+            if not self._advance(first, last):
+                return
+
+    def _jumps(self) -> list[int]:
+        """Steps at which something jumps, first and last included."""
+        n_step = self._run.n_step
+        jumps = {0, n_step, *(np.flatnonzero(np.diff(self.load)) + 1).tolist()}
+        if self._is_closed:
+            jumps.update(range(0, n_step, self._steps_per_control))
+        elif not self._is_smooth:
+            jumps.update((np.flatnonzero(np.diff(self.voltage)) + 1).tolist())
+        return sorted(jumps)
+
+    def _control(self, step: int) -> None:
+        c = self._single[0]
+        error = float(self.reference[step] - self._state[0])
+        self._voltage, self._integral = pid_step(
+            error, self._error, self._integral, c["proportional_gain"][0], c["integral_gain"][0],
+            c["derivative_gain"][0], c["sample_time"][0], c["voltage_limit"][0],
+        )  # fmt: skip
+        self._error = error
+
+    def _advance(self, first: int, last: int) -> bool:
+        from scipy import integrate
+
+        solve_ivp: Any = integrate.solve_ivp
+        run, per_sample = self._run, self._run.steps_per_sample
+        samples = np.arange(-(-first // per_sample), -(-last // per_sample))
+        instants = np.append(samples * per_sample, last) * run.step
+        held = self.voltage if self._is_smooth else self.voltage[first : first + 1]
         with np.errstate(all="ignore"):
             result = solve_ivp(
-                all_rates, (first * run.step, last * run.step), state,
-                method=solver.upper() if solver == "lsoda" else "Radau",
-                t_eval=instants, args=(held, run.step, spool, values, options),
-                rtol=tolerance, atol=tolerance * _SCALES,
+                all_rates, (first * run.step, last * run.step), self._state,
+                method="LSODA" if self._solver == "lsoda" else "Radau", t_eval=instants,
+                args=(held, float(self.load[first]), run.step, self._single, self._options),
+                rtol=self._tolerance, atol=self._tolerance * _SCALES,
             )  # fmt: skip
         if not result.success or result.y.shape[1] < instants.size:
-            return
-        states[:, samples] = result.y[:, :-1]
-        state = result.y[:, -1]
+            return False
+        self.states[:, samples] = result.y[:, :-1]
+        self._state = result.y[:, -1]
+        return True
 
 
 @compiled
@@ -120,35 +170,38 @@ def all_rates(
     time: float,
     state: NDArray[np.float64],
     voltage: NDArray[np.float64],
+    load: float,
     step: float,
-    spool: NDArray[np.float64],
-    values: NDArray[np.float64],
+    parameters: NDArray[Any],
     options: ModelOptions,
 ) -> NDArray[np.float64]:
-    """Time derivatives of x_p, v_p, P_1, P_2, x_v, v_v.
+    """Time derivatives of x_p, v_p, P_1, P_2, P_s, z, x_v, v_v.
 
     Parameters
     ----------
     time : float
         t [s].
-    state : ndarray, shape (6,)
+    state : ndarray, shape (8,)
     voltage : ndarray, shape (1,) or (n_step,)
         u [V]: constant, or smooth and held over each step; then it is interpolated between their middles.
+    load : float
+        F_L [N].
     step : float
         Length of a step [s].
-    spool : ndarray, shape (3,)
-        ω_v [rad/s], ξ [-], k_v [m/V].
-    values : ndarray, shape (n_parameter,)
-        In the order of ``lanes.PARAMETERS``.
+    parameters : ndarray of SINGLE, shape (1,)
     options : ModelOptions
     """
     place = min(max(time / step - 0.5, 0.0), voltage.size - 1.0)
     k = min(int(place), max(voltage.size - 2, 0))
     u = voltage[k] + (place - k) * (voltage[min(k + 1, voltage.size - 1)] - voltage[k])
-    rates = np.empty(6)
-    p = row_parameters(values, time, options)
-    hydraulic = hydraulic_rates((state[0], state[1], state[2], state[3]), state[4], p, options)
-    rates[0], rates[1], rates[2], rates[3] = hydraulic
-    rates[4] = state[5]
-    rates[5] = spool_acceleration(state[4], state[5], u, spool[0], spool[1], spool[2])
+    c = parameters[0]
+    most, is_limited = c.spool_limit[0], options.limited_spool
+    p = lane_parameters(c, 0, time, options)
+    x = State(state[0], state[1], state[2], state[3], state[4], state[5])
+    r = hydraulic_rates(x, valve_opening(state[6], most, is_limited), load, p, options)
+    rates = np.array([r.position, r.velocity, r.pressure_1, r.pressure_2, r.supply, r.bristle, 0.0, 0.0])
+    rates[6], rates[7] = spool_rates(
+        state[6], state[7], u, c.spool_frequency[0], c.spool_damping_ratio[0], c.spool_gain[0], most,
+        c.spool_speed_limit[0], is_limited,
+    )  # fmt: skip
     return rates

@@ -33,10 +33,18 @@ class Trajectory:
         t_k = k/f_s [s].
     input_voltage : ndarray
         u [V].
+    reference_position : ndarray
+        Position reference in closed loop, NaN in open loop [m].
+    load_force : ndarray
+        F_L, against positive motion [N].
     spool_position, piston_position, piston_velocity : ndarray
         x_v [m], x_p [m], v_p [m/s].
     chamber_1_pressure, chamber_2_pressure : ndarray
         P_1, P_2 [Pa].
+    supply_pressure : ndarray
+        P_s at the valve [Pa].
+    bristle_deflection : ndarray
+        z of the LuGre law; zero under the others [m].
     leakage_coefficient : ndarray, shape (n_run,)
         K_i [m^3.5/kg^0.5].
     internal_leakage_flow : ndarray
@@ -47,11 +55,15 @@ class Trajectory:
 
     time: Signal
     input_voltage: Signal
+    reference_position: Signal
+    load_force: Signal
     spool_position: Signal
     piston_position: Signal
     piston_velocity: Signal
     chamber_1_pressure: Signal
     chamber_2_pressure: Signal
+    supply_pressure: Signal
+    bristle_deflection: Signal
     leakage_coefficient: Signal
     internal_leakage_flow: Signal
     outcomes: tuple[Outcome, ...]

@@ -6,7 +6,7 @@ Its bytes depend on the configuration, the results and the library versions alon
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,7 @@ from hydrofdi.store.names import (
     stored_variables,
 )
 from hydrofdi.store.results import Results
-from hydrofdi.store.shard import compression
+from hydrofdi.store.shard import compression, create_still_signal, write_moving_rows
 
 _WINDOW = 256
 """Runs of a signal that are held in memory at a time."""
@@ -80,14 +80,23 @@ def write_experiment(
         requested = requested_columns(table)
         for variable in (*REQUESTED, *_axis_variables(table)):
             _write_column(file, variable, requested[variable.name])
-        shared_input = len({(run.parameters.input, run.parameters.run) for run in table.runs}) == 1
+        shared_input = _share_input(table)
         for variable in variables:
             if not variable.is_signal:
                 _write_column(file, variable, columns[variable.name])
             elif variable.name == INPUT_VOLTAGE and shared_input:
                 _write_shared_input(file, variable, results)
+            elif variable.is_mostly_still:
+                _write_still_signal(file, variable, results, experiment)
             else:
                 _write_signal(file, variable, results, experiment)
+
+
+def _share_input(table: RunTable) -> bool:
+    """Whether all runs have the same voltage."""
+    parameters = [run.parameters for run in table.runs]
+    is_open = not any(run.control.is_closed for run in parameters)
+    return is_open and len({(run.input, run.run) for run in parameters}) == 1
 
 
 def _fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:
@@ -130,8 +139,7 @@ def _write_column(file: h5py.File, variable: Variable, values: NDArray[Any]) -> 
 
 
 def _write_shared_input(file: h5py.File, variable: Variable, results: Results) -> None:
-    for first in range(0, results.n_run, _WINDOW):
-        window = slice(first, min(first + _WINDOW, results.n_run))
+    for window in _windows(results):
         rows = results.signal(variable.name, window)
         present = ~np.isnan(rows).all(axis=1)
         if present.any():
@@ -146,11 +154,31 @@ def _write_signal(
     shape = (results.n_run, file[TIME].shape[0])
     options = compression(experiment.store, np.empty((0, shape[1])))
     dataset = file.create_dataset(variable.name, shape, experiment.store.dtype, **options)
-    for first in range(0, results.n_run, _WINDOW):
-        window = slice(first, min(first + _WINDOW, results.n_run))
-        rows = results.signal(variable.name, window)
-        dataset[window] = rows if rows.shape[1] == shape[1] else np.nan
+    for window in _windows(results):
+        dataset[window] = _rows(variable, results, window, shape[1])
     _label(file, dataset, variable, variable.dimensions)
+
+
+def _write_still_signal(
+    file: h5py.File, variable: Variable, results: Results, experiment: ExperimentConfig
+) -> None:
+    shape = (results.n_run, file[TIME].shape[0])
+    value = _rows(variable, results, slice(0, 1), shape[1])[0, 0]
+    dataset = create_still_signal(file, variable.name, shape, experiment.store, value)
+    for window in _windows(results):
+        write_moving_rows(dataset, window.start, _rows(variable, results, window, shape[1]))
+    _label(file, dataset, variable, variable.dimensions)
+
+
+def _windows(results: Results) -> Iterator[slice]:
+    for first in range(0, results.n_run, _WINDOW):
+        yield slice(first, min(first + _WINDOW, results.n_run))
+
+
+def _rows(variable: Variable, results: Results, window: slice, n_time: int) -> NDArray[np.float64]:
+    """Rows of a signal; NaN where none of the window's runs has a result."""
+    rows = results.signal(variable.name, window)
+    return rows if rows.shape[1] == n_time else np.full((window.stop - window.start, n_time), np.nan)
 
 
 def _label(file: h5py.File, dataset: h5py.Dataset, variable: Variable, dimensions: tuple[str, ...]) -> None:

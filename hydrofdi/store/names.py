@@ -40,6 +40,11 @@ class Variable:
         """Whether it is sampled over time."""
         return TIME in self.dimensions
 
+    @property
+    def is_mostly_still(self) -> bool:
+        """Whether it is a signal that stands still but for some options of the model."""
+        return self.name in {"reference_position", "load_force", "supply_pressure"}
+
 
 RUN_ID, STATUS, MESSAGE = "run_id", "status", "message"
 VERDICT = "verdict"
@@ -56,11 +61,14 @@ FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
 
 _SIGNALS = (
     Variable(INPUT_VOLTAGE, (RUN, TIME), "V", "valve input voltage u"),
+    Variable("reference_position", (RUN, TIME), "m", "position reference of the controller"),
+    Variable("load_force", (RUN, TIME), "N", "load force against positive motion, F_L"),
     Variable("spool_position", (RUN, TIME), "m", "valve spool position x_v"),
     Variable("piston_position", (RUN, TIME), "m", "piston position x_p"),
     Variable("piston_velocity", (RUN, TIME), "m s-1", "piston velocity v_p"),
     Variable(CHAMBER_1_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 1, P_1"),
     Variable(CHAMBER_2_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 2, P_2"),
+    Variable("supply_pressure", (RUN, TIME), "Pa", "supply pressure at the valve, P_s"),
     Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
 

@@ -107,6 +107,9 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
             if variable.is_text:
                 texts = [str(text) for text in values]
                 file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())
+            elif variable.is_mostly_still:
+                dataset = create_still_signal(file, variable.name, values.shape, store, values[0, 0])
+                write_moving_rows(dataset, 0, values)
             elif variable.is_signal:
                 file.create_dataset(
                     variable.name, data=values.astype(store.dtype, copy=False), **compression(store, values)
@@ -123,6 +126,23 @@ def compression(store: StoreConfig, signal: NDArray[Any]) -> dict[str, Any]:
         return {}
     options = {"compression": store.compression, "shuffle": True, "chunks": (1, signal.shape[1])}
     return options | ({"compression_opts": 4} if store.compression == "gzip" else {})
+
+
+def create_still_signal(
+    file: h5py.File, name: str, shape: tuple[int, ...], store: StoreConfig, value: float
+) -> h5py.Dataset:
+    """A signal of shape (n_run, n_time) that holds one value, and takes no space, until rows are written."""
+    options = {"chunks": (1, shape[1])} | compression(store, np.empty((0, shape[1])))
+    return file.create_dataset(name, shape, store.dtype, fillvalue=value, **options)
+
+
+def write_moving_rows(dataset: h5py.Dataset, first: int, rows: NDArray[Any]) -> None:
+    """Write those rows, the first of them at `first`, that are not what the data set holds without."""
+    still = dataset.fillvalue
+    kept = rows.astype(dataset.dtype, copy=False)
+    same = np.isnan(kept) if np.isnan(still) else kept == still
+    for row in np.flatnonzero(~same.all(axis=1)):
+        dataset[first + row] = kept[row]
 
 
 def content_digest(path: Path) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.kernel import advance_lanes
-from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.lanes import SAMPLED, STATES, WIDTH, pack_lanes
 from hydrofdi.simulation.options import ModelOptions
 
 FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}
@@ -32,7 +32,10 @@ def free_motion(
             lanes[half][name][0, k] = value
     n_step = round(duration / step)
     stages = np.broadcast_to(np.asarray(spool, dtype=float), (n_step, 4, len(spool))).copy()
-    samples = np.empty((n_step, 4, WIDTH))
-    drives = np.resize(np.arange(len(spool)), WIDTH)
-    advance_lanes(lanes, stages, drives, step, 1, samples, 0, ModelOptions.of(runs[0]))
+    samples = np.empty((n_step, len(SAMPLED), WIDTH))
+    drives, loads = np.resize(np.arange(len(spool)), WIDTH), np.zeros((n_step, 1))
+    options = ModelOptions.of(runs[0])
+    advance_lanes(
+        lanes, stages, drives, loads, np.zeros(WIDTH, int), step, 1, 1, samples, 0, options
+    )  # fmt: skip
     return {name: samples[:, row, : len(runs)].T.copy() for row, name in enumerate(STATES)}

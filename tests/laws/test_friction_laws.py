@@ -11,7 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.friction import decaying_exponential, friction_force, smooth_friction_force
+from hydrofdi.physics.friction import (
+    bristle_friction_force,
+    bristle_rate,
+    decaying_exponential,
+    friction_force,
+    smooth_friction_force,
+)
 from hydrofdi.simulation import simulate_batch
 
 PARAMETERS = (200.0, 250.0, 50.0, 40.0, 1e-3)
@@ -82,3 +88,52 @@ def test_scale_zero_is_the_actuator_without_dry_friction() -> None:
     bare = short.with_values({"friction.coulomb": 0.0, "friction.breakaway": 0.0})
     trajectory = simulate_batch([scaled, bare], [1e-9, 1e-9])
     np.testing.assert_array_equal(*trajectory.chamber_1_pressure)
+
+
+LUGRE = {"friction.law": "lugre"}
+
+
+@pytest.mark.parametrize("velocity", [-0.2, 2e-3, 0.05])
+def test_bristles_in_steady_motion_give_the_stribeck_force(velocity: float) -> None:
+    stribeck = friction_force(velocity, 200.0, 250.0, 0.0, 40.0, 1e-9)
+    deflection = stribeck / 5e6
+    rate = bristle_rate(velocity, deflection, 200.0, 250.0, 40.0, 5e6)
+    assert abs(rate) < 1e-9 * abs(velocity)
+    steady = bristle_friction_force(velocity, deflection, rate, 5e6, 1e3, 50.0)
+    assert steady == pytest.approx(stribeck + 50.0 * velocity, rel=1e-6)
+
+
+def test_sticking_piston_rings_on_its_bristles() -> None:
+    """Small motion about rest: ω = √(σ_0/m), ζ = (σ_1 + f)/(2√(σ_0 m))."""
+    values = {
+        **LUGRE, "actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.0, "friction.bristle_damping": 200.0,
+        "friction.viscous": 0.0,
+    }  # fmt: skip
+    step = 1e-5
+    velocity = free_motion([values], [{"velocity": 1e-6}], [0.0], 0.05, step)["velocity"][0]
+    time = step * np.arange(velocity.size)
+    omega, ratio = math.sqrt(5e6 / 12.3), 200.0 / (2.0 * math.sqrt(5e6 * 12.3))
+    damped = omega * math.sqrt(1.0 - ratio**2)
+    wave = np.cos(damped * time) - ratio * omega / damped * np.sin(damped * time)
+    np.testing.assert_allclose(velocity, 1e-6 * np.exp(-ratio * omega * time) * wave, atol=1e-9)
+
+
+def test_bristles_hold_a_load_below_breakaway_and_let_go_above_it() -> None:
+    values = {
+        **LUGRE, "input.amplitude": 0.0, "actuator.load_stiffness": 0.0, "run.duration": 1.0,
+        "friction.viscous": 2000.0,
+    }  # fmt: skip
+    runs = [
+        RunParameters().with_values({**values, "load.force": force}) for force in (120.0, 400.0)
+    ]  # half of breakaway: applied at once, it counts twice
+    record = simulate_batch(runs, [5e-8, 5e-8])  # a wide leak: the fluid bears nothing
+    held, loose = np.abs(record.piston_position[:, -1])
+    assert 120.0 / 5e6 < held < 4 * 120.0 / 5e6
+    assert np.abs(record.piston_velocity[0, -50:]).max() < 1e-5
+    assert loose > 100 * 400.0 / 5e6
+
+
+def test_bristles_without_dry_friction_leave_viscous_friction_alone() -> None:
+    short = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, "friction.scale": 0.0})
+    bare, bristles = simulate_batch([short, short.with_values(LUGRE)], [1e-9, 1e-9]).chamber_1_pressure
+    np.testing.assert_allclose(bristles, bare, rtol=1e-9)

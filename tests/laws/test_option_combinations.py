@@ -22,6 +22,15 @@ CHOICES: dict[str, dict[str, Any]] = {
     "smooth": {"friction.law": "smooth"},
     "scaled": {"friction.scale": 0.3},
     "external": {"leakage.external_coefficient_1": 1e-13},
+    "air": {"fluid.law": "free_air"},
+    "saturated": {"valve.largest_opening": 3e-5},
+    "slow": {"valve.largest_speed": 2e-3},
+    "overlap": {"valve.lap": 2e-6, "valve.lap_leakage": 1e-14},
+    "stops": {"actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02},
+    "load": {"load.force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},
+    "droop": {"supply.droop": "first_order"},
+    "pid": {"control.law": "pid", "control.amplitude": 5e-3},
+    "lugre": {"friction.law": "lugre"},
 }
 CHOICES["all"] = {name: value for choice in CHOICES.values() for name, value in choice.items()}
 RUNS = [SHORT.with_values(values) for values in CHOICES.values()]

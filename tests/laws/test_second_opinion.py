@@ -6,7 +6,7 @@ import json
 import subprocess
 import sys
 from functools import cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ import pytest
 from hydrofdi.config import RunParameters
 from hydrofdi.features import detail_rms
 from hydrofdi.simulation import Trajectory, simulate_batch
+from hydrofdi.simulation.options import ModelOptions
 from hydrofdi.simulation.second_opinion import simulate_with_solver
 
 RANGES = {
@@ -43,20 +44,51 @@ def actuators() -> tuple[list[RunParameters], list[float]]:
     return runs, coefficients
 
 
+OPTIONS: tuple[dict[str, Any], ...] = (
+    {
+        "leakage.law": "laminar", "leakage.onset": "ramp", "leakage.onset_time": 0.2,
+        "leakage.onset_duration": 0.4, "friction.law": "smooth", "fluid.law": "free_air",
+        "supply.droop": "first_order",
+    },
+    {
+        "leakage.law": "blended", "friction.law": "lugre", "valve.lap": -2e-6, "valve.lap_leakage": 1e-14,
+        "load.force": 300.0, "load.random_force": 500.0, "load.random_period": 0.1,
+    },
+    {
+        "control.law": "pid", "control.amplitude": 5e-3, "valve.largest_opening": 5e-5,
+        "valve.largest_speed": 2e-2, "valve.lap": 1e-6, "leakage.external_coefficient_1": 1e-13,
+    },
+    {
+        "leakage.onset": "intermittent", "leakage.onset_duration": 0.2, "actuator.end_stops": "elastic",
+        "actuator.end_stop_position": 0.015, "fluid.cavitation": "clamped", "input.shape": "multisine",
+        "input.harmonics": 5,
+    },
+)  # fmt: skip
+"""Every option of the model is on in a quarter of the actuators."""
+
+
 @cache
-def kernel() -> Trajectory:
-    return simulate_batch(*actuators())
-
-
-@pytest.mark.parametrize(
-    ("solver", "tolerance", "count"), [("lsoda", 1e-8, 20), ("radau", 1e-6, 6)], ids=["lsoda", "radau"]
-)
-def test_solver_with_error_control_agrees_with_the_kernel(
-    solver: Literal["lsoda", "radau"], tolerance: float, count: int
-) -> None:
+def cases(options: str) -> tuple[list[RunParameters], list[float], Trajectory]:
     runs, coefficients = actuators()
-    opinion = simulate_with_solver(runs[:count], coefficients[:count], solver, tolerance)
-    pressure = kernel().chamber_1_pressure[:count]
+    if options == "on":
+        runs = [run.with_values(OPTIONS[k % len(OPTIONS)]) for k, run in enumerate(runs)]
+    return runs, coefficients, simulate_batch(runs, coefficients)
+
+
+def test_every_option_is_on_in_some_case() -> None:
+    chosen = [ModelOptions.of(run) for run in cases("on")[0]]
+    assert all(any(values) for values in zip(*chosen, strict=True))
+    assert not any(any(ModelOptions.of(run)) for run in cases("off")[0])
+
+
+@pytest.mark.parametrize("options", ["off", "on"])
+@pytest.mark.parametrize(("solver", "tolerance"), [("lsoda", 1e-8), ("radau", 1e-6)], ids=["lsoda", "radau"])
+def test_solver_with_error_control_agrees_with_the_kernel(
+    solver: Literal["lsoda", "radau"], tolerance: float, options: str
+) -> None:
+    runs, coefficients, kernel = cases(options)
+    opinion = simulate_with_solver(runs, coefficients, solver, tolerance)
+    pressure = kernel.chamber_1_pressure
     assert all(outcome.is_ok for outcome in opinion.outcomes)
     assert np.abs(opinion.chamber_1_pressure - pressure).max() < PRESSURE_BOUND
     ratio = detail_rms(opinion.chamber_1_pressure, BASE.wavelet) / detail_rms(pressure, BASE.wavelet)

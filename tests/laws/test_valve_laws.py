@@ -9,12 +9,17 @@ import pytest
 from free_motion import FRICTIONLESS, free_motion
 
 from hydrofdi.config import RunParameters
+from hydrofdi.physics.hydraulic_mode import valve_flow_pressure_coefficient
+from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow, edge_flow
 from hydrofdi.simulation.drive import Drive, Spools
 
 
-def _spool(step: float, ratio: float = 0.7, duration: float = 0.02) -> tuple[np.ndarray, np.ndarray]:
+def _spool(
+    step: float, ratio: float = 0.7, duration: float = 0.02, **limits: float
+) -> tuple[np.ndarray, np.ndarray]:
+    valve = {"valve.damping_ratio": ratio} | {f"valve.{name}": value for name, value in limits.items()}
     parameters = RunParameters().with_values(
-        {"run.step": step, "run.sampling_frequency": round(1.0 / step), "valve.damping_ratio": ratio}
+        {"run.step": step, "run.sampling_frequency": round(1.0 / step), **valve}
     )
     n_step = round(duration / step)
     _, stages = Spools([Drive.of(parameters)], parameters.run).advance(0, n_step)
@@ -59,3 +64,67 @@ def test_mirrored_opening_gives_mirrored_motion() -> None:
     motion = free_motion([{}, {}], [{}, {}], [44e-6, -44e-6], 0.3, 1e-4)
     np.testing.assert_allclose(motion["position"][0], -motion["position"][1], atol=1e-12)
     np.testing.assert_allclose(motion["pressure_1"][0], motion["pressure_2"][1], rtol=1e-9)
+
+
+def test_saturated_spool_stops_at_its_largest_opening() -> None:
+    _, position = _spool(1e-4, 0.3, largest_opening=30e-6)
+    assert position.max() == 30e-6
+    assert position[-1] == pytest.approx(30e-6, rel=0.05)
+
+
+def test_slow_spool_travels_at_its_largest_speed() -> None:
+    time, position = _spool(1e-4, largest_speed=5e-3)
+    cruising = (time > 2e-3) & (time < 6e-3)
+    np.testing.assert_allclose(np.diff(position[cruising]), 5e-3 * 1e-4, rtol=1e-9)
+    assert position[-1] == pytest.approx(44e-6, rel=0.02)
+
+
+def test_limits_out_of_reach_change_nothing() -> None:
+    free, limited = _spool(1e-4)[1], _spool(1e-4, largest_opening=1e-3, largest_speed=10.0)[1]
+    np.testing.assert_allclose(limited, free, rtol=1e-12, atol=1e-20)
+
+
+GAIN = (RunParameters().valve.flow_gain, RunParameters().valve.area_gradient)
+
+
+@pytest.mark.parametrize("opening", [-44e-6, -1e-6, 0.0, 20e-6])
+@pytest.mark.parametrize("pressure", [-1e6, 3e6, 8e6, 18e6])
+def test_critically_lapped_edges_are_the_orifices_of_the_paper(opening: float, pressure: float) -> None:
+    supply, ret = 17.2e6, 0.2e6
+    q_1 = edge_flow(opening, supply - pressure, *GAIN, 0.0, 0.0)
+    q_1 -= edge_flow(-opening, pressure - ret, *GAIN, 0.0, 0.0)
+    q_2 = edge_flow(opening, pressure - ret, *GAIN, 0.0, 0.0)
+    q_2 -= edge_flow(-opening, supply - pressure, *GAIN, 0.0, 0.0)
+    drop_1 = chamber_1_orifice_drop(opening, pressure, supply, ret)
+    drop_2 = chamber_2_orifice_drop(opening, pressure, supply, ret)
+    assert q_1 == pytest.approx(control_flow(opening, drop_1, *GAIN), rel=1e-12, abs=1e-20)
+    assert q_2 == pytest.approx(control_flow(opening, drop_2, *GAIN), rel=1e-12, abs=1e-20)
+
+
+def test_overlapped_valve_does_not_move_the_piston_within_its_dead_band() -> None:
+    values = {"valve.lap": 5e-6, "actuator.load_stiffness": 0.0}
+    motion = free_motion([values] * 2, [{}] * 2, [4.9e-6, 15e-6], 0.2, 1e-4)
+    assert np.abs(motion["position"][0]).max() < 1e-9
+    assert motion["position"][1, -1] > 1e-3
+
+
+def test_lap_leakage_alone_brings_shut_chambers_to_half_the_supply() -> None:
+    """Clearances to supply and return halve the pressure; each chamber fills with V/(2 β c_lap)."""
+    values = {"valve.lap": 5e-6, "valve.lap_leakage": 5e-13, "fluid.bulk_modulus": 551e6}
+    start = {"pressure_1": 2e6, "pressure_2": 2e6}
+    motion = free_motion([values], [start], [0.0], 1.0, 1e-4)
+    time = 1e-4 * np.arange(motion["pressure_1"].shape[1])
+    constant = 280e-6 / (2.0 * 551e6 * 5e-13)
+    expected = 8.6e6 - 6.6e6 * np.exp(-time / constant)
+    np.testing.assert_allclose(motion["pressure_1"][0], expected, rtol=1e-6)
+
+
+def test_underlap_damps_the_hydraulic_mode() -> None:
+    """Both edges of a port stand open by x_0: K_c is twice that of one, and the decay rate β K_c/(2V)."""
+    lap, beta, volume, seconds = 4e-6, 551e6, 280e-6, 1.0
+    values = {**FRICTIONLESS, "actuator.load_stiffness": 0.0, "valve.lap": -lap}
+    velocity = free_motion([values], [{"velocity": 1e-3}], [0.0], seconds, 2e-5)["velocity"][0]
+    peaks = [np.abs(part).max() for part in np.split(velocity, 50)]
+    coefficient = 2.0 * valve_flow_pressure_coefficient(lap, 8.6e6, *GAIN)
+    rate = math.log(peaks[5] / peaks[45]) / (seconds * 40 / 50)
+    assert rate == pytest.approx(beta * coefficient / (2.0 * volume), rel=0.02)

@@ -1,0 +1,46 @@
+"""Position control by a sampled PID law."""
+
+from __future__ import annotations
+
+from hydrofdi.physics.equation import equation
+from hydrofdi.physics.limited import limited
+
+
+@equation
+def pid_step(
+    error: float,
+    previous_error: float,
+    integral: float,
+    proportional_gain: float,
+    integral_gain: float,
+    derivative_gain: float,
+    sample_time: float,
+    limit: float,
+) -> tuple[float, float]:
+    """Voltage of a PID controller and its integral part after one sample.
+
+    Parameters
+    ----------
+    error, previous_error : float
+        Reference less position, now and one sample before [m].
+    integral : float
+        Integral part before this sample [V].
+    proportional_gain, integral_gain, derivative_gain : float
+        K_p [V/m], K_I [V/(m·s)] and K_D [V·s/m].
+    sample_time : float
+        T [s].
+    limit : float
+        Largest size of the voltage [V].
+
+    Returns
+    -------
+    voltage : float
+        u = K_p e + I + K_D (e − e_prev)/T, limited [V].
+    integral : float
+        I = I_prev + K_I T e [V]; held while the voltage is limited and the error would drive it further.
+    """
+    integrated = integral + integral_gain * sample_time * error
+    wanted = proportional_gain * error + integrated + derivative_gain * (error - previous_error) / sample_time
+    voltage = limited(wanted, limit)
+    winds_up = (wanted - voltage) * error > 0.0
+    return voltage, integral if winds_up else integrated

@@ -1,0 +1,90 @@
+"""What acts on the runs of a batch from outside: spools or position references, and load forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.config.input import InputConfig
+from hydrofdi.config.run import RunConfig
+from hydrofdi.simulation.drive import Drive, Spools, position_reference
+from hydrofdi.simulation.load import load_force
+
+Array = NDArray[np.float64]
+
+
+class Chunk(NamedTuple):
+    """Inputs of some steps; one column for runs that share one.
+
+    Attributes
+    ----------
+    voltage : ndarray, shape (n_step, n_drive)
+        Input of the spools in open loop [V].
+    stages : ndarray, shape (n_step, 4, n_drive)
+        Positions of the spools in open loop [m]; valid until the next chunk.
+    references : ndarray, shape (n_step, 1, n_reference)
+        Position references of the runs in closed loop [m].
+    loads : ndarray, shape (n_step, n_load)
+        Load forces [N].
+    """
+
+    voltage: Array
+    stages: Array
+    references: Array
+    loads: Array
+
+
+class Inputs:
+    """The inputs of a batch of runs.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters
+    run : RunConfig
+        Step and length of their record.
+
+    Attributes
+    ----------
+    is_closed : ndarray of bool, shape (n_run,)
+        Whether a controller drives the valve.
+    n_drive : int
+        Number of spools in open loop.
+    column_of_run, load_of_run : ndarray of int, shape (n_run,)
+        Column of each run in the drives or references, and in the loads.
+    """
+
+    def __init__(self, runs: Sequence[RunParameters], run: RunConfig) -> None:
+        self._run = run
+        self.is_closed = np.array([parameters.control.is_closed for parameters in runs])
+        open_runs = [parameters for parameters in runs if not parameters.control.is_closed]
+        drives = list(dict.fromkeys(map(Drive.of, open_runs)))
+        self._spools = Spools(drives, run)
+        self.n_drive = len(drives)
+        closed_runs = [parameters for parameters in runs if parameters.control.is_closed]
+        self._references = list(dict.fromkeys(map(_reference_of, closed_runs)))
+        self._loads = list(dict.fromkeys(parameters.load for parameters in runs))
+        self.column_of_run = np.array([
+            self._references.index(_reference_of(parameters))
+            if parameters.control.is_closed
+            else self._spools.columns[drives.index(Drive.of(parameters))]
+            for parameters in runs
+        ])  # fmt: skip
+        self.load_of_run = np.array([self._loads.index(parameters.load) for parameters in runs])
+
+    def advance(self, first: int, n_step: int) -> Chunk:
+        """The inputs from step `first` on."""
+        steps = np.arange(first, first + n_step)
+        voltage, stages = self._spools.advance(first, n_step)
+        references = np.empty((n_step, 1, len(self._references)))
+        for column, (drive, amplitude) in enumerate(self._references):
+            references[:, 0, column] = position_reference(drive, amplitude, self._run, steps)
+        loads = np.column_stack([load_force(load, self._run, steps) for load in self._loads])
+        return Chunk(voltage, stages, references, loads)
+
+
+def _reference_of(parameters: RunParameters) -> tuple[InputConfig, float]:
+    return parameters.input, parameters.control.amplitude

@@ -1,0 +1,33 @@
+"""The load force over time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.load import LoadConfig
+from hydrofdi.config.run import RunConfig
+
+
+def load_force(load: LoadConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Force against positive motion, held over the given steps.
+
+    Parameters
+    ----------
+    load : LoadConfig
+    run : RunConfig
+        Its step divides the period of a pseudo-random force.
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        F_L [N].
+    """
+    if not load.random_force:
+        return np.full(steps.shape, load.force)
+    hold = round(load.random_period / run.step)
+    levels = np.random.default_rng(load.seed).uniform(-1.0, 1.0, -(-run.n_step // hold))
+    force: NDArray[np.float64] = load.force + load.random_force * levels[steps // hold]
+    return force

@@ -1,0 +1,132 @@
+"""Laws of the fluid: free air in it, and what it does at its vapour pressure."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from free_motion import FRICTIONLESS, free_motion
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrofdi.config import RunParameters
+from hydrofdi.features.operating_point import hydraulic_mode
+from hydrofdi.features.verdict import judge
+from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus
+from hydrofdi.physics.hydraulic_mode import mode_frequency
+from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.simulation.second_opinion import simulate_with_solver
+
+LIQUID, AIR, EXPONENT, ATMOSPHERE = 1.4e9, 0.01, 1.4, 101325.0
+pressures = st.floats(min_value=-0.9e5, max_value=40e6)
+NOMINAL = RunParameters()
+
+
+@given(pressures)
+def test_modulus_without_air_is_that_of_the_liquid(pressure: float) -> None:
+    modulus = effective_bulk_modulus(pressure, LIQUID, 0.0, EXPONENT, ATMOSPHERE)
+    assert modulus == pytest.approx(LIQUID, rel=1e-12)
+
+
+@given(pressures)
+def test_modulus_tends_to_that_of_the_liquid_as_the_air_vanishes(pressure: float) -> None:
+    shares = np.array([1e-6, 1e-7, 1e-8])
+    lack = 1.0 - effective_bulk_modulus(pressure, LIQUID, shares, EXPONENT, ATMOSPHERE) / LIQUID
+    assert np.all(np.diff(lack) < 0.0)
+    assert lack[2] < 1e-2
+
+
+def test_modulus_tends_to_that_of_the_liquid_at_high_pressure() -> None:
+    lack = 1.0 - effective_bulk_modulus(np.array([1e6, 1e7, 1e8]), LIQUID, AIR, EXPONENT, ATMOSPHERE) / LIQUID
+    assert np.all(np.diff(lack) < 0.0)
+    assert lack[2] < 2e-3
+
+
+def test_modulus_tends_to_that_of_the_gas_as_the_pressure_vanishes() -> None:
+    absolute = np.array([1e5, 1e4, LEAST_ABSOLUTE_PRESSURE])
+    modulus = effective_bulk_modulus(absolute - ATMOSPHERE, LIQUID, AIR, EXPONENT, ATMOSPHERE)
+    share_of_liquid = 1.0 / (1.0 + AIR * (ATMOSPHERE / absolute) ** (1.0 / EXPONENT))
+    np.testing.assert_allclose(modulus * (1.0 - share_of_liquid), EXPONENT * absolute, rtol=0.02)
+
+
+@given(pressures, st.floats(min_value=1e-4, max_value=0.1), st.floats(min_value=1.0, max_value=1.4))
+def test_modulus_is_minus_the_volume_over_its_slope(pressure: float, air: float, exponent: float) -> None:
+    def volume(at: float) -> float:
+        gas = air * (ATMOSPHERE / (at + ATMOSPHERE)) ** (1.0 / exponent)
+        return math.exp(-at / LIQUID) + gas
+
+    step = 1e-4 * (pressure + ATMOSPHERE)
+    slope = (volume(pressure + step) - volume(pressure - step)) / (2.0 * step)
+    modulus = effective_bulk_modulus(pressure, LIQUID, air, exponent, ATMOSPHERE)
+    assert modulus == pytest.approx(-volume(pressure) / slope, rel=1e-5)
+
+
+def test_piston_rings_at_the_frequency_of_the_softened_fluid() -> None:
+    """With all ports shut, the mode of a small ring-down follows β at the mean pressure."""
+    step, mean = 2e-5, 0.5 * NOMINAL.supply.pressure
+    air = {"fluid.law": "free_air", "fluid.free_air": 0.05}
+    values = [{"actuator.load_stiffness": 0.0, **FRICTIONLESS, **law} for law in ({}, air)]
+    for index, modulus in enumerate((551e6, effective_bulk_modulus(mean, 551e6, 0.05, 1.4, 101325.0))):
+        motion = free_motion([values[index]], [{"velocity": 1e-4}], [0.0], 0.2, step)
+        velocity = motion["velocity"][0]
+        rises = np.flatnonzero((velocity[:-1] <= 0.0) & (velocity[1:] > 0.0))
+        frequency = 2.0 * math.pi * (len(rises) - 1) / (step * (rises[-1] - rises[0]))
+        assert frequency == pytest.approx(mode_frequency(modulus, 633e-6, 280e-6, 12.3, 0.0), rel=2e-3)
+
+
+def test_stored_mode_is_that_of_the_softened_fluid() -> None:
+    run = NOMINAL.with_values(
+        {"run.duration": 1.0, "input.period": 0.5, "fluid.law": "free_air", "fluid.free_air": 0.05}
+    )
+    modes = [
+        hydraulic_mode(one, simulate_batch([one], [0.0]))
+        for one in (run, run.with_values({"fluid.law": "constant"}))
+    ]
+    assert modes[0].frequency < 0.995 * modes[1].frequency
+
+
+PULLED = NOMINAL.with_values({"run.duration": 1.0, "input.period": 0.5, "load.force": -9e3})
+CLAMPED = PULLED.with_values({"fluid.cavitation": "clamped", "fluid.vapour_pressure": 1e4})
+
+
+def test_clamped_pressure_never_falls_below_the_vapour_pressure() -> None:
+    pressure = simulate_batch([PULLED, CLAMPED], [0.0, 0.0]).chamber_1_pressure
+    assert pressure[0].min() < -1e6
+    assert pressure[1].min() == 1e4
+
+
+def test_clamp_leaves_a_record_alone_that_does_not_cavitate() -> None:
+    runs = [run.with_values({"load.force": 0.0}) for run in (PULLED, CLAMPED)]
+    pressure = simulate_batch(runs, [1e-9, 1e-9]).chamber_1_pressure
+    np.testing.assert_allclose(pressure[1], pressure[0], rtol=1e-9)
+
+
+def test_clamped_chamber_recovers_when_the_pull_ends() -> None:
+    run = CLAMPED.with_values({"load.force": 0.0, "load.random_force": 2e4, "load.random_period": 0.1})
+    pressure = simulate_batch([run], [2e-9]).chamber_1_pressure[0]
+    at_vapour = pressure == 1e4
+    assert 0 < at_vapour.sum() < 0.9 * pressure.size
+    last = np.flatnonzero(at_vapour)[0]
+    assert pressure[last:].max() > 5e6
+
+
+def test_volume_balance_tells_of_the_vapour_that_is_not_kept_account_of() -> None:
+    runs = [run.with_values({"run.sampling_frequency": 10e3}) for run in (PULLED, CLAMPED)]
+    residuals = balance_residuals(runs, simulate_batch(runs, [1e-9, 1e-9]))
+    assert residuals.volume[0] < 1e-4 < 1e-3 < residuals.volume[1]
+    assert residuals.energy.max() < 1e-4
+
+
+def test_solver_agrees_on_a_clamped_record() -> None:
+    run = CLAMPED.with_values({"run.step": 2e-5})
+    ours, theirs = simulate_batch([run], [1e-9]), simulate_with_solver([run], [1e-9], "lsoda")
+    assert np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max() < 1e3
+
+
+def test_clamped_record_is_told_as_cavitating() -> None:
+    record = simulate_batch([CLAMPED], [0.0])
+    verdicts = judge([CLAMPED], record)
+    assert "cavitating" in str(verdicts.verdict[0]).split(", ")
+    assert verdicts.cavitating_share[0] == np.mean(record.chamber_1_pressure == 1e4)

@@ -12,7 +12,7 @@ from hydrofdi.config.quantities import SI, Section
 class LoadConfig(Section):
     """Force against positive motion of the piston."""
 
-    force: Annotated[float, SI("N")] = 0.0
+    constant_force: Annotated[float, SI("N")] = 0.0
     """Constant force [N]. None in the paper."""
 
     random_force: Annotated[float, SI("N", least=0)] = 0.0
@@ -27,4 +27,4 @@ class LoadConfig(Section):
     @property
     def is_present(self) -> bool:
         """Whether there is a force at all."""
-        return self.force != 0.0 or self.random_force != 0.0
+        return self.constant_force != 0.0 or self.random_force != 0.0

@@ -78,7 +78,7 @@ def _valve_coefficient(parameters: RunParameters, trajectory: Trajectory, run: i
     """K_c of the edge that feeds chamber 1, and of the clearances over both of its edges [m³/(s·Pa)]."""
     valve, spool = parameters.valve, trajectory.spool_position[run]
     drop = chamber_1_orifice_drop(
-        spool, trajectory.chamber_1_pressure[run], trajectory.supply_pressure[run],
+        spool, trajectory.chamber_1_pressure[run], trajectory.valve_supply_pressure[run],
         parameters.supply.return_pressure,
     )  # fmt: skip
     opening = np.maximum(_median_size(spool) - valve.lap, 0.0) if valve.lap else _median_size(spool)

@@ -156,7 +156,7 @@ class _Signals:
             piston_velocity=velocity,
             chamber_1_pressure=pressure_1,
             chamber_2_pressure=pressure_2,
-            supply_pressure=self._supply,
+            valve_supply_pressure=self._supply,
             bristle_deflection=self._bristle,
             leakage_coefficient=np.array(leakage_coefficients, dtype=float),
             internal_leakage_flow=leakage_signal(

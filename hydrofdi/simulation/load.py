@@ -26,8 +26,8 @@ def load_force(load: LoadConfig, run: RunConfig, steps: NDArray[np.int64]) -> ND
         F_L [N].
     """
     if not load.random_force:
-        return np.full(steps.shape, load.force)
+        return np.full(steps.shape, load.constant_force)
     hold = round(load.random_period / run.step)
     levels = np.random.default_rng(load.seed).uniform(-1.0, 1.0, -(-run.n_step // hold))
-    force: NDArray[np.float64] = load.force + load.random_force * levels[steps // hold]
+    force: NDArray[np.float64] = load.constant_force + load.random_force * levels[steps // hold]
     return force

@@ -79,7 +79,7 @@ def simulate_with_solver(
         piston_velocity=states[1],
         chamber_1_pressure=states[2],
         chamber_2_pressure=states[3],
-        supply_pressure=states[4],
+        valve_supply_pressure=states[4],
         bristle_deflection=states[5],
         leakage_coefficient=np.array(leakage_coefficients, dtype=float),
         internal_leakage_flow=leakage_signal(runs, leakage_coefficients, time, states[2] - states[3]),

@@ -41,7 +41,7 @@ class Trajectory:
         x_v [m], x_p [m], v_p [m/s].
     chamber_1_pressure, chamber_2_pressure : ndarray
         P_1, P_2 [Pa].
-    supply_pressure : ndarray
+    valve_supply_pressure : ndarray
         P_s at the valve [Pa].
     bristle_deflection : ndarray
         z of the LuGre law; zero under the others [m].
@@ -62,7 +62,7 @@ class Trajectory:
     piston_velocity: Signal
     chamber_1_pressure: Signal
     chamber_2_pressure: Signal
-    supply_pressure: Signal
+    valve_supply_pressure: Signal
     bristle_deflection: Signal
     leakage_coefficient: Signal
     internal_leakage_flow: Signal

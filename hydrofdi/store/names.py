@@ -43,7 +43,7 @@ class Variable:
     @property
     def is_mostly_still(self) -> bool:
         """Whether it is a signal that stands still but for some options of the model."""
-        return self.name in {"reference_position", "load_force", "supply_pressure"}
+        return self.name in {"reference_position", "load_force", "valve_supply_pressure"}
 
 
 RUN_ID, STATUS, MESSAGE = "run_id", "status", "message"
@@ -68,7 +68,7 @@ _SIGNALS = (
     Variable("piston_velocity", (RUN, TIME), "m s-1", "piston velocity v_p"),
     Variable(CHAMBER_1_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 1, P_1"),
     Variable(CHAMBER_2_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 2, P_2"),
-    Variable("supply_pressure", (RUN, TIME), "Pa", "supply pressure at the valve, P_s"),
+    Variable("valve_supply_pressure", (RUN, TIME), "Pa", "supply pressure at the valve, P_s"),
     Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
 

@@ -87,7 +87,7 @@ def test_stored_mode_is_that_of_the_softened_fluid() -> None:
     assert modes[0].frequency < 0.995 * modes[1].frequency
 
 
-PULLED = NOMINAL.with_values({"run.duration": 1.0, "input.period": 0.5, "load.force": -9e3})
+PULLED = NOMINAL.with_values({"run.duration": 1.0, "input.period": 0.5, "load.constant_force": -9e3})
 CLAMPED = PULLED.with_values({"fluid.cavitation": "clamped", "fluid.vapour_pressure": 1e4})
 
 
@@ -98,13 +98,15 @@ def test_clamped_pressure_never_falls_below_the_vapour_pressure() -> None:
 
 
 def test_clamp_leaves_a_record_alone_that_does_not_cavitate() -> None:
-    runs = [run.with_values({"load.force": 0.0}) for run in (PULLED, CLAMPED)]
+    runs = [run.with_values({"load.constant_force": 0.0}) for run in (PULLED, CLAMPED)]
     pressure = simulate_batch(runs, [1e-9, 1e-9]).chamber_1_pressure
     np.testing.assert_allclose(pressure[1], pressure[0], rtol=1e-9)
 
 
 def test_clamped_chamber_recovers_when_the_pull_ends() -> None:
-    run = CLAMPED.with_values({"load.force": 0.0, "load.random_force": 2e4, "load.random_period": 0.1})
+    run = CLAMPED.with_values(
+        {"load.constant_force": 0.0, "load.random_force": 2e4, "load.random_period": 0.1}
+    )
     pressure = simulate_batch([run], [2e-9]).chamber_1_pressure[0]
     at_vapour = pressure == 1e4
     assert 0 < at_vapour.sum() < 0.9 * pressure.size

@@ -124,7 +124,7 @@ def test_bristles_hold_a_load_below_breakaway_and_let_go_above_it() -> None:
         "friction.viscous": 2000.0,
     }  # fmt: skip
     runs = [
-        RunParameters().with_values({**values, "load.force": force}) for force in (120.0, 400.0)
+        RunParameters().with_values({**values, "load.constant_force": force}) for force in (120.0, 400.0)
     ]  # half of breakaway: applied at once, it counts twice
     record = simulate_batch(runs, [5e-8, 5e-8])  # a wide leak: the fluid bears nothing
     held, loose = np.abs(record.piston_position[:, -1])

@@ -19,7 +19,7 @@ AT_REST = RunParameters().with_values(
 
 
 def test_piston_at_rest_balances_pressure_spring_and_load() -> None:
-    run = AT_REST.with_values({"load.force": 700.0})
+    run = AT_REST.with_values({"load.constant_force": 700.0})
     record = simulate_batch([run], [1e-8])
     difference = record.chamber_1_pressure[0, -1] - record.chamber_2_pressure[0, -1]
     position = record.piston_position[0, -1]
@@ -27,12 +27,12 @@ def test_piston_at_rest_balances_pressure_spring_and_load() -> None:
 
 
 def test_shut_leaking_cylinder_yields_to_the_load_until_the_spring_holds_it() -> None:
-    record = simulate_batch([AT_REST.with_values({"load.force": 700.0})], [1e-8])
+    record = simulate_batch([AT_REST.with_values({"load.constant_force": 700.0})], [1e-8])
     assert record.piston_position[0, -1] == pytest.approx(-700.0 / 50e3, rel=1e-3)
 
 
 def test_random_load_is_seeded_and_held() -> None:
-    values = {"load.random_force": 500.0, "load.random_period": 0.1, "load.force": 100.0}
+    values = {"load.random_force": 500.0, "load.random_period": 0.1, "load.constant_force": 100.0}
     runs = [AT_REST.with_values({**values, "load.seed": seed}) for seed in (1, 1, 2)]
     force = simulate_batch(runs, [1e-9] * 3).load_force
     np.testing.assert_array_equal(force[0], force[1])
@@ -42,7 +42,7 @@ def test_random_load_is_seeded_and_held() -> None:
 
 
 def test_loads_of_a_batch_reach_their_own_runs() -> None:
-    runs = [AT_REST.with_values({"load.force": force}) for force in np.linspace(-800.0, 800.0, 20)]
+    runs = [AT_REST.with_values({"load.constant_force": force}) for force in np.linspace(-800.0, 800.0, 20)]
     position = simulate_batch(runs, [1e-8] * 20).piston_position[:, -1]
     assert np.all(np.diff(position) < 0.0)
 

@@ -27,7 +27,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "slow": {"valve.largest_speed": 2e-3},
     "overlap": {"valve.lap": 2e-6, "valve.lap_leakage": 1e-14},
     "stops": {"actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02},
-    "load": {"load.force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},
+    "load": {"load.constant_force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},
     "droop": {"supply.droop": "first_order"},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "lugre": {"friction.law": "lugre"},

@@ -52,7 +52,7 @@ OPTIONS: tuple[dict[str, Any], ...] = (
     },
     {
         "leakage.law": "blended", "friction.law": "lugre", "valve.lap": -2e-6, "valve.lap_leakage": 1e-14,
-        "load.force": 300.0, "load.random_force": 500.0, "load.random_period": 0.1,
+        "load.constant_force": 300.0, "load.random_force": 500.0, "load.random_period": 0.1,
     },
     {
         "control.law": "pid", "control.amplitude": 5e-3, "valve.largest_opening": 5e-5,

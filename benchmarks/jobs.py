@@ -10,10 +10,17 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.wavelet import WaveletConfig
 from hydrofdi.features import detail_rms
 from hydrofdi.simulation.drive import input_voltage
-from hydrofdi.simulation.lanes import PARAMETERS, WIDTH
+from hydrofdi.simulation.lanes import WIDTH, pack_singles
 
 LARGEST_LEAKAGE_COEFFICIENT = 2.0e-8
 """K_i [m^3.5/kg^0.5] that leaks about 2 L/min."""
+
+PAPER_FIELDS = (
+    "mass", "area", "volume", "stiffness", "rated_supply", "ret", "bulk_modulus", "flow_gain",
+    "area_gradient", "coulomb", "breakaway", "viscous", "transition", "velocity_threshold",
+    "internal_leakage", "external_leakage_1", "spool_frequency", "spool_damping_ratio", "spool_gain",
+)  # fmt: skip
+"""Lane fields of the paper's model."""
 
 Job = tuple[RunParameters, float]
 """A run and its K_i."""
@@ -37,14 +44,10 @@ def lane_jobs(duration: float, *, drives: int = 1) -> list[Job]:
 
 
 def parameter_vector(job: Job) -> np.ndarray:
-    """The paper's parameters of a job in the order of the lanes, then ω_v [rad/s], ξ and k_v [m/V]."""
+    """The parameters of a job in the order of ``PAPER_FIELDS``, in SI."""
     parameters, leakage_coefficient = job
-    valve = parameters.valve
-    fields = list(PARAMETERS)[: list(PARAMETERS).index("external_leakage_2")]  # those of the paper's model
-    values = [parameters.value(PARAMETERS[field]) for field in fields]
-    values[fields.index("internal_leakage")] = leakage_coefficient
-    spool = [2.0 * np.pi * valve.natural_frequency, valve.damping_ratio, valve.spool_gain]
-    return np.array([*values, *spool], dtype=float)
+    single = pack_singles([parameters], [leakage_coefficient])[0]
+    return np.array([single[field][0] for field in PAPER_FIELDS])
 
 
 @cache

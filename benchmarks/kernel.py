@@ -21,12 +21,13 @@ import plain_loop
 import processes
 import solvers
 from jobs import Job, d2_rms, lane_jobs
+from options import measure_options
 
 from hydrofdi.execution import available_cores
 from hydrofdi.simulation import simulate_batch
-from hydrofdi.simulation.drive import Drive, Spools
+from hydrofdi.simulation.inputs import Inputs
 from hydrofdi.simulation.kernel import advance_lanes
-from hydrofdi.simulation.lanes import STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, WIDTH, pack_lanes
 from hydrofdi.simulation.options import ModelOptions
 
 KERNEL_RECORD = 4.0
@@ -81,17 +82,15 @@ class Target:
 def advance_full_lanes(jobs: list[Job]) -> None:
     """The kernels alone: spools and lanes, chunk by chunk."""
     runs = [parameters for parameters, _ in jobs]
-    run = runs[0].run
-    drives = list(dict.fromkeys(map(Drive.of, runs)))
-    drive_of_lane = np.array([drives.index(Drive.of(parameters)) for parameters in runs])
+    run, inputs = runs[0].run, Inputs(runs, runs[0].run)
     lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])
-    samples = np.empty((CHUNK // run.steps_per_sample, len(STATES), WIDTH))
-    spools = Spools(drives, run)
+    samples = np.empty((CHUNK // run.steps_per_sample, N_PAPER_SAMPLED, WIDTH))
     for first in range(0, run.n_step, CHUNK):
-        _, stages = spools.advance(first, CHUNK)
+        chunk = inputs.advance(first, CHUNK)
         advance_lanes(
-            lanes, stages, drive_of_lane, run.step, run.steps_per_sample, samples, first, ModelOptions()
-        )
+            lanes, chunk.stages, inputs.column_of_run, chunk.loads, inputs.load_of_run, run.step,
+            run.steps_per_sample, 1, samples, first, ModelOptions(),
+        )  # fmt: skip
 
 
 def lane_pressures(jobs: list[Job]) -> list[np.ndarray]:
@@ -178,6 +177,24 @@ def measure_kernels(rounds: int) -> tuple[dict[str, dict[str, float]], list[Targ
         faster = ratio(entrants[-1], kernel)
         targets.append(Target("lane kernel: times faster than numbalsoda", faster, ">=", 5, "×"))
     return rows, targets
+
+
+def judge_options(rounds: int) -> tuple[dict[str, dict[str, float]], list[Target]]:
+    rows = measure_options(4 * rounds)
+    tell(
+        f"\n{'options of the model':26} {'ns per step and job':>20} {'times bare':>11} {'to compile [s]':>15}"
+    )
+    for title, row in rows.items():
+        tell(
+            f"{title:26} {row['ns_per_step_and_job']:20.2f} {row['times_the_bare_kernel']:11.2f}"
+            f" {row['compilation_seconds']:15.1f}"
+        )
+    slowest = max(row["compilation_seconds"] for row in rows.values())
+    off = rows["off"]["times_the_bare_kernel"]
+    return rows, [
+        Target("all options off: times a kernel without options", off, "<=", 1.03, "×"),
+        Target("slowest combination of options to compile", slowest, "<=", 8.0, "s"),
+    ]
 
 
 def ratio(slow: Contestant, fast: Contestant) -> float:
@@ -276,6 +293,8 @@ def main() -> None:
     pin(cores[0])
     report["kernels"], more = measure_kernels(options.rounds)
     tell_kernels(report["kernels"])  # type: ignore[arg-type]
+    report["options"], still_more = judge_options(options.rounds)
+    more += still_more
     tell("\ntarget")
     for target in targets + more:
         tell(str(target))

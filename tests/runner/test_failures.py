@@ -109,7 +109,10 @@ def test_a_stop_leaves_no_process_and_nothing_that_a_reader_trips_over(long_swee
         wait_until(lambda: False, 0.3)
     process.wait(timeout=10)
     assert nobody_left(process.pid)
-    assert process.returncode == (130 if signals[0] != signal.SIGKILL else -signal.SIGKILL)
+    if signals[0] == signal.SIGKILL:
+        assert process.returncode == -signal.SIGKILL
+    else:  # a second Ctrl-C may meet an interpreter that is closing down; to a shell both are 130
+        assert process.returncode in {130, -signal.SIGINT}
     assert run_json("verify", out)["sound"]
     run("collect", out, check=0)
     assert run_json("report", out)["rows"]

@@ -1,0 +1,80 @@
+"""The lane kernel as it would be without options: the paper's equations and nothing else.
+
+What the real kernel, all options off, takes longer is what the options cost those who do not use them.
+"""
+
+from __future__ import annotations
+
+from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
+from hydrofdi.physics.equation import equation
+from hydrofdi.physics.friction import friction_force
+from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
+from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
+from hydrofdi.simulation.compilation import compiled
+from hydrofdi.simulation.lanes import HALF_WIDTH
+
+
+@equation
+def rates(y, spool, h, k):
+    """Rates of x_p, v_p, P_1, P_2 of lane `k` of a half."""
+    x, v, p1, p2 = y
+    friction = friction_force(
+        v, h.coulomb[k], h.breakaway[k], h.viscous[k], h.transition[k], h.velocity_threshold[k]
+    )
+    drop_1 = chamber_1_orifice_drop(spool, p1, h.rated_supply[k], h.ret[k])
+    drop_2 = chamber_2_orifice_drop(spool, p2, h.rated_supply[k], h.ret[k])
+    q_1 = control_flow(spool, drop_1, h.flow_gain[k], h.area_gradient[k])
+    q_2 = control_flow(spool, drop_2, h.flow_gain[k], h.area_gradient[k])
+    leak, swept = internal_leakage_flow(p1 - p2, h.internal_leakage[k]), h.area[k] * v
+    net_1 = q_1 - leak - external_leakage_flow(p1, h.external_leakage_1[k]) - swept
+    net_2 = leak - q_2 - external_leakage_flow(p2, h.external_leakage_2[k]) + swept
+    rate_1, rate_2 = chamber_pressure_rates(x, net_1, net_2, h.bulk_modulus[k], h.volume[k], h.area[k])
+    return v, piston_acceleration(x, p1, p2, friction, h.mass[k], h.area[k], h.stiffness[k]), rate_1, rate_2
+
+
+@equation
+def moved(y, time, r):
+    return y[0] + time * r[0], y[1] + time * r[1], y[2] + time * r[2], y[3] + time * r[3]
+
+
+@equation
+def weighted(a, b, c, d):
+    return (
+        a[0] + 2.0 * (b[0] + c[0]) + d[0],
+        a[1] + 2.0 * (b[1] + c[1]) + d[1],
+        a[2] + 2.0 * (b[2] + c[2]) + d[2],
+        a[3] + 2.0 * (b[3] + c[3]) + d[3],
+    )
+
+
+@compiled
+def advance(lanes, spool, step, steps_per_sample, samples):
+    """Advance all lanes by the steps of `spool` (n_step, 4, n_drive); all share the first drive."""
+    left, right = lanes[0].left, lanes[0].right
+    for i in range(spool.shape[0]):
+        if i % steps_per_sample == 0:
+            sample = samples[i // steps_per_sample]
+            for k in range(HALF_WIDTH):
+                sample[0, k], sample[0, HALF_WIDTH + k] = left.position[k], right.position[k]
+                sample[1, k], sample[1, HALF_WIDTH + k] = left.velocity[k], right.velocity[k]
+                sample[2, k], sample[2, HALF_WIDTH + k] = left.pressure_1[k], right.pressure_1[k]
+                sample[3, k], sample[3, HALF_WIDTH + k] = left.pressure_2[k], right.pressure_2[k]
+        for k in range(HALF_WIDTH):
+            left.spool_1[k] = right.spool_1[k] = spool[i, 0, 0]
+            left.spool_2[k] = right.spool_2[k] = spool[i, 1, 0]
+            left.spool_3[k] = right.spool_3[k] = spool[i, 2, 0]
+            left.spool_4[k] = right.spool_4[k] = spool[i, 3, 0]
+        for k in range(HALF_WIDTH):
+            y = (left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k])
+            z = (right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k])
+            y1, z1 = rates(y, left.spool_1[k], left, k), rates(z, right.spool_1[k], right, k)
+            y2 = rates(moved(y, 0.5 * step, y1), left.spool_2[k], left, k)
+            z2 = rates(moved(z, 0.5 * step, z1), right.spool_2[k], right, k)
+            y3 = rates(moved(y, 0.5 * step, y2), left.spool_3[k], left, k)
+            z3 = rates(moved(z, 0.5 * step, z2), right.spool_3[k], right, k)
+            y4 = rates(moved(y, step, y3), left.spool_4[k], left, k)
+            z4 = rates(moved(z, step, z3), right.spool_4[k], right, k)
+            y = moved(y, step / 6.0, weighted(y1, y2, y3, y4))
+            z = moved(z, step / 6.0, weighted(z1, z2, z3, z4))
+            left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k] = y
+            right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k] = z

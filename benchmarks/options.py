@@ -1,0 +1,125 @@
+"""What each option of the model costs: time per step, time to compile, and what they cost while off."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Any
+
+import bare_lanes
+import numpy as np
+from jobs import lane_jobs
+
+from hydrofdi.simulation.inputs import Inputs
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes
+from hydrofdi.simulation.options import ModelOptions
+
+CHOICES: dict[str, dict[str, Any]] = {
+    "off": {},
+    "laminar leakage": {"leakage.law": "laminar"},
+    "blended leakage": {"leakage.law": "blended"},
+    "ramped leakage": {"leakage.onset": "ramp"},
+    "intermittent leakage": {"leakage.onset": "intermittent"},
+    "smooth friction": {"friction.law": "smooth"},
+    "LuGre friction": {"friction.law": "lugre"},
+    "free air": {"fluid.law": "free_air"},
+    "clamped cavitation": {"fluid.cavitation": "clamped"},
+    "limited spool": {"valve.largest_opening": 40e-6, "valve.largest_speed": 0.05},
+    "lapped valve": {"valve.lap": 2e-6},
+    "end stops": {"actuator.end_stops": "elastic"},
+    "load force": {"load.constant_force": 100.0},
+    "supply droop": {"supply.droop": "first_order"},
+    "closed loop": {"control.law": "pid"},
+}
+CHOICES["all that go together"] = {
+    name: value for choice in CHOICES.values() for name, value in choice.items()
+}
+
+N_STEP = 10_000
+
+
+class LaneRun:
+    """Full lanes under some options, ready to be advanced over the same steps again and again."""
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        jobs = lane_jobs(2.0)
+        runs = [run.with_values(values) for run, _ in jobs]
+        inputs = Inputs(runs[:1], runs[0].run)
+        chunk = inputs.advance(0, N_STEP)
+        self.options = ModelOptions.of(runs[0])
+        self.drive = chunk.stages if self.options.closed_loop is None else chunk.references
+        self.loads = chunk.loads
+        self.lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])
+        self.run = runs[0].run
+        n_row = len(SAMPLED) if self.options.samples_more else N_PAPER_SAMPLED
+        self.samples = np.empty((N_STEP // self.run.steps_per_sample, n_row, WIDTH))
+        self.columns = np.zeros(WIDTH, dtype=np.int64)
+
+    def advance(self) -> None:
+        advance_lanes(
+            self.lanes, self.drive, self.columns, self.loads, self.columns, self.run.step,
+            self.run.steps_per_sample, 20, self.samples, 0, self.options,
+        )  # fmt: skip
+
+    def advance_bare(self) -> None:
+        bare_lanes.advance(self.lanes, self.drive, self.run.step, self.run.steps_per_sample, self.samples)
+
+
+def measure_options(rounds: int) -> dict[str, dict[str, float]]:
+    """Per option: ns per step and job, how often the bare kernel's time beside it, and seconds to compile."""
+    runs = {name: LaneRun(values) for name, values in CHOICES.items()}
+    bare = LaneRun({})
+    for run in runs.values():
+        run.advance()
+    bare.advance_bare()
+    times: dict[str, list[float]] = {name: [] for name in CHOICES}
+    ratios: dict[str, list[float]] = {name: [] for name in CHOICES}
+    for _ in range(rounds):
+        for name, run in runs.items():
+            beside = seconds(bare.advance_bare)
+            times[name].append(seconds(run.advance))
+            ratios[name].append(times[name][-1] / beside)
+    compilation = compilation_times()
+    return {
+        name: {
+            "ns_per_step_and_job": 1e9 * float(np.median(times[name])) / (N_STEP * WIDTH),
+            "times_the_bare_kernel": float(np.median(ratios[name])),
+            "compilation_seconds": compilation[name],
+        }
+        for name in CHOICES
+    }
+
+
+def seconds(act: Callable[[], None]) -> float:
+    start = time.perf_counter()
+    act()
+    return time.perf_counter() - start
+
+
+def compilation_times() -> dict[str, float]:
+    """Seconds to compile the lane kernel for each option, in a process with an empty cache."""
+    with tempfile.TemporaryDirectory() as cache:
+        environment = os.environ | {"NUMBA_CACHE_DIR": cache}
+        done = subprocess.run([sys.executable, __file__], env=environment, capture_output=True, check=True)
+    times: dict[str, float] = json.loads(done.stdout)
+    return times
+
+
+def _compile_all() -> dict[str, float]:
+    times = {}
+    for name, values in CHOICES.items():
+        run = LaneRun(values)
+        start = time.perf_counter()
+        run.advance()
+        times[name] = time.perf_counter() - start
+    return times
+
+
+if __name__ == "__main__":
+    print(json.dumps(_compile_all()))

@@ -43,7 +43,7 @@ class Variable:
     @property
     def is_mostly_still(self) -> bool:
         """Whether it is a signal that stands still but for some options of the model."""
-        return self.name in {"reference_position", "load_force", "valve_supply_pressure"}
+        return self.name in {REFERENCE_POSITION, LOAD_FORCE, VALVE_SUPPLY_PRESSURE}
 
 
 RUN_ID, STATUS, MESSAGE = "run_id", "status", "message"
@@ -55,20 +55,21 @@ LEAKAGE_LEVEL = "internal_leakage_level"
 BULK_MODULUS = "bulk_modulus"
 MODE_FREQUENCY = "hydraulic_mode_frequency"
 MODE_DAMPING_RATIO = "hydraulic_mode_damping_ratio"
-INPUT_VOLTAGE = "input_voltage"
+INPUT_VOLTAGE, REFERENCE_POSITION, LOAD_FORCE = "input_voltage", "reference_position", "load_force"
+VALVE_SUPPLY_PRESSURE = "valve_supply_pressure"
 CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressure"
 FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
 
 _SIGNALS = (
     Variable(INPUT_VOLTAGE, (RUN, TIME), "V", "valve input voltage u"),
-    Variable("reference_position", (RUN, TIME), "m", "position reference of the controller"),
-    Variable("load_force", (RUN, TIME), "N", "load force against positive motion, F_L"),
+    Variable(REFERENCE_POSITION, (RUN, TIME), "m", "position reference of the controller"),
+    Variable(LOAD_FORCE, (RUN, TIME), "N", "load force against positive motion, F_L"),
     Variable("spool_position", (RUN, TIME), "m", "valve spool position x_v"),
     Variable("piston_position", (RUN, TIME), "m", "piston position x_p"),
     Variable("piston_velocity", (RUN, TIME), "m s-1", "piston velocity v_p"),
     Variable(CHAMBER_1_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 1, P_1"),
     Variable(CHAMBER_2_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 2, P_2"),
-    Variable("valve_supply_pressure", (RUN, TIME), "Pa", "supply pressure at the valve, P_s"),
+    Variable(VALVE_SUPPLY_PRESSURE, (RUN, TIME), "Pa", "supply pressure at the valve, P_s"),
     Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
 

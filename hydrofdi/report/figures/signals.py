@@ -25,12 +25,20 @@ _PANELS = (
     ("internal_leakage_flow", "$q_{il}$ [L/min]", "L/min"),
 )
 
+_MOVING_PANELS = (
+    (names.VALVE_SUPPLY_PRESSURE, "$P_s$ [MPa]", "MPa"),
+    (names.LOAD_FORCE, "$F_L$ [N]", "N"),
+)
+"""Shown where an option of the model makes them move."""
+
+Panels = tuple[tuple[str, str, str], ...]
+
 Line = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Abscissae and ordinates."""
 
 
 def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
-    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time.
+    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time, and what else moves.
 
     Parameters
     ----------
@@ -39,8 +47,15 @@ def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
     wavelet : WaveletConfig
     title : str
     """
-    signals = {name: (columns[names.TIME], columns[name][0]) for name, _, _ in _PANELS}
-    return _draw([_lines(signals, wavelet)], [title], [BLUE], wavelet)
+    panels = _PANELS + tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
+    signals = {name: (columns[names.TIME], columns[name][0]) for name, _, _ in panels}
+    figure = _draw([_lines(panels, signals, wavelet)], [title], [BLUE], _labels(panels, wavelet))
+    reference = columns[names.REFERENCE_POSITION][0]
+    if np.isfinite(reference).any():
+        stroke = figure.axes[[name for name, _, _ in panels].index("piston_position")]
+        stroke.plot(columns[names.TIME], 1e3 * reference, color=ORANGE, linewidth=0.7, label="reference")
+        stroke.legend(loc="upper right", frameon=False)
+    return figure
 
 
 def draw_figure_2(analysis: Analysis) -> Figure:
@@ -50,24 +65,26 @@ def draw_figure_2(analysis: Analysis) -> Figure:
     for letter, leakage in zip("ab", dict.fromkeys((0, shown_leakage(analysis))), strict=False):
         position = run_position(analysis, leakage, grid.normal)
         signals = {name: analysis.data.signal(name, position) for name, _, _ in _PANELS}
-        columns.append(_lines(signals, wavelet))
+        columns.append(_lines(_PANELS, signals, wavelet))
         flow = grid.leakage_flows[leakage - 1] if leakage else 0.0
         titles.append(f"({letter}) {mode_name(flow, grid.bulk_moduli[grid.normal])}")
-    return _draw(columns, titles, [BLUE, ORANGE], wavelet)
+    return _draw(columns, titles, [BLUE, ORANGE], _labels(_PANELS, wavelet))
 
 
-def _lines(signals: dict[str, Line], wavelet: Any) -> list[Line]:
-    lines = [(signals[name][0], convert(1.0, unit) * signals[name][1]) for name, _, unit in _PANELS]
+def _labels(panels: Panels, wavelet: Any) -> list[str]:
+    return [*(label for _, label, _ in panels), f"$d_{min(2, wavelet.levels)}$ of $P_1$ [kPa]"]
+
+
+def _lines(panels: Panels, signals: dict[str, Line], wavelet: Any) -> list[Line]:
+    lines = [(signals[name][0], convert(1.0, unit) * signals[name][1]) for name, _, unit in panels]
     time, pressure = signals[names.CHAMBER_1_PRESSURE]
     instants, details = detail_coefficients(pressure, wavelet, min(2, wavelet.levels), time)
     return [*lines, (instants, 1e-3 * details)]
 
 
-def _draw(columns: list[list[Line]], titles: list[str], colors: list[str], wavelet: Any) -> Figure:
-    labels = [*(label for _, label, _ in _PANELS), f"$d_{min(2, wavelet.levels)}$ of $P_1$ [kPa]"]
-    figure = Figure(
-        figsize=(3.6 * len(columns) + (0.0 if len(columns) > 1 else 3.4), 8.0), layout="constrained"
-    )
+def _draw(columns: list[list[Line]], titles: list[str], colors: list[str], labels: list[str]) -> Figure:
+    width = 3.6 * len(columns) + (0.0 if len(columns) > 1 else 3.4)
+    figure = Figure(figsize=(width, 2.0 + len(labels)), layout="constrained")
     axes = figure.subplots(len(labels), len(columns), sharex=True, sharey="row", squeeze=False)
     for column, (lines, title, color) in enumerate(zip(columns, titles, colors, strict=False)):
         for axis, (x, y), label in zip(axes[:, column], lines, labels, strict=True):

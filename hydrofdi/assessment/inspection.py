@@ -82,7 +82,7 @@ class Inspection:
         Band of each level [Hz].
     n_sample : int
     n_period : float
-        Periods of the input in the record.
+        Periods of the input in the record; NaN where it has none.
     boundary_shares : tuple of float
         Share of each level's coefficients that depend on the extension of the record [-].
     """
@@ -133,8 +133,8 @@ def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) 
         modes=tuple(modes),
         bands=bands,
         n_sample=run.n_sample,
-        n_period=run.duration / nominal.input.period,
-        boundary_shares=tuple(boundary_shares(run.n_kept, wavelet)),
+        n_period=run.duration / nominal.input.period if nominal.input.is_periodic else math.nan,
+        boundary_shares=tuple(boundary_shares(nominal.n_kept, wavelet)),
     )
 
 
@@ -197,7 +197,7 @@ def _warnings(found: Inspection) -> Iterator[str]:
             f"f_h = {mode.frequency:.1f} Hz at EBM {mode.bulk_modulus / 1e6:g} MPa is"
             f" {mode.octaves_to_edge:.2f} octaves from the edge of a band: two levels answer"
         )
-    if not is_whole(found.n_period):
+    if math.isfinite(found.n_period) and not is_whole(found.n_period):
         yield f"the record holds {found.n_period:g} periods, no whole number: features hang on its end"
     for level, share in enumerate(found.boundary_shares, 1):
         if share > MANY_BOUNDARY_COEFFICIENTS:

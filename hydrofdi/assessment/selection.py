@@ -54,4 +54,4 @@ def _groups(jobs: Sequence[Job]) -> list[Jobs]:
 
 
 def _grid(parameters: RunParameters) -> Any:
-    return parameters.run, parameters.wavelet
+    return parameters.run, parameters.wavelet, parameters.n_discarded

@@ -29,9 +29,8 @@ def print_inspection(found: Inspection) -> None:
     console.print()
     console.print(Text("Record", style="bold"))
     shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
-    console.print(
-        f"{found.n_sample} samples, {found.n_period:g} periods; coefficients at its ends: {shares}\n"
-    )
+    periods = f", {found.n_period:g} periods" if math.isfinite(found.n_period) else ""
+    console.print(f"{found.n_sample} samples{periods}; coefficients at its ends: {shares}\n")
     for problem in found.problems:
         console.print(Text(f"problem: {problem}", style="bold red"))
     for warning in found.warnings:

@@ -45,10 +45,11 @@ def show_plan(
     experiment: ExperimentConfig, directory: Path, workers: int | None, *, retry_failed: bool, json: bool
 ) -> int:
     """Print the plan of a sweep."""
-    from hydrofdi.cli.rendering import print_json, write_out
+    from hydrofdi.cli.rendering import print_json, tell_unusual_values, write_out
     from hydrofdi.execution import available_cores
     from hydrofdi.pipeline import plan_sweep, predict
 
+    tell_unusual_values(experiment)
     workers = workers or available_cores()
     sweep_plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
     record = _record(sweep_plan, predict(sweep_plan, workers), workers)
@@ -60,6 +61,9 @@ def show_plan(
 
 
 def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, Any]:
+    from hydrofdi.config.csv_input import brief
+    from hydrofdi.config.plausibility import unusual_values
+
     n_run = len(plan.run_ids)
     return {
         "experiment": plan.experiment.name,
@@ -67,7 +71,7 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "planned": n_run,
         "swept": plan.table.n_swept,
         "controls_added": n_run - plan.table.n_swept,
-        "axes": {name: list(values) for name, values in plan.table.axes.items()},
+        "axes": {name: brief(list(values)) for name, values in plan.table.axes.items()},
         "first_point": _point(plan, 0),
         "last_point": _point(plan, plan.table.n_swept - 1),
         "stored": n_run - len(plan.missing) - sum(run_id in plan.failures for run_id in plan.run_ids),
@@ -79,13 +83,17 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "predicted_file_bytes": prediction.file_bytes,
         "free_bytes": prediction.free_bytes,
         "warnings": plan.warnings(prediction),
+        "unusual_values": unusual_values(plan.experiment),
     }
 
 
 def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
     parameters = plan.table.runs[position].parameters
-    values = {name: parameters.value(name) for name in plan.table.axes}
-    return {name: 0.0 if value is None else value for name, value in values.items()}
+    values = {name: parameters.told(name) for name in plan.table.axes}
+    return {
+        name: 0.0 if value is None and name.startswith("leakage.") else value
+        for name, value in values.items()
+    }
 
 
 def _lines(record: dict[str, Any]) -> list[str]:
@@ -103,9 +111,8 @@ def _lines(record: dict[str, Any]) -> list[str]:
         f" {record['controls_added']} healthy ones added to compare with",
     ]
     for name, values in record["axes"].items():
-        spread = (
-            f" from {min(values):g} to {max(values):g}" if values and isinstance(values[0], float) else ""
-        )
+        are_numbers = all(isinstance(value, float) for value in values)
+        spread = f" from {min(values):g} to {max(values):g}" if are_numbers else ""
         lines.append(f"  axis       {label_header(name)}: {len(values)} values{spread}")
     if record["axes"]:
         lines += [

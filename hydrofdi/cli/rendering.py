@@ -11,6 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.pipeline.inspecting import Explanation
 from hydrofdi.report.document import Block, Cell, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
@@ -28,6 +30,12 @@ _FILES_ONLY = ("provenance", "signals", "checks")
 def tell(message: str) -> None:
     """A message on standard error."""
     print(message, file=sys.stderr)
+
+
+def tell_unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> None:
+    """Warn of values that are far from the usual ones."""
+    for sentence in unusual_values(experiment, with_sweep=with_sweep):
+        tell(f"warning: {sentence}")
 
 
 def write_out(text: str) -> None:

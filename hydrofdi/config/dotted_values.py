@@ -10,10 +10,11 @@ import numpy as np
 from pydantic import ValidationError
 
 from hydrofdi.config.condition import parse_condition
+from hydrofdi.config.csv_input import brief
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, complete_baseline
 from hydrofdi.config.mistakes import describe_error, nearest
 from hydrofdi.config.parameters import parameter_names, parameter_unit, validate_parameter
-from hydrofdi.config.yaml_source import Path, Source
+from hydrofdi.config.yaml_source import Path, Source, dotted
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
@@ -78,7 +79,9 @@ def _axis(source: Source, path: Path, name: str, values: Any) -> Any:
     converted = [_parameter(source, (*path, index), name, value) for index, value in enumerate(values)]
     for index, value in enumerate(converted):
         if value in converted[:index] and path[-2] != "zip":
-            source.mistakes.append(source.mistake((*path, index), f"value {value!r} is in the list twice"))
+            source.mistakes.append(
+                source.mistake((*path, index), f"value {brief(value)!r} is in the list twice")
+            )
     return converted
 
 
@@ -94,6 +97,7 @@ def _generated(source: Source, path: Path, name: str, generator: dict[str, Any])
         return []
     first, last = (_parameter(source, (*path, index), name, arguments[index]) for index in (0, 1))
     if not all(isinstance(end, float) for end in (first, last)):
+        _require_numbers(source, path)
         return []
     try:
         values = _range(kind, first, last, _third(kind, name, arguments[2]))
@@ -101,6 +105,12 @@ def _generated(source: Source, path: Path, name: str, generator: dict[str, Any])
     except ValueError as error:
         source.mistakes.append(source.mistake(path, _first_message(error)))
         return []
+
+
+def _require_numbers(source: Source, path: Path) -> None:
+    """Tell that ends have to be numbers, unless something else was wrong with them."""
+    if not any(mistake.key.startswith(dotted(path)) for mistake in source.mistakes):
+        source.mistakes.append(source.mistake(path, "its ends must be numbers"))
 
 
 def _third(kind: str, name: str, value: Any) -> float:
@@ -159,7 +169,9 @@ def _distribution_arguments(
             return arguments
         return [mean, deviation]
     values = [_parameter(source, (*path, index), name, value) for index, value in enumerate(arguments)]
-    if kind != "choice" and all(isinstance(value, float) for value in values):
+    if kind != "choice" and not all(isinstance(value, float) for value in values):
+        _require_numbers(source, path)
+    elif kind != "choice":
         low, high = values
         if not low < high or (kind == "loguniform" and low <= 0.0):
             source.mistakes.append(

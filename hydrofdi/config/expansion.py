@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from hydrofdi.config.csv_input import brief
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.leakage import LeakageConfig
 from hydrofdi.config.mistakes import describe_error
@@ -167,7 +168,7 @@ def _with_values(parameters: RunParameters, values: Mapping[str, Any]) -> RunPar
     try:
         return parameters.with_values(values)
     except ValueError as error:
-        point = ", ".join(f"{name} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
+        point = ", ".join(f"{name} = {value:g}" if isinstance(value, float) else f"{name} = {brief(value)}"
                           for name, value in values.items())  # fmt: skip
         reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
         raise ConfigError([Mistake(f"at {point}: {reason}", "sweep")]) from None

@@ -10,16 +10,16 @@ from hydrofdi.config.quantities import SI, Section
 class FrictionConfig(Section):
     """Friction between the piston, its seals and the cylinder."""
 
-    coulomb: Annotated[float, SI("N", least=0)] = 200.0
+    coulomb: Annotated[float, SI("N", least=0, usual=("0.01 N", "1 MN"))] = 200.0
     """Coulomb friction force F_c [N]. Table 1 lost all digits."""
 
-    breakaway: Annotated[float, SI("N", least=0)] = 250.0
+    breakaway: Annotated[float, SI("N", least=0, usual=("0.01 N", "1 MN"))] = 250.0
     """Breakaway friction force F_brk [N]. Table 1, legible as "5"."""
 
-    viscous: Annotated[float, SI("N*s/m", least=0)] = 50.0
+    viscous: Annotated[float, SI("N*s/m", least=0, usual=("0.01 N*s/m", "10 MN*s/m"))] = 50.0
     """Viscous friction coefficient f [N·s/m]. Table 1, legible as "5"; low confidence."""
 
-    transition: Annotated[float, SI("s/m", least=0)] = 40.0
+    transition: Annotated[float, SI("s/m", least=0, usual=("0.01 s/m", "100000 s/m"))] = 40.0
     """Transition coefficient c_v from breakaway to Coulomb friction [s/m]. Table 1, legible as "4"."""
 
     scale: Annotated[float, SI("1", least=0)] = 1.0
@@ -31,7 +31,7 @@ class FrictionConfig(Section):
     ``smooth``: the sign of the velocity becomes tanh(v_p/v_th), without a kink. ``lugre``: bristles that
     bend before they slide; in steady motion the same Stribeck force."""
 
-    velocity_threshold: Annotated[float, SI("m/s", above=0)] = 1e-3
+    velocity_threshold: Annotated[float, SI("m/s", above=0, usual=("1 µm/s", "1 m/s"))] = 1e-3
     """Speed v_th below which friction is linear in velocity [m/s]. Table 1."""
 
     bristle_stiffness: Annotated[float, SI("N/m", above=0)] = 5e6

@@ -14,19 +14,28 @@ _AT_ONCE = 1e-9
 class LeakageConfig(Section):
     """Leakage; the internal one is given by its coefficient or by the mean flow that it shall cause."""
 
-    internal_coefficient: Annotated[float, SI("m^3.5/kg^0.5", least=0)] | None = None
+    internal_coefficient: (
+        Annotated[float, SI("m^3.5/kg^0.5", least=0, usual=("1e-13 m^3.5/kg^0.5", "1e-5 m^3.5/kg^0.5"))]
+        | None
+    ) = None
     """Coefficient K_i of the internal leakage [m^3.5/kg^0.5], i.e. m³/s per √Pa."""
 
-    internal_flow: Annotated[float, SI("m^3/s", least=0)] | None = None
+    internal_flow: Annotated[float, SI("m^3/s", least=0, usual=("0.01 mL/min", "1000 L/min"))] | None = None
     """Mean of abs(q_il) over the record [m³/s], from which K_i is solved under the baseline's conditions."""
 
-    external_coefficient: Annotated[float, SI("m^3/(s*Pa)", least=0)] = 0.0
+    external_coefficient: Annotated[
+        float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
+    ] = 0.0
     """Coefficient K_e of the external leakage of either chamber [m³/(s·Pa)]."""
 
-    external_coefficient_1: Annotated[float, SI("m^3/(s*Pa)", least=0)] | None = None
+    external_coefficient_1: (
+        Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))] | None
+    ) = None
     """Coefficient of the external leakage of chamber 1 alone [m³/(s·Pa)]; without it, that of either."""
 
-    external_coefficient_2: Annotated[float, SI("m^3/(s*Pa)", least=0)] | None = None
+    external_coefficient_2: (
+        Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))] | None
+    ) = None
     """Coefficient of the external leakage of chamber 2 alone [m³/(s·Pa)]; without it, that of either."""
 
     law: Literal["orifice", "laminar", "blended"] = "orifice"
@@ -34,11 +43,11 @@ class LeakageConfig(Section):
     proportional to ΔP, a gap that leaks as much as the orifice at ``laminar_reference``. ``blended``: the
     orifice with its infinite slope at zero rounded off over ``blending_pressure``."""
 
-    laminar_reference: Annotated[float, SI("Pa", above=0)] = 10e6
+    laminar_reference: Annotated[float, SI("Pa", above=0, usual=("10 kPa", "100 MPa"))] = 10e6
     """Pressure difference at which the laminar gap leaks as much as the orifice of the same K_i [Pa].
     A choice: about the mean difference over a stroke."""
 
-    blending_pressure: Annotated[float, SI("Pa", above=0)] = 1e3
+    blending_pressure: Annotated[float, SI("Pa", above=0, usual=("0.1 Pa", "1 MPa"))] = 1e3
     """Pressure difference Δp_small below which the blended law is linear [Pa]. A choice, far below any
     difference that matters."""
 

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from hydrofdi.config.dotted_values import normalize_baseline, normalize_sweep
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
+from hydrofdi.config.input_files import anchor_input_files, read_input_files
 from hydrofdi.config.mistakes import describe_error
 from hydrofdi.config.yaml_source import Path, Source, parse_yaml
 from hydrofdi.errors import ConfigError, Mistake
@@ -64,6 +65,7 @@ def _compose(file: FilePath, extending: tuple[FilePath, ...]) -> Source:
     whole = Source({})
     for parent in parents:
         _overlay(whole, _compose(file.parent / parent, (*extending, file.resolve())))
+    anchor_input_files(own, file.parent)
     _overlay(whole, own)
     return whole
 
@@ -139,6 +141,7 @@ def _setting_path(key: str) -> Path:
 
 
 def _validate(source: Source) -> ExperimentConfig:
+    read_input_files(source)
     normalize_baseline(source)
     normalize_sweep(source)
     try:

@@ -11,13 +11,14 @@ from pydantic.fields import FieldInfo
 
 from hydrofdi.config.actuator import ActuatorConfig
 from hydrofdi.config.control import ControlConfig
+from hydrofdi.config.csv_input import brief, parse_rows
 from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.friction import FrictionConfig
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.leakage import LeakageConfig
 from hydrofdi.config.load import LoadConfig
 from hydrofdi.config.quantities import SI, Section
-from hydrofdi.config.run import RunConfig, is_whole
+from hydrofdi.config.run import RunConfig, is_whole, require_whole_discard
 from hydrofdi.config.supply import SupplyConfig
 from hydrofdi.config.valve import ValveConfig
 from hydrofdi.config.wavelet import WaveletConfig
@@ -95,18 +96,29 @@ class RunParameters(Section):
 
     def _require_fit(self) -> None:
         _require_input_fits_run(self.input, self.run)
+        _require_file_fits_control(self.input, self.control)
         _require_multiple_of_step(
             "control.sample_time", self.control.sample_time, self.control.is_closed, self.run
         )
         _require_multiple_of_step(
             "load.random_period", self.load.random_period, self.load.random_force > 0.0, self.run
         )
-        _require_record_fits_levels(self.run, self.wavelet)
+        _require_record_fits_levels(self.n_kept, self.wavelet)
 
     @property
     def is_periodic(self) -> bool:
         """Whether all that acts on the actuator repeats itself with the period of the input."""
         return self.input.is_periodic and not self.load.random_force
+
+    @property
+    def n_discarded(self) -> int:
+        """Number of samples that the detail RMS leave out."""
+        return round(self.run.discarded_time(self.input.period) * self.run.sampling_frequency)
+
+    @property
+    def n_kept(self) -> int:
+        """Number of samples that the detail RMS are taken from."""
+        return self.run.n_sample - self.n_discarded
 
     def text(self) -> str:
         """All sections as JSON with sorted keys and floats in their shortest exact form."""
@@ -117,6 +129,10 @@ class RunParameters(Section):
         """The value of a dotted name, e.g. ``"fluid.bulk_modulus"``."""
         section, field = name.split(".")
         return getattr(getattr(self, section), field)
+
+    def told(self, name: str) -> Any:
+        """The value of a dotted name as results show it: a file by its name, size and digest."""
+        return brief(self.value(name))
 
 
 MOST_OF_STEP_RATE = 0.05
@@ -146,8 +162,13 @@ def validate_parameter(name: str, value: Any) -> Any:
 
 def parameter_unit(name: str) -> str | None:
     """SI unit of a dotted name; None for what is no quantity."""
-    quantities = [part for part in _flattened_metadata(_field(name)) if isinstance(part, SI)]
-    return quantities[0].unit if quantities else None
+    quantity = parameter_quantity(name)
+    return None if quantity is None else quantity.unit
+
+
+def parameter_quantity(name: str) -> SI | None:
+    """Unit and limits of a dotted name; None for what is no quantity."""
+    return next((part for part in _flattened_metadata(_field(name)) if isinstance(part, SI)), None)
 
 
 def _flattened_metadata(field: FieldInfo) -> list[Any]:
@@ -180,6 +201,8 @@ def _replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Se
 
 @lru_cache(maxsize=1024)
 def _require_input_fits_run(drive: InputConfig, run: RunConfig) -> None:
+    if run.discards_periods:
+        _require_discarded_periods_fit(drive, run)
     if drive.shape == "square" and not is_whole(drive.period / (2 * run.step)):
         raise ValueError(
             f"half of input.period = {drive.period:g} s is not a multiple of run.step = {run.step:g} s"
@@ -202,13 +225,33 @@ def _require_multiple_of_step(name: str, time: float, matters: bool, run: RunCon
         raise ValueError(f"{name} = {time:g} s is not a multiple of run.step = {run.step:g} s")
 
 
+def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> None:
+    if drive.file is None:
+        return
+    quantity = parse_rows(drive.file).quantity
+    if control.is_closed and quantity != "position":
+        raise ValueError(f"input.file holds voltages; with control.law = {control.law} it is a position [m]")
+    if not control.is_closed and quantity != "voltage":
+        raise ValueError("input.file holds positions; in open loop the input is a voltage")
+
+
+def _require_discarded_periods_fit(drive: InputConfig, run: RunConfig) -> None:
+    if not drive.is_periodic:
+        raise ValueError(
+            f"run.discard = {run.discard} needs an input with a period, and input.shape = {drive.shape} has"
+            " none; give a time"
+        )
+    time = run.discarded_time(drive.period)
+    require_whole_discard(time, f"{run.discard} of {drive.period:g} s", run)
+
+
 @lru_cache(maxsize=1024)
-def _require_record_fits_levels(run: RunConfig, wavelet: WaveletConfig) -> None:
+def _require_record_fits_levels(n_kept: int, wavelet: WaveletConfig) -> None:
     from pywt import Wavelet, dwt_max_level
 
-    deepest = dwt_max_level(run.n_kept, Wavelet(wavelet.name).dec_len)
+    deepest = dwt_max_level(n_kept, Wavelet(wavelet.name).dec_len)
     if wavelet.levels > deepest:
         raise ValueError(
-            f"a record of {run.n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name};"
+            f"a record of {n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name};"
             f" it carries {deepest} (lengthen run.duration or lower wavelet.levels)"
         )

@@ -29,11 +29,20 @@ class SI:
     """Annotation of a finite quantity held in an SI unit: ``Annotated[float, SI("Pa", above=0)]``.
 
     Numbers are taken as they are, strings are parsed with their unit.
+
+    Attributes
+    ----------
+    unit : str
+    above, least : float, optional
+        Limits of what is allowed, in the unit.
+    usual : tuple of (str, str), optional
+        Generous ends of what actuators have; a size beyond them, other than zero, is probably a slip.
     """
 
     unit: str
     above: float | None = None
     least: float | None = None
+    usual: tuple[str, str] | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Parse, then check the limits."""

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
-from typing import Annotated, Self
+from dataclasses import dataclass
+from typing import Annotated, Any, Self
 
-from pydantic import model_validator
+from pydantic import GetCoreSchemaHandler, model_validator
+from pydantic_core import CoreSchema, core_schema
 
 from hydrofdi.config.quantities import SI, Section
 
@@ -20,22 +23,45 @@ _MOST_SAMPLES, _MOST_STEPS_PER_SAMPLE = 10_000_000, 1_000_000
 """What a record may hold so that it fits into memory."""
 
 
+_PERIODS = re.compile(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*periods?\s*")
+
+
+@dataclass(frozen=True)
+class TimeOrPeriods(SI):
+    """Annotation of a time from zero on [s], or of a number of periods, held as a text like ``2 periods``."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Parse, and check a time's limit."""
+        return core_schema.no_info_plain_validator_function(self._time_or_periods)
+
+    def _time_or_periods(self, value: Any) -> float | str:
+        periods = _PERIODS.fullmatch(value) if isinstance(value, str) else None
+        if periods is not None:
+            number = float(periods[1])
+            return f"{number:.15g} {'period' if number == 1.0 else 'periods'}"
+        time = self.parse(value)
+        if not 0.0 <= time < math.inf:
+            raise ValueError(f"must be a time from zero on; found {value}")
+        return time
+
+
 class RunConfig(Section):
     """Integration and sampling of one run."""
 
-    duration: Annotated[float, SI("s", above=0)] = 20.0
+    duration: Annotated[float, SI("s", above=0, usual=("10 ms", "24 h"))] = 20.0
     """Length of the record [s]."""
 
-    step: Annotated[float, SI("s", above=0)] = 1e-4
+    step: Annotated[float, SI("s", above=0, usual=("0.1 µs", "10 ms"))] = 1e-4
     """Runge-Kutta step [s]. Legible as ".1 seconds", read as 0.1 ms: 1 ms is unstable in the friction's
     linear zone."""
 
-    sampling_frequency: Annotated[float, SI("Hz", above=0)] = 500.0
+    sampling_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "1 MHz"))] = 500.0
     """Sampling frequency of the record [Hz]. Caption of Figure 2, legible as "5"; 250 Hz is admissible."""
 
-    discard: Annotated[float, SI("s", least=0)] = 0.0
-    """Start of the record that the detail RMS leave out [s], such as a period, so that they are those of the
-    settled motion. Signals and all other features keep it."""
+    discard: Annotated[float | str, TimeOrPeriods("s", least=0)] = 0.0
+    """Start of the record that the detail RMS leave out, so that they are those of the settled motion: a time
+    [s], or periods of the input such as ``1 period``, whatever ``input.period`` is in a run. Signals and all
+    other features keep it."""
 
     @model_validator(mode="after")
     def _times_fit_the_step(self) -> Self:
@@ -52,10 +78,8 @@ class RunConfig(Section):
                 f"{self.n_sample:.3g} samples with {self.steps_per_sample:.3g} steps each are too many;"
                 f" at most {_MOST_SAMPLES:g} and {_MOST_STEPS_PER_SAMPLE:g}"
             )
-        if self.discard and not is_whole(self.discard * self.sampling_frequency):
-            raise ValueError(f"discard = {self.discard:g} s is not a multiple of the sampling interval")
-        if self.discard >= self.duration:
-            raise ValueError(f"discard = {self.discard:g} s leaves nothing of duration = {self.duration:g} s")
+        if isinstance(self.discard, float):
+            require_whole_discard(self.discard, f"{self.discard:g} s", self)
         return self
 
     @property
@@ -69,16 +93,31 @@ class RunConfig(Section):
         return round(self.duration * self.sampling_frequency)
 
     @property
-    def n_discarded(self) -> int:
-        """Number of samples that the detail RMS leave out."""
-        return round(self.discard * self.sampling_frequency)
+    def discards_periods(self) -> bool:
+        """Whether what is left out is stated in periods of the input."""
+        return isinstance(self.discard, str)
 
-    @property
-    def n_kept(self) -> int:
-        """Number of samples that the detail RMS are taken from."""
-        return self.n_sample - self.n_discarded
+    def discarded_time(self, period: float) -> float:
+        """Start of the record that the detail RMS leave out, for an input of some period [s]."""
+        if isinstance(self.discard, str):
+            return float(self.discard.split()[0]) * period
+        return self.discard
 
     @property
     def steps_per_sample(self) -> int:
         """Number of Runge-Kutta steps from one sample to the next."""
         return round(1.0 / (self.sampling_frequency * self.step))
+
+
+def require_whole_discard(time: float, told: str, run: RunConfig) -> None:
+    """Check that what a record leaves out is a whole number of samples, and less than all.
+
+    Raises
+    ------
+    ValueError
+        It is not.
+    """
+    if time and not is_whole(time * run.sampling_frequency):
+        raise ValueError(f"discard = {told} is not a multiple of the sampling interval")
+    if time >= run.duration:
+        raise ValueError(f"discard = {told} leaves nothing of duration = {run.duration:g} s")

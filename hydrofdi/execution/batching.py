@@ -36,7 +36,7 @@ def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
 
 
 def _grid(parameters: RunParameters) -> object:
-    return parameters.run, parameters.wavelet
+    return parameters.run, parameters.wavelet, parameters.n_discarded
 
 
 def _batch_size(n_job: int, n_sample: int, workers: int) -> int:

@@ -120,7 +120,7 @@ def _features(parameters: Sequence[RunParameters], trajectory: Trajectory) -> di
     modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
     features = {
         names.DETAIL_RMS: detail_rms(
-            trajectory.chamber_1_pressure[:, parameters[0].run.n_discarded :], parameters[0].wavelet
+            trajectory.chamber_1_pressure[:, parameters[0].n_discarded :], parameters[0].wavelet
         ),
         names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow,
         names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),

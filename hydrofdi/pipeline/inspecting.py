@@ -203,7 +203,7 @@ def _find(plan: SweepPlan, wanted: str) -> int:
 
 def _differences(baseline: RunParameters, run: RunParameters) -> dict[str, tuple[Any, Any]]:
     return {
-        name: (baseline.value(name), run.value(name))
+        name: (baseline.told(name), run.told(name))
         for name in parameter_names()
         if baseline.value(name) != run.value(name)
     }

@@ -87,7 +87,7 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
     """
     labels = label_names(data)
     runs = [run.parameters for run in data.table.runs]
-    keys = [tuple(run.value(name) for name in labels) for run in runs]
+    keys = [tuple(run.told(name) for name in labels) for run in runs]
     reading_keys = list(dict.fromkeys(keys))
     requests = [leakage_request(data, position) for position in range(len(runs))]
     leakages = sorted({0.0, *requests})

@@ -153,5 +153,5 @@ def _shares(grid: ModeGrid, group: tuple[str, ...]) -> list[ValueShare]:
 
 def _order(row: tuple[Any, ...]) -> tuple[bool, float, str]:
     first = row[0]
-    is_text = isinstance(first, str)
+    is_text = first is None or isinstance(first, str)
     return is_text, 0.0 if is_text else float(first), str(first)

@@ -178,7 +178,7 @@ def _row(
     parameters = data.table.runs[position].parameters
     return TableRow(
         run_id=str(data.columns[names.RUN_ID][position]),
-        labels={name: parameters.value(name) for name in labels},
+        labels={name: parameters.told(name) for name in labels},
         leakage_request=leakage_request(data, position),
         leakage_flow=number(names.MEAN_LEAKAGE_FLOW) if math.isnan(level) else level,
         mean_leakage_flow=number(names.MEAN_LEAKAGE_FLOW),

@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.csv_input import parse_rows
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import RunConfig
 from hydrofdi.simulation.lanes import SPOOL_WIDTH, SPOOLS
 from hydrofdi.simulation.spool import advance_spools
+
+_STEP_ROUNDING = 1e-6
+"""A time so many steps after a step belongs to that step."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,8 @@ def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) 
             return np.where((steps // half_period) % 2 == 0, drive.amplitude, -drive.amplitude)
         case "steps":
             return _random_steps(drive, run, steps)
+        case "csv":
+            return _held_rows(drive, run, steps)
         case "sine":
             wave = np.sin(2.0 * np.pi * time / drive.period)
         case "sweep":
@@ -80,8 +86,26 @@ def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) 
 def position_reference(
     drive: InputConfig, amplitude: float, run: RunConfig, steps: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Position reference at the given steps, of the shape of an input [m], shape (n,)."""
-    return amplitude * input_voltage(drive.model_copy(update={"amplitude": 1.0}), run, steps)
+    """Position reference at the given steps, of the shape of an input [m], shape (n,).
+
+    The rows of a file are positions, which no amplitude scales.
+    """
+    factor = 1.0 if drive.shape == "csv" else amplitude
+    return factor * input_voltage(drive.model_copy(update={"amplitude": 1.0}), run, steps)
+
+
+@lru_cache(maxsize=1024)
+def largest_voltage(drive: InputConfig, run: RunConfig) -> float:
+    """Largest abs(u) that an input may take in a record [V]."""
+    if drive.shape not in ("steps", "csv"):
+        return abs(drive.amplitude)
+    return float(np.abs(input_voltage(drive, run, np.arange(run.n_step))).max())
+
+
+def _held_rows(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    rows = parse_rows(drive.file or "")
+    first_steps = np.ceil(rows.times / run.step - _STEP_ROUNDING)
+    return rows.values[np.searchsorted(first_steps, steps, side="right") - 1]
 
 
 def _random_steps(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -130,7 +154,7 @@ class Spools:
         units = [drive.input.model_copy(update={"amplitude": 1.0}) for drive in padded]
         self._units = list(dict.fromkeys(units))
         self._unit_of_spool = np.array([self._units.index(unit) for unit in units], dtype=np.int64)
-        self._amplitude = np.array([drive.input.amplitude for drive in padded])
+        self._amplitude = np.array([drive.input.factor for drive in padded])
         self._stages = np.empty((0, 4, len(padded)))
         self._spools = np.zeros(len(groups), SPOOLS)
         for field, values in {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.valve import control_flow
+from hydrofdi.simulation.drive import largest_voltage
 
 
 def no_load_flow(parameters: RunParameters) -> float:
@@ -21,5 +22,7 @@ def no_load_speed(parameters: RunParameters) -> float:
 def _largest_opening(parameters: RunParameters) -> float:
     """Largest opening of an edge that input or controller can ask for [m]."""
     control, valve = parameters.control, parameters.valve
-    voltage = control.voltage_limit if control.is_closed else abs(parameters.input.amplitude)
+    voltage = control.voltage_limit
+    if not control.is_closed:
+        voltage = largest_voltage(parameters.input, parameters.run)
     return min(valve.spool_gain * voltage, valve.position_limit) + max(-valve.lap, 0.0)

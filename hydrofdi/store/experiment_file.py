@@ -210,7 +210,7 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
         MATCHED_BASELINE: np.array(table.matched_baseline),
     }
     for variable, parameter in zip(_axis_variables(table), _plain_axes(table), strict=True):
-        columns[variable.name] = np.array([run.parameters.value(parameter) for run in table.runs])
+        columns[variable.name] = np.array([run.parameters.told(parameter) for run in table.runs])
     return columns
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.csv_input import brief
 from hydrofdi.store.files import write_whole_text
 
 _FILE = "provenance.json"
@@ -26,7 +27,7 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
     return {
         "started": now(),
         "command": sys.argv,
-        "configuration": json.loads(experiment.model_dump_json()),
+        "configuration": brief(json.loads(experiment.model_dump_json())),
         "seeds": _seeds([experiment.ensemble.model_dump(), experiment.sweep.model_dump()]),
         "git": _git_state(Path(__file__).parent),
         "python": platform.python_version(),

@@ -43,7 +43,7 @@ def _equation_rows() -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
 
 
-UNNUMBERED = {"1", "3", "10", "u1", "u2", "u3"}
+UNNUMBERED = {"1", "3", "10", "u1", "u2", "u3", "u4"}
 """Derivatives by name, the twin of 9, and signals."""
 
 

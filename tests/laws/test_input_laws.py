@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.assessment.selection import computed_rows
+from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import RunConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution import Job, compute_columns
+from hydrofdi.execution import Job, compute_columns, split_jobs
 from hydrofdi.features import detail_rms
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.drive import input_voltage
 from hydrofdi.simulation.second_opinion import simulate_with_solver
+from tests.conftest import Command
 
+Writer = Callable[[str], Path]
 RUN = RunConfig(duration=4.0)
 SHAPES = ("square", "steps", "sine", "sweep", "multisine")
 
@@ -88,6 +95,13 @@ def test_solver_agrees_with_the_kernel_on_every_shape(shape: str) -> None:
         (["run.discard=30 s"], "leaves nothing"),
         (["run.discard=1.0005 s"], "not a multiple of the sampling interval"),
         (["run.duration=2 s", "run.discard=1.8 s"], "too short for 5 levels"),
+        (["run.discard=-1 s"], "must be a time from zero on; found -1 s"),
+        (["run.discard=1 turn"], "unknown unit 'turn'"),
+        (["run.discard=10 periods"], "10 periods of 2 s leaves nothing of duration = 20 s"),
+        (["run.discard=0.0003 periods"], "0.0003 periods of 2 s is not a multiple of the sampling interval"),
+        (["input.shape=steps", "run.discard=1 period"], "needs an input with a period"),
+        (["run.duration=2 s", "input.period=1.8 s", "run.discard=1 period"], "100 samples is too short"),
+        (["sweep.grid.run.discard={linspace: [1 period, 3 periods, 3]}"], "its ends must be numbers"),
     ],
 )
 def test_impossible_input_or_record_is_refused(settings: list[str], sentence: str) -> None:
@@ -103,3 +117,55 @@ def test_detail_rms_leaves_out_the_start_that_is_discarded() -> None:
     expected = detail_rms(whole["chamber_1_pressure"][:, 500:], run.wavelet)
     np.testing.assert_array_equal(settled["detail_rms"], expected)
     assert np.any(whole["detail_rms"] != settled["detail_rms"])
+
+
+SHORT = RunParameters().with_values({"run.duration": 4.0, "input.period": 1.0})
+
+
+@pytest.mark.parametrize(("discard", "time"), [("1 period", 1.0), ("0.5 periods", 0.5), ("2.0 period", 2.0)])
+def test_discarded_periods_are_the_time_that_they_take(discard: str, time: float) -> None:
+    stated, timed = (SHORT.with_values({"run.discard": value}) for value in (discard, time))
+    columns = [compute_columns([Job("run", parameters, 2e-9)]) for parameters in (stated, timed)]
+    np.testing.assert_array_equal(columns[0]["detail_rms"], columns[1]["detail_rms"])
+
+
+def test_spellings_of_discarded_periods_are_one_request() -> None:
+    runs = [
+        SHORT.with_values({"run.discard": text})
+        for text in ("1 period", " 1.0 periods", "1e0 period", "1period")
+    ]
+    assert {run.run.discard for run in runs} == {"1 period"}
+    assert SHORT.with_values({"run.discard": "0.5 period"}).run.discard == "0.5 periods"
+
+
+def test_discarded_periods_follow_the_period_of_each_run() -> None:
+    sweep = ["sweep.grid.input.period=[0.5 s, 1 s]", "sweep.grid.run.discard=[0 s, 1 period]"]
+    runs = expand_runs(load_experiment(settings=["run.duration=4 s", *sweep])).runs
+    jobs = [Job(str(k), run.parameters, 2e-9) for k, run in enumerate(runs)]
+    assert [run.parameters.n_discarded for run in runs] == [0, 250, 0, 500]
+    for batch in split_jobs(jobs, 1):
+        assert len({job.parameters.n_discarded for job in batch}) == 1
+    alone = {job.run_id: compute_columns([job])["detail_rms"][0] for job in jobs}
+    for row, job in zip(computed_rows(jobs), jobs, strict=True):
+        np.testing.assert_array_equal(row["detail_rms"], alone[job.run_id])
+        pressure = row["chamber_1_pressure"][None, job.parameters.n_discarded :]
+        np.testing.assert_array_equal(alone[job.run_id], detail_rms(pressure, job.parameters.wavelet)[0])
+
+
+def test_swept_discard_is_stored_and_reported(hydrofdi: Command, experiment_file: Writer) -> None:
+    config = experiment_file(
+        "name: late\nrun: {duration: 4 s}\ninput: {period: 1 s}\n"
+        "sweep: {grid: {run.discard: [0 s, 1 period, 2 periods], leakage.internal_coefficient: [0, 1e-9]}}\n"
+    )
+    assert "run.discard [s]: 3 values\n" in hydrofdi("plan", config).stdout
+    assert hydrofdi("sweep", config, "--workers", "1").returncode == 0
+    assert hydrofdi("rerun", "results/late", "3").stdout.endswith("the same bits\n")
+    rows = json.loads(hydrofdi("report", "--json").stdout)["rows"]
+    assert {row["labels"]["run.discard"] for row in rows} == {0.0, "1 period", "2 periods"}
+    assert len({row["detail_rms_Pa"][2] for row in rows}) == 6
+
+
+def test_period_that_leaves_nothing_names_its_point() -> None:
+    settings = ["run.duration=4 s", "run.discard=1 period", "sweep.grid.input.period=[1 s, 4 s]"]
+    with pytest.raises(ConfigError, match=r"at input\.period = 4: discard = 1 period of 4 s leaves nothing"):
+        expand_runs(load_experiment(settings=settings))

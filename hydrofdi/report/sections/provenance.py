@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+from hydrofdi.config.csv_input import brief
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet
 
@@ -27,7 +28,7 @@ def provenance_block(analysis: Analysis) -> Block:
 
 
 def _configuration_sheet(analysis: Analysis) -> Sheet:
-    configuration = json.loads(analysis.data.experiment.model_dump_json())
+    configuration = brief(json.loads(analysis.data.experiment.model_dump_json()))
     rows = []
     for section, value in configuration.items():
         fields = value if isinstance(value, dict) else {"": value}

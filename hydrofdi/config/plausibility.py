@@ -1,0 +1,72 @@
+"""Values far from what actuators have: most often a unit that was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.parameters import parameter_names, parameter_quantity
+from hydrofdi.config.quantities import SI
+from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.units import parse_quantity
+
+
+def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> list[str]:
+    """A sentence on each parameter of which some value is far from the usual ones.
+
+    Parameters
+    ----------
+    experiment : ExperimentConfig
+    with_sweep : bool
+        Whether values of ``sweep`` and ``ensemble`` count; without them, the nominal run is looked at.
+    """
+    values: dict[str, set[float]] = {}
+    for name, value in _stated_values(experiment, with_sweep):
+        if isinstance(value, float) and value != 0.0:
+            values.setdefault(name, set()).add(value)
+    return [sentence for name in values for sentence in _sentences(name, values[name])]
+
+
+def _stated_values(experiment: ExperimentConfig, with_sweep: bool) -> Iterator[tuple[str, Any]]:
+    blocks = [experiment.ensemble, experiment.sweep] if with_sweep else []
+    varied = {name for block in blocks for name in block.names}
+    for name in parameter_names():
+        if name not in varied:
+            yield name, experiment.value(name)
+    yield from experiment.baseline.items()
+    for block in blocks:
+        yield from _block_values(block)
+
+
+def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
+    for axes in (block.grid, block.zip):
+        for name, values in axes.items():
+            yield from ((name, value) for value in values)
+    for name, distribution in (block.sample.over if block.sample else {}).items():
+        for kind, arguments in distribution.items():
+            yield from ((name, value) for value in (arguments[:1] if kind == "normal" else arguments))
+    for part in block.union:
+        yield from _block_values(part)
+
+
+def _sentences(name: str, values: Iterable[float]) -> Iterator[str]:
+    quantity = parameter_quantity(name)
+    if quantity is None or quantity.usual is None:
+        return
+    low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
+    below = sorted((value for value in values if abs(value) < low), key=abs)
+    above = sorted((value for value in values if abs(value) > high), key=abs, reverse=True)
+    for side, found in (("below", below), ("above", above)):
+        if found:
+            yield _sentence(name, quantity, side, found)
+
+
+def _sentence(name: str, quantity: SI, side: str, found: list[float]) -> str:
+    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    value, reason = f"{found[0]:g}", ""
+    if quantity.unit != "1":
+        value = f"{value} {quantity.unit.replace('*', '·')}"
+        reason = "; a number without a unit is in SI"
+    low, high = (bound.replace("*", "·") for bound in quantity.usual or ())
+    return f"{name} = {value}{others} is far {side} the usual {low} … {high}{reason}"

@@ -1,0 +1,86 @@
+"""Warnings of values far from the usual ones: most often a unit that was left out."""
+# ruff: noqa: E501
+
+from pathlib import Path
+
+import pytest
+
+from hydrofdi.config import load_experiment
+from hydrofdi.config.parameters import parameter_names, parameter_quantity
+from hydrofdi.config.plausibility import unusual_values
+from hydrofdi.units import parse_quantity
+
+CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
+MODULUS = (
+    "fluid.bulk_modulus = 551 Pa is far below the usual 10 MPa … 10 GPa; a number without a unit is in SI"
+)
+
+
+def unusual(*settings, with_sweep=True):
+    return unusual_values(load_experiment(settings=settings), with_sweep=with_sweep)
+
+
+def test_simulate_warns_and_goes_on(hydrofdi):
+    result = hydrofdi("simulate", "--set", "run.duration=2 s", "--set", "fluid.bulk_modulus=551", "--json")
+    assert result.stderr.splitlines()[0] == f"warning: {MODULUS}"
+    assert result.stdout.startswith("{")
+
+
+@pytest.mark.parametrize("command", ["plan", "check", "sweep"])
+def test_commands_warn_of_swept_values(hydrofdi, experiment_file, command):
+    config = experiment_file(
+        "run: {duration: 2 s}\nsweep: {grid: {actuator.mass: [12.3, 12.3 g, 1230000]}}\n"
+    )
+    result = hydrofdi(command, config)
+    (line,) = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
+    assert line == (
+        "warning: actuator.mass = 1.23e+06 kg is far above the usual 10 g … 100000 kg;"
+        " a number without a unit is in SI"
+    )
+    assert result.returncode in (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentences"),
+    [
+        (["fluid.bulk_modulus=551"], [MODULUS]),
+        (["baseline.fluid.bulk_modulus=551"], [MODULUS]),
+        (["ensemble.grid.fluid.bulk_modulus=[551, 551 MPa]"], [MODULUS]),
+        (["sweep.zip.fluid.bulk_modulus=[551, 689]"], [MODULUS.replace("551 Pa", "551 Pa (and 1 more)")]),
+        (["sweep.union=[{grid: {fluid.bulk_modulus: [551]}}]"], [MODULUS]),
+        (["sweep.sample.over.fluid.bulk_modulus={uniform: [551, 1e9]}", "sweep.sample.count=2"], [MODULUS]),
+        (["sweep.sample.over.fluid.bulk_modulus={normal: [551e6, 1e7]}", "sweep.sample.count=2"], []),
+        (["leakage.internal_flow=0"], []),
+        (["input.amplitude=-2"], []),
+        (["input.amplitude=-2000"], ["input.amplitude = -2000 V is far above the usual 1 mV … 100 V; a number without a unit is in SI"]),
+        (["valve.damping_ratio=0.001"], ["valve.damping_ratio = 0.001 is far below the usual 0.05 … 5"]),
+        (["run.discard=1 period"], []),
+    ],
+)  # fmt: skip
+def test_every_stated_value_counts(settings, sentences):
+    assert unusual(*settings) == sentences
+
+
+def test_nominal_value_that_a_sweep_replaces_does_not_count():
+    settings = "fluid.bulk_modulus=551", "sweep.grid.fluid.bulk_modulus=[551 MPa]"
+    assert unusual(*settings) == []
+    assert unusual(*settings, with_sweep=False) == [MODULUS]
+
+
+@pytest.mark.parametrize(
+    "config", [None, *CONFIGS], ids=lambda path: "nominal" if path is None else path.stem
+)
+def test_what_comes_with_hydrofdi_is_usual(config):
+    assert unusual_values(load_experiment(config)) == []
+
+
+def test_bounds_are_an_order_of_magnitude_around_the_nominal_value():
+    experiment, n_bound = load_experiment(), 0
+    for name in parameter_names():
+        quantity, value = parameter_quantity(name), experiment.value(name)
+        if quantity and quantity.usual:
+            low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
+            assert low * 100 <= high, name
+            assert not value or 7 * low <= value <= high / 7, name
+            n_bound += 1
+    assert n_bound > 25

@@ -1,0 +1,300 @@
+"""The user's own input from a CSV file: what it does, and that results hold its contents."""
+# ruff: noqa: E501
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config.csv_input import MOST_ROWS, held_text
+from hydrofdi.config.input import InputConfig
+from hydrofdi.config.run import RunConfig
+from hydrofdi.errors import ConfigError
+from hydrofdi.simulation import run_identity, simulate_batch, solve_leakage_coefficients
+from hydrofdi.simulation.drive import input_voltage, largest_voltage
+from hydrofdi.simulation.second_opinion import simulate_with_solver
+from tests.conftest import Command
+
+RUN = RunConfig(duration=2.0)
+SQUARE = "time [ms], voltage [mV]\n0, 2000\n500, -2000\n1000, 2000\n1500, -2000\n"
+
+
+def _voltage(text: str, run: RunConfig = RUN) -> np.ndarray:
+    drive = InputConfig(shape="csv", file=held_text("drive.csv", text))
+    return input_voltage(drive, run, np.arange(run.n_step))
+
+
+def _parameters(text: str, **values: object) -> RunParameters:
+    drive = {"input.shape": "csv", "input.file": held_text("drive.csv", text), "run.duration": 2.0}
+    return RunParameters().with_values(drive | values)
+
+
+def _folder(folder: Path, *names: str, text: str = SQUARE) -> Path:
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def _identity(file: Path) -> str:
+    settings = ["input.shape=csv", f"input.file={file}", "run.duration=2 s"]
+    return run_identity(expand_runs(load_experiment(settings=settings)).runs[0])
+
+
+def test_rows_of_a_square_give_the_bits_of_the_square() -> None:
+    square = RunParameters().with_values({"run.duration": 2.0, "input.period": 1.0})
+    ours, built_in = simulate_batch([_parameters(SQUARE)], [2e-9]), simulate_batch([square], [2e-9])
+    np.testing.assert_array_equal(ours.input_voltage, built_in.input_voltage)
+    np.testing.assert_array_equal(ours.chamber_1_pressure, built_in.chamber_1_pressure)
+
+
+def test_edge_between_steps_takes_effect_at_the_next_step() -> None:
+    voltage = _voltage("-1,0\n0.5,1\n0.60005,2\n0.70001,3\n0.70009,4\n")
+    assert (np.flatnonzero(np.diff(voltage)) + 1).tolist() == [5000, 6001, 7001]
+    assert voltage[[0, 5000, 6000, 6001, 7000, 7001, -1]].tolist() == [0.0, 1.0, 1.0, 2.0, 2.0, 4.0, 4.0]
+
+
+def test_rows_before_and_after_the_record_do_not_matter() -> None:
+    np.testing.assert_array_equal(_voltage("-3,9\n-1,1\n1,2\n"), _voltage("0,1\n1,2\n2,7\n"))
+
+
+def test_every_step_may_have_a_row_of_its_own() -> None:
+    values = np.random.default_rng(1).normal(size=RUN.n_step)
+    text = "".join(f"{step * 1e-4!r},{value!r}\n" for step, value in enumerate(values.tolist()))
+    np.testing.assert_array_equal(_voltage(text), values)
+
+
+def test_amplitude_does_not_scale_rows() -> None:
+    run = _parameters(SQUARE, **{"input.amplitude": 1.0})
+    assert np.abs(simulate_batch([run], [0.0]).input_voltage).max() == 2.0
+
+
+def test_files_and_waveforms_in_one_batch_keep_their_bits() -> None:
+    square = RunParameters().with_values({"run.duration": 2.0, "input.period": 1.0, "input.amplitude": 1.0})
+    runs = [_parameters(SQUARE), square, _parameters("0,1\n1,-3\n")]
+    together = simulate_batch(runs, [0.0] * 3)
+    for k, run in enumerate(runs):
+        alone = simulate_batch([run], [0.0])
+        np.testing.assert_array_equal(together.chamber_1_pressure[k], alone.chamber_1_pressure[0])
+
+
+def test_solver_agrees_with_the_kernel() -> None:
+    run = _parameters("0,2\n0.5,-1\n0.75,1.5\n", **{"run.step": 2e-5, "run.duration": 1.0})
+    ours, theirs = simulate_batch([run], [2e-9]), simulate_with_solver([run], [2e-9], "lsoda")
+    assert np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max() < 500.0
+
+
+@pytest.mark.parametrize("shape", ["square", "steps", "sine", "sweep", "multisine", "csv"])
+def test_no_voltage_is_above_the_largest(shape: str) -> None:
+    file = held_text("x", "0,0.5\n0.5,-3\n2,50\n") if shape == "csv" else None
+    drive = InputConfig.model_validate({"shape": shape, "amplitude": -1.5, "period": 0.5, "file": file})
+    largest = largest_voltage(drive, RUN)
+    voltage = np.abs(input_voltage(drive, RUN, np.arange(RUN.n_step))).max()
+    assert voltage <= largest * (1.0 + 1e-3)
+    assert largest == {"csv": 3.0, "steps": voltage}.get(shape, 1.5)
+
+
+def test_leakage_is_solved_within_what_the_rows_open() -> None:
+    flows = {"leakage.internal_flow": 5e-6, "input.amplitude": 0.01}
+    square = RunParameters().with_values(
+        flows | {"run.duration": 2.0, "input.amplitude": 2.0, "input.period": 1.0}
+    )
+    ours, built_in = solve_leakage_coefficients([_parameters(SQUARE, **flows), square])
+    assert ours.coefficient == pytest.approx(built_in.coefficient, rel=1e-9)
+
+
+def test_identity_depends_on_the_contents_alone(tmp_path: Path) -> None:
+    _folder(tmp_path, "a.csv", "deep/b.csv")
+    _folder(tmp_path, "c.csv", text="# made by hand\n\ntime;voltage\n0;2\n0.5;-2.0\n1;2\n1.5;-2e0\n")
+    _folder(tmp_path, "other.csv", text=SQUARE.replace("1500", "1501"))
+    same = {_identity(tmp_path / name) for name in ("a.csv", "deep/b.csv", "c.csv")}
+    assert len(same) == 1
+    assert _identity(tmp_path / "other.csv") not in same
+
+
+def test_run_without_a_file_is_named_as_if_there_were_no_files() -> None:
+    assert "file" not in json.loads(InputConfig().canonical_json)
+
+
+def test_files_vary_in_every_kind_of_block(tmp_path: Path) -> None:
+    _folder(tmp_path, "a.csv")
+    _folder(tmp_path, "b.csv", text="0,1\n")
+    config = tmp_path / "experiment.yaml"
+    nominal = "run: {duration: 2 s}\ninput: {shape: csv, file: a.csv}\n"
+    blocks = {
+        "sweep: {zip: {input.shape: [square, csv], input.file: [null, b.csv], input.period: [1 s, 1 s]}}": 2,
+        "sweep: {sample: {count: 8, over: {input.file: {choice: [a.csv, b.csv]}}}}": 2,
+        "sweep: {union: [{grid: {input.file: [b.csv]}}, {grid: {input.file: [a.csv]}}]}": 2,
+        "ensemble: {grid: {input.file: [a.csv, b.csv]}}\nsweep: {grid: {actuator.mass: [10 kg, 11 kg]}}": 4,
+        "sweep: {grid: {actuator.mass: [10 kg, 11 kg]}}\nbaseline: {input.file: b.csv}": 4,
+    }
+    for block, n_run in blocks.items():
+        config.write_text(nominal + block + "\n")
+        assert len(expand_runs(load_experiment(config)).runs) == n_run, block
+
+
+def test_shape_that_leaves_the_file_over_names_its_point(tmp_path: Path) -> None:
+    _folder(tmp_path, "a.csv")
+    config = tmp_path / "experiment.yaml"
+    config.write_text("input: {shape: csv, file: a.csv}\nsweep: {grid: {input.shape: [csv, square]}}\n")
+    with pytest.raises(ConfigError, match=r"at input\.shape = square: input\.file needs shape csv"):
+        expand_runs(load_experiment(config))
+
+
+def test_path_starts_from_the_file_that_names_it(tmp_path: Path) -> None:
+    _folder(tmp_path, "base/drive.csv")
+    (tmp_path / "base" / "base.yaml").write_text("input: {shape: csv, file: drive.csv}\n")
+    (tmp_path / "top.yaml").write_text("extends: base/base.yaml\n")
+    experiment = load_experiment(tmp_path / "top.yaml")
+    assert experiment.input.file == held_text("drive.csv", SQUARE)
+
+
+def test_overridden_file_need_not_exist(tmp_path: Path) -> None:
+    _folder(tmp_path, "drive.csv")
+    (tmp_path / "base.yaml").write_text("input: {shape: csv, file: gone.csv}\n")
+    (tmp_path / "top.yaml").write_text("extends: base.yaml\ninput: {file: drive.csv}\n")
+    assert load_experiment(tmp_path / "top.yaml").input.file is not None
+
+
+MISTAKES = {
+    "missing": (None, "experiment.yaml:1: input.file: {file}: no such file"),
+    "empty": ("", "experiment.yaml:1: input.file: {file}: holds no rows of time and voltage"),
+    "header alone": ("time, voltage\n", "{file}: holds 0 rows"),
+    "no number": ("0,1\n1,x\n", "{file}:2: input.file: 'x' is not a number"),
+    "not a number": ("0,nan\n", "{file}:1: input.file: 'nan' is not a finite number"),
+    "endless": ("0,1\n1,1e999\n", "{file}:2: input.file: '1e999' is not a finite number"),
+    "underscore": ("0,1_0\n", "{file}:1: input.file: '1_0' is not a number"),
+    "falling": ("t [s],u [V]\n0,1\n2,1\n1,1\n", "{file}:4: input.file: time 1 s does not come after 2 s"),
+    "same time": ("0,1\n0,1\n", "{file}:2: input.file: time 0 s does not come after 0 s"),
+    "late start": ("0.1,1\n", "{file}:1: input.file: the first time must be zero or less; found 0.1 s"),
+    "one column": ("0\n", "{file}:1: input.file: expected two columns, time and voltage; found 1"),
+    "three columns": ("0,1\n1,2,3\n", "{file}:2: input.file: expected two columns"),
+    "wrong unit": ("t [s],u [A]\n0,1\n", "{file}:1: input.file: the second column is a voltage (or a position)"),
+    "wrong time": ("t [V],u [V]\n0,1\n", "{file}:1: input.file: the first column is a time"),
+    "unknown unit": ("t [s],u [Vo]\n0,1\n", "{file}:1: input.file: unknown unit 'Vo'"),
+    "parentheses": ("time (ms),u (V)\n0,1\n", "{file}:1: input.file: a header is like 'time [s], voltage [V]'"),
+    "position": ("t [s],x [mm]\n0,1\n", "input.file holds positions; in open loop the input is a voltage"),
+    "binary": (b"\x00\xff\x00\x01", "input.file: {file}: is not a text file in UTF-8"),
+    "zeros": (b"\x00" * 64, "input.file: {file}: is not a text file in UTF-8"),
+    "rows": ("0,1\n" * (MOST_ROWS + 1), f"holds {MOST_ROWS + 1} rows; needs 1 to {MOST_ROWS}"),
+    "huge": (b" " * 20_000_000, "is larger than the 10 MB that an input may have"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("content", "expected"), MISTAKES.values(), ids=MISTAKES)
+def test_mistake_in_a_file_is_one_line_with_its_place(
+    tmp_path: Path, content: str | bytes | None, expected: str
+) -> None:
+    file, config = tmp_path / "drive.csv", tmp_path / "experiment.yaml"
+    config.write_text("input: {shape: csv, file: drive.csv}\n")
+    if content is not None:
+        file.write_bytes(content.encode() if isinstance(content, str) else content)
+    with pytest.raises(ConfigError) as caught:
+        load_experiment(config)
+    (line,) = str(caught.value).splitlines()
+    assert expected.format(file=file) in line
+    assert len(line) < 300
+
+
+def test_all_mistakes_are_told_but_no_flood(tmp_path: Path) -> None:
+    _folder(tmp_path, "a.csv", text="0,1\n" + "x,y\n" * 1000)
+    config = tmp_path / "experiment.yaml"
+    config.write_text("actuator: {mass: -1}\ninput: {shape: csv, file: a.csv}\nname: ../x\n")
+    with pytest.raises(ConfigError) as caught:
+        load_experiment(config, ["baseline.input.file=gone.csv"])
+    lines = str(caught.value).splitlines()
+    assert sum("is not a number" in line for line in lines) == 5
+    for part in ("1995 more mistakes", "actuator.mass", "name: letters", "gone.csv: no such file"):
+        assert any(part in line for line in lines), part
+    assert len(lines) == 9
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        (["input.shape=csv"], "shape csv needs a file"),
+        (["input.file={folder}/drive.csv"], "input.file needs shape csv; shape is square"),
+        (["input.shape=csv", "input.file={folder}"], "is a folder"),
+        (["input.shape=csv", "input.file=7"], "input.file: input should be a valid string; found 7"),
+        (["input.shape=csv", "input.file={folder}/drive.csv", "run.discard=1 period"], "needs an input with a period"),
+    ],
+)  # fmt: skip
+def test_file_and_shape_have_to_fit(tmp_path: Path, settings: list[str], sentence: str) -> None:
+    _folder(tmp_path, "drive.csv")
+    with pytest.raises(ConfigError, match=sentence) as caught:
+        load_experiment(settings=[setting.format(folder=tmp_path) for setting in settings])
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_path_in_the_library_is_refused_because_nothing_reads_it() -> None:
+    with pytest.raises(ValueError, match="is a path"):
+        InputConfig(shape="csv", file="drive.csv")
+
+
+def test_results_hold_the_file_and_never_print_its_rows(tmp_path: Path, hydrofdi: Command) -> None:
+    rows = "".join(f"{k * 2e-4!r},{(-1) ** (k // 2500) * 1.987654321!r}\n" for k in range(10_000))
+    _folder(tmp_path, "long.csv", text=rows)
+    _folder(tmp_path, "short.csv")
+    config = tmp_path / "experiment.yaml"
+    config.write_text(
+        "name: own\nrun: {duration: 2 s}\ninput: {shape: csv, file: long.csv}\n"
+        "sweep: {grid: {input.file: [long.csv, short.csv], leakage.internal_coefficient: [0, 1e-9]}}\n"
+    )
+    told = [hydrofdi("plan", config), hydrofdi("plan", config, "--json")]
+    assert json.loads(told[1].stdout)["axes"]["input.file"][0].startswith("long.csv (10000 rows, ")
+    swept = hydrofdi("sweep", config, "--workers", "1")
+    assert swept.returncode == 0, swept.stderr
+    told.append(swept)
+    for name in ("long.csv", "short.csv"):
+        (tmp_path / name).unlink()
+    assert hydrofdi("rerun", "results/own", "0").stdout.endswith("the same bits\n")
+    told += [hydrofdi("why", "results/own", "3"), hydrofdi("why", "results/own", "3", "--json")]
+    told += [
+        hydrofdi("report", "--html", "page.html"),
+        hydrofdi("report", "--json"),
+        hydrofdi("report", "--format", "csv"),
+    ]
+    for result in told:
+        assert result.returncode == 0, result.stderr
+        assert "1.987654321" not in result.stdout + result.stderr
+    assert "long.csv (10000 rows, " in told[-1].stdout
+    for file in ("page.html", "results/own/provenance.json"):
+        assert "1.987654321" not in (tmp_path / file).read_text()
+    with h5py.File(tmp_path / "results" / "own" / "own.h5") as stored:
+        assert stored["input_file"].asstr()[3].startswith("short.csv (4 rows, ")
+        assert np.abs(stored["input_voltage"][0]).max() == 1.987654321
+        assert np.abs(stored["input_voltage"][3]).max() == 2.0
+
+
+def test_largest_file_is_stored_and_read_again(tmp_path: Path, hydrofdi: Command) -> None:
+    text = "".join(f"{k * 2e-5!r},{math.sin(k * 1e-4)!r}\n" for k in range(MOST_ROWS))
+    _folder(tmp_path, "full.csv", text=text)
+    arguments = ("--set", "input.shape=csv", "--set", "input.file=full.csv", "--set", "run.duration=2 s")
+    result = hydrofdi("simulate", *arguments, "--out", "run.h5", "--json")
+    assert result.returncode == 0, result.stderr
+    assert len(result.stdout) < 10_000
+    (tmp_path / "full.csv").unlink()
+    (row,) = json.loads(hydrofdi("report", "run.h5", "--json").stdout)["rows"]
+    assert row["detail_rms_Pa"] == json.loads(result.stdout)["detail_rms_Pa"]
+
+
+POSITIONS = "time [ms], position [mm]\n0, 10\n500, -10\n1000, 10\n1500, -10\n"
+CLOSED = {"control.law": "p", "control.amplitude": 10e-3}
+
+
+def test_positions_are_the_reference_of_a_controller() -> None:
+    square = RunParameters().with_values(CLOSED | {"run.duration": 2.0, "input.period": 1.0})
+    ours = simulate_batch([_parameters(POSITIONS, **CLOSED | {"control.amplitude": 1.0})], [2e-9])
+    built_in = simulate_batch([square], [2e-9])
+    np.testing.assert_array_equal(ours.piston_position, built_in.piston_position)
+
+
+def test_voltages_are_no_reference() -> None:
+    with pytest.raises(ValueError, match=r"with control\.law = p it is a position"):
+        _parameters(SQUARE, **CLOSED)

@@ -27,9 +27,9 @@ class ActuatorConfig(Section):
     """What ends the stroke. ``none``: nothing (paper); a run whose piston leaves the cylinder has failed.
     ``elastic``: a spring of ``end_stop_stiffness`` from ``end_stop_position`` on."""
 
-    end_stop_position: Annotated[float, SI("m", above=0)] = 0.3
+    end_stop_position: Annotated[float, SI("m", above=0, usual=("1 mm", "10 m"))] = 0.3
     """Distance of either end stop from the centre [m]. A choice, inside of the V/A at which a chamber
     vanishes."""
 
-    end_stop_stiffness: Annotated[float, SI("N/m", above=0)] = 20e6
+    end_stop_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 kN/m", "100 GN/m"))] = 20e6
     """Stiffness of an end stop [N/m]. A choice, well above that of the fluid."""

@@ -15,10 +15,10 @@ class ControlConfig(Section):
     reference for the position, which a sampled controller tracks through the voltage. It reads the true
     position, not that of a sensor."""
 
-    amplitude: Annotated[float, SI("m")] = 20e-3
+    amplitude: Annotated[float, SI("m", usual=("1 µm", "10 m"))] = 20e-3
     """Amplitude of the position reference [m]; its shape and period are those of the input. A choice."""
 
-    proportional_gain: Annotated[float, SI("V/m", least=0)] = 100.0
+    proportional_gain: Annotated[float, SI("V/m", least=0, usual=("0.01 V/m", "1000000 V/m"))] = 100.0
     """Gain K_p [V/m]. A choice: a crossover near 1 Hz, well below the hydraulic mode."""
 
     integral_gain: Annotated[float, SI("V/(m*s)", least=0)] = 100.0
@@ -28,10 +28,10 @@ class ControlConfig(Section):
     derivative_gain: Annotated[float, SI("V*s/m", least=0)] = 0.5
     """Gain K_D of the law ``pid`` [V·s/m]. A choice."""
 
-    sample_time: Annotated[float, SI("s", above=0)] = 2e-3
+    sample_time: Annotated[float, SI("s", above=0, usual=("1 µs", "1 s"))] = 2e-3
     """Time from one sample of the controller to the next [s]; the voltage is held between. A choice."""
 
-    voltage_limit: Annotated[float, SI("V", above=0)] = 5.0
+    voltage_limit: Annotated[float, SI("V", above=0, usual=("10 mV", "1 kV"))] = 5.0
     """Largest size of the voltage [V]. A choice."""
 
     @property

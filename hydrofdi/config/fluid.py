@@ -33,5 +33,5 @@ class FluidConfig(Section):
     polytropic_exponent: Annotated[float, SI("1", least=1)] = 1.4
     """Polytropic exponent n of the air [-]: 1 for slow (isothermal), 1.4 for fast (adiabatic) changes."""
 
-    atmospheric_pressure: Annotated[float, SI("Pa", above=0)] = 101325.0
+    atmospheric_pressure: Annotated[float, SI("Pa", above=0, usual=("10 kPa", "1 MPa"))] = 101325.0
     """Absolute pressure at which the pressures of the model are zero [Pa]."""

@@ -34,10 +34,10 @@ class FrictionConfig(Section):
     velocity_threshold: Annotated[float, SI("m/s", above=0, usual=("1 µm/s", "1 m/s"))] = 1e-3
     """Speed v_th below which friction is linear in velocity [m/s]. Table 1."""
 
-    bristle_stiffness: Annotated[float, SI("N/m", above=0)] = 5e6
+    bristle_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 N/m", "100 GN/m"))] = 5e6
     """Stiffness σ_0 of the bristles of the LuGre law [N/m]. A choice: breakaway bends them by 50 µm."""
 
-    bristle_damping: Annotated[float, SI("N*s/m", least=0)] = 1e3
+    bristle_damping: Annotated[float, SI("N*s/m", least=0, usual=("0.01 N*s/m", "10 MN*s/m"))] = 1e3
     """Damping σ_1 of the bristles of the LuGre law [N·s/m]. A choice."""
 
     @property

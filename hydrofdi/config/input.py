@@ -38,11 +38,12 @@ class InputConfig(Section):
     """Seed of the pseudo-random steps."""
 
     file: Annotated[str, AfterValidator(require_held_text)] | None = None
-    """CSV file of the shape ``csv``: two columns, time and voltage (in closed loop: position), with a header such as
-    ``time [ms], voltage [V]`` (without one: s and V). Each value holds until the next row's time, the last to
-    the end of the record; a time between two Runge-Kutta steps takes effect at the next step. Times rise
-    strictly, from zero or less. At most 100,000 rows. The path is relative to the experiment file that names
-    it; the contents become part of the configuration, so that results do not need the file any more."""
+    """CSV file of the shape ``csv``: two columns, time and voltage (in closed loop: position), with a
+    header such as ``time [ms], voltage [V]`` (without one: s and V). Each value holds until the next row's
+    time, the last to the end of the record; a time between two Runge-Kutta steps takes effect at the next
+    step. Times rise strictly, from zero or less. At most 100,000 rows. The path is relative to the
+    experiment file that names it; the contents become part of the configuration, so that results do not
+    need the file any more."""
 
     @model_validator(mode="after")
     def _file_belongs_to_csv(self) -> Self:

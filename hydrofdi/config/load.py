@@ -12,10 +12,10 @@ from hydrofdi.config.quantities import SI, Section
 class LoadConfig(Section):
     """Force against positive motion of the piston."""
 
-    constant_force: Annotated[float, SI("N")] = 0.0
+    constant_force: Annotated[float, SI("N", usual=("0.01 N", "10 MN"))] = 0.0
     """Constant force [N]. None in the paper."""
 
-    random_force: Annotated[float, SI("N", least=0)] = 0.0
+    random_force: Annotated[float, SI("N", least=0, usual=("0.01 N", "10 MN"))] = 0.0
     """Largest size of a pseudo-random force that is added [N]: seeded levels, each held for a period."""
 
     random_period: Annotated[float, SI("s", above=0)] = 0.5

@@ -25,7 +25,7 @@ class SupplyConfig(Section):
     droop_resistance: Annotated[float, SI("Pa*s/m^3", least=0)] = 2e10
     """Fall of the supply pressure per flow R_s [Pa·s/m³]. A choice: 2 MPa at 6 L/min."""
 
-    droop_time_constant: Annotated[float, SI("s", above=0)] = 0.05
+    droop_time_constant: Annotated[float, SI("s", above=0, usual=("0.1 ms", "100 s"))] = 0.05
     """Time constant τ_s with which the supply pressure answers to flow [s]. A choice."""
 
     @model_validator(mode="after")

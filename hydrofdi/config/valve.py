@@ -28,17 +28,19 @@ class ValveConfig(Section):
     damping_ratio: Annotated[float, SI("1", above=0, usual=("0.05", "5"))] = 0.7
     """Damping ratio ξ of the spool [-]. Table 1, legible as ".7"."""
 
-    largest_opening: Annotated[float, SI("m", above=0)] | None = None
+    largest_opening: Annotated[float, SI("m", above=0, usual=("1 µm", "50 mm"))] | None = None
     """Spool position at which the valve saturates [m]; without it, nowhere (paper)."""
 
-    largest_speed: Annotated[float, SI("m/s", above=0)] | None = None
+    largest_speed: Annotated[float, SI("m/s", above=0, usual=("0.1 mm/s", "100 m/s"))] | None = None
     """Speed that the spool cannot exceed (slew) [m/s]; without it, none (paper)."""
 
-    lap: Annotated[float, SI("m")] = 0.0
+    lap: Annotated[float, SI("m", usual=("10 nm", "1 mm"))] = 0.0
     """Distance x_0 that the spool has to move before an edge opens [m]: overlap (dead band) where positive,
     underlap (all edges open at the centre) where negative, critical lap where zero (paper)."""
 
-    lap_leakage: Annotated[float, SI("m^3/(s*Pa)", least=0)] = 0.0
+    lap_leakage: Annotated[
+        float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
+    ] = 0.0
     """Conductance of the clearance over each of the four edges [m³/(s·Pa)]. None in the paper."""
 
     @property

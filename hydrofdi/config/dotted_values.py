@@ -109,7 +109,7 @@ def _generated(source: Source, path: Path, name: str, generator: dict[str, Any])
 
 def _require_numbers(source: Source, path: Path) -> None:
     """Tell that ends have to be numbers, unless something else was wrong with them."""
-    if not any(mistake.key.startswith(dotted(path)) for mistake in source.mistakes):
+    if not any(mistake.key.startswith(dotted(path[:-1])) for mistake in source.mistakes):
         source.mistakes.append(source.mistake(path, "its ends must be numbers"))
 
 

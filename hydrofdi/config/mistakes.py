@@ -41,7 +41,8 @@ def describe_error(error: Any, known: Sequence[str] = ()) -> str:
 
 def nearest(name: str, known: Sequence[str]) -> str:
     """A hint at the known name that an unknown one probably means; empty where there is none."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    longer = [candidate for candidate in known if len(name) > 2 and candidate.startswith(name)]
+    close = longer if len(longer) == 1 else difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     if close:
         return f"; did you mean {close[0]!r}?"
     return f"; known are {', '.join(known)}" if 0 < len(known) <= 12 else ""

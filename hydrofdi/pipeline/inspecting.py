@@ -21,7 +21,7 @@ from hydrofdi.store.provenance import read_provenance
 from hydrofdi.store.reading import read_statuses
 from hydrofdi.store.request import read_request
 from hydrofdi.store.results import ShardResults
-from hydrofdi.store.shard import read_variable
+from hydrofdi.store.shard import lacks_variable, read_variable
 
 
 @dataclass(frozen=True)
@@ -171,6 +171,8 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     columns = compute_columns([_job(run, run_id)])
     differing = []
     for variable in stored_variables(stored.signals):
+        if lacks_variable(stored.shard, variable.name):
+            continue
         old = read_variable(stored.shard, variable.name, np.array([stored.row]))
         new = np.asarray(columns[variable.name])
         new = new.astype(stored.dtype) if variable.is_signal else new

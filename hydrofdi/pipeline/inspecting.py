@@ -26,13 +26,17 @@ from hydrofdi.store.shard import lacks_variable, read_variable
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result."""
+    """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result.
+
+    `damaged` says of each shard that cannot be read what is wrong with it; its runs are missing.
+    """
 
     planned: int
     done: int
     failed: int
     missing: int
     statuses: dict[str, int]
+    damaged: list[str]
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,9 @@ def sweep_status(directory: Path) -> SweepStatus:
     statuses = Counter(map(str, results.column(_variable(STATUS))))
     missing = len(plan.missing)
     failed = sum(count for status, count in statuses.items() if status not in ("ok", "missing"))
-    return SweepStatus(len(plan.run_ids), len(plan.run_ids) - missing, failed, missing, dict(statuses))
+    damaged = list(plan.index.damaged.values())
+    planned = len(plan.run_ids)
+    return SweepStatus(planned, planned - missing, failed, missing, dict(statuses), damaged)
 
 
 def verify(directory: Path) -> list[str]:

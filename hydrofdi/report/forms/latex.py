@@ -44,6 +44,8 @@ def _sheet_lines(title: str, sheet: Sheet) -> Iterator[str]:
         yield " & ".join(_cell(cell) for cell in row) + r" \\"
     yield r"\bottomrule"
     yield r"\end{tabular}"
+    if sheet.note:
+        yield rf"\par\smallskip {_escaped(sheet.note)}"
     yield r"\end{table}"
 
 

@@ -40,16 +40,21 @@ def labels_text(labels: dict[str, Any]) -> str:
     return ", ".join(f"{name} = {plain(value)}" for name, value in labels.items())
 
 
-def row_name(row: TableRow) -> str:
-    """A row in words, e.g. ``sealed at 827 MPa, 0.6 L/min out of chamber 1``."""
+def other_conditions(row: TableRow) -> str:
+    """External leakage and further parameters of a row, e.g. ``0.6 L/min out of chamber 1``."""
     labels = {name: value for name, value in row.labels.items() if not name.startswith(EXTERNAL)}
     flows = [
         f"{flow_text(flow)} L/min out of chamber {chamber}"
         for chamber, flow in enumerate(row.external.flows, 1)
         if row.external.coefficients[chamber - 1]
     ]
+    return ", ".join(filter(None, [*flows, labels_text(labels)]))
+
+
+def row_name(row: TableRow) -> str:
+    """A row in words, e.g. ``sealed at 827 MPa, 0.6 L/min out of chamber 1``."""
     mode = mode_name(row.leakage_flow, row.bulk_modulus)
-    return ", ".join(filter(None, [mode, *flows, labels_text(labels)]))
+    return ", ".join(filter(None, [mode, other_conditions(row)]))
 
 
 def plain(value: Any) -> str:

@@ -176,3 +176,13 @@ def test_older_files_stay_readable_and_lack_what_was_added_later(older, data, hy
     assert np.isnan(read_results(older).columns[names.APPROXIMATION_RMS]).all()
     assert hydrofdi("verify", older).returncode == 0
     assert hydrofdi("rerun", older, "0").returncode == 0
+
+
+def test_verdicts_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
+    analysis = analyze(data)
+    assert len(analysis.grid.readings) == 1
+    assert [alarm.bulk_modulus for alarm in analysis.sealed_alarms] == [827e6]
+    assert len(analysis.best_levels) == 2
+    checked = {run for verdict in analysis.verdicts for check in verdict.checks for run in check.run_ids}
+    tight = {row.run_id for row in analysis.table.rows if row.external.coefficients == (0.0, 0.0)}
+    assert checked <= tight

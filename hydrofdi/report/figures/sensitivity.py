@@ -12,7 +12,7 @@ from hydrofdi.report.document import group_breaks
 from hydrofdi.report.figures.style import BLACK
 from hydrofdi.report.sections.sensitivity import BASELINES, baseline_title
 from hydrofdi.report.table import SensitivityTable, TableRow
-from hydrofdi.report.wording import delta_cells, labels_text, leakage_label, megapascal
+from hydrofdi.report.wording import delta_cells, leakage_label, megapascal, other_conditions
 
 _LIMIT, _STRONG = 60.0, 30.0
 """Ends of the colour scale, and from where on white letters read better [%]."""
@@ -68,5 +68,5 @@ def _head(axis: Any, table: SensitivityTable, baseline: str) -> None:
 
 def _row_label(row: TableRow) -> str:
     unit = "" if row.is_sealed else " L/min"
-    labels = f", {labels_text(row.labels)}" if row.labels else ""
-    return f"{leakage_label(row)}{unit}, {megapascal(row.bulk_modulus)} MPa{labels}"
+    mode = f"{leakage_label(row)}{unit}, {megapascal(row.bulk_modulus)} MPa"
+    return ", ".join(filter(None, [mode, other_conditions(row)]))

@@ -44,6 +44,7 @@ def _legend(study: ExternalStudy) -> str:
     return (
         f"δ against the fixed normal, δ′ against the matched baseline. {study.name} holds the low frequencies"
         f" of P_1, its mean included; its RMS over {study.gain:.4g}, its gain for a constant, is a pressure."
+        " The verdicts and controls below look at the runs without external leakage."
     )
 
 
@@ -106,6 +107,8 @@ def _ranges_sheet(study: ExternalStudy) -> Sheet:
         headers,
         tuple(rows),
         text_columns=(0,),
+        note="A threshold that separates these runs need not separate others, with a larger internal leakage"
+        " or another supply pressure.",
     )
 
 

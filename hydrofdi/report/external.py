@@ -1,7 +1,7 @@
 """Does an approximation tell external leakage from internal leakage and from a change of EBM?
 
 After Goharrizi and Sepehri, International Journal of Fluid Power: they isolate external from internal leakage
-by the level-4 approximation of the chamber pressure.
+by the level-4 approximation. Its RMS is the choice made here.
 """
 
 from __future__ import annotations

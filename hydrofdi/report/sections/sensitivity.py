@@ -40,7 +40,8 @@ def baseline_title(table: SensitivityTable, baseline: str) -> str:
 def sensitivity_block(analysis: Analysis) -> Block:
     """Table 3, once per baseline."""
     table = analysis.table
-    legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed are controls."
+    sealed = "have no internal leakage" if table.varies_external else "are controls"
+    legend = f"Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed {sealed}."
     return Block(
         "table3",
         "Table 3: change of the details with leakage and EBM",

@@ -70,6 +70,8 @@ def _separation(study: ExternalStudy, state: ExternalState) -> str:
 
 def _mean_sentence(study: ExternalStudy) -> str:
     shares, name = study.mean_shares(), study.name
+    if not any(row.status == "ok" for row in study.rows):
+        return f"No run has a mean of P_1 to hold {name} against."
     if math.isnan(shares.low):
         return f"{name} is not stored: these runs were made by an earlier version; sweep into a new folder."
     return (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -156,6 +157,11 @@ class SensitivityTable:
     def label_names(self) -> list[str]:
         """Varied parameters besides leakage and EBM."""
         return list(self.rows[0].labels)
+
+    @cached_property
+    def has_doubts(self) -> bool:
+        """Whether any run that ended well has a verdict other than ``ok``."""
+        return any(row.doubts for row in self.rows)
 
     @property
     def varies_external(self) -> bool:

@@ -11,7 +11,7 @@ MARKS = {"cavitating": "C", "above_supply": "A", "unsettled": "U"}
 """Word of a verdict → its mark in tables."""
 
 _MEANINGS = {
-    "cavitating": "a chamber is below the vapour limit in up to {:.2g} % of the samples",
+    "cavitating": "a chamber is at or below the vapour limit in up to {:.2g} % of the samples",
     "above_supply": "a chamber is above the supply in up to {:.2g} % of the samples",
     "unsettled": "P_1 changes by up to {:.2g} % from the last but one period to the last",
 }
@@ -39,17 +39,17 @@ def _line(word: str, rows: list[TableRow]) -> str:
 
 def doubt_headers(table: SensitivityTable) -> tuple[str, ...]:
     """The header of the column of marks; nothing where no row has one."""
-    return ("Verdict",) if any(row.doubts for row in table.rows) else ()
+    return ("Verdict",) if table.has_doubts else ()
 
 
 def doubt_columns(table: SensitivityTable, before: int) -> tuple[int, ...]:
     """Position of the column of marks behind so many others."""
-    return (before,) if doubt_headers(table) else ()
+    return (before,) if table.has_doubts else ()
 
 
 def doubt_cells(table: SensitivityTable, row: TableRow) -> tuple[Cell, ...]:
     """The marks of a row under `doubt_headers`."""
-    if not doubt_headers(table):
+    if not table.has_doubts:
         return ()
     marks = " ".join(MARKS[word] for word in row.doubts)
     return (Cell(marks, value=row.verdict if marks else None),)

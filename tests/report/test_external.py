@@ -186,3 +186,11 @@ def test_verdicts_and_controls_look_at_the_runs_without_external_leakage(data, s
     checked = {run for verdict in analysis.verdicts for check in verdict.checks for run in check.run_ids}
     tight = {row.run_id for row in analysis.table.rows if row.external.coefficients == (0.0, 0.0)}
     assert checked <= tight
+
+
+def test_a_baseline_that_names_no_external_leakage_is_told(tmp_path):
+    text = "\n".join(line for line in LEAKING.splitlines() if not line.startswith("baseline"))
+    sweep = sweep_in(tmp_path, text)
+    printed = run_hydrofdi("report", sweep.directory, "--format", "markdown", cwd=tmp_path).stdout
+    assert "The baseline names no external leakage" in printed
+    assert "Leakage out of chamber 1" not in printed

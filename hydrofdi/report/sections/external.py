@@ -8,7 +8,7 @@ from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.external import ExternalState, ExternalStudy, Range
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
-from hydrofdi.report.table import SensitivityTable, TableRow
+from hydrofdi.report.table import EXTERNAL, SensitivityTable, TableRow
 from hydrofdi.report.wording import (
     EXTERNAL_HEADERS,
     HOLE,
@@ -33,7 +33,7 @@ def external_block(analysis: Analysis) -> Block | None:
         (
             _legend(study),
             _other_causes(study),
-            *(_separation(study, state) for state in study.states[1:]),
+            *_separations(analysis.table, study),
             _mean_sentence(study),
         ),
         (_ranges_sheet(study), _rows_sheet(analysis.table, study)),
@@ -54,6 +54,15 @@ def _other_causes(study: ExternalStudy) -> str:
         f"Without any leak the EBM alone makes δ{study.name} {_span(modulus)} %; internal leakage alone makes"
         f" δ′{study.name} {_span(inside)} %."
     )
+
+
+def _separations(table: SensitivityTable, study: ExternalStudy) -> list[str]:
+    if any(name.startswith(EXTERNAL) for name in table.baseline):
+        return [_separation(study, state) for state in study.states[1:]]
+    return [
+        "The baseline names no external leakage, so each healthy run leaks out as the run that it is compared"
+        f" with does, and δ tells nothing of it: put {EXTERNAL}_1: 0 and _2: 0 into the baseline."
+    ]
 
 
 def _separation(study: ExternalStudy, state: ExternalState) -> str:

@@ -108,7 +108,7 @@ def _ranges_sheet(study: ExternalStudy) -> Sheet:
             (
                 Cell(place),
                 Cell(str(len(state.rows))),
-                *(Cell(_span(s)) for s in ranges),
+                *(Cell(_span(s).replace(" ", "\N{NO-BREAK SPACE}")) for s in ranges),
             )
         )
     headers = ("External leakage", "Runs", *(f"{name} [%]" for name in study.indicators))

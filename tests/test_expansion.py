@@ -86,3 +86,11 @@ def test_an_impossible_combination_names_the_point():
 def test_points_that_do_not_fit_each_other_are_refused():
     with pytest.raises(ConfigError, match="too short for 9 levels"):
         table_of("run.duration=4 s", "sweep.grid.wavelet.levels=[5, 9]")
+
+
+@pytest.mark.parametrize("chamber", [1, 2])
+def test_a_sealed_piston_keeps_the_external_leakage_of_its_chambers(chamber):
+    name = f"leakage.external_coefficient_{chamber}"
+    table = table_of(LEAKAGE, f"sweep.grid.{name}=[0, 1e-13]")
+    assert [run.parameters.value(name) for run in table.runs] == [0.0, 1e-13, 0.0, 1e-13]
+    assert len({run_identity(run) for run in table.runs}) == 4

@@ -14,7 +14,10 @@ Run = Annotated[str, typer.Argument(metavar="RUN", help="Beginning of a run's id
 
 
 def status(directory: Directory, json: Json = False) -> int:
-    """Say how far the sweep of a folder is. Exit code 1 when runs failed."""
+    """Say how far the sweep of a folder is, and which shards are damaged.
+
+    Exit code 1 when runs failed or a shard is damaged.
+    """
     from dataclasses import asdict
 
     from hydrofdi.cli.rendering import print_json, write_out
@@ -29,7 +32,8 @@ def status(directory: Directory, json: Json = False) -> int:
             f"{state.planned} planned, {state.done} done, {state.failed} failed,"
             f" {state.missing} missing ({details})\n"
         )
-    return 1 if state.failed else 0
+        write_out("".join(f"{fault}; the next sweep computes its runs again\n" for fault in state.damaged))
+    return 1 if state.failed or state.damaged else 0
 
 
 def verify(directory: Directory, json: Json = False) -> int:

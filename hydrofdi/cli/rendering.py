@@ -101,8 +101,10 @@ def _print_block(console: Console, block: Block) -> None:
 def _grid(sheet: Sheet) -> Table:
     grid = Table(box=None, pad_edge=False)
     for column, header in enumerate(sheet.headers):
-        is_text = column in sheet.text_columns
-        grid.add_column(header if is_text else f"{header} ", justify="left" if is_text else "right")
+        if column in sheet.text_columns:
+            grid.add_column(header, overflow="fold")
+        else:
+            grid.add_column(f"{header} ", justify="right", overflow="fold")
     for position, row in enumerate(sheet.rows):
         if position in sheet.breaks:
             grid.add_row()

@@ -184,4 +184,9 @@ def _with_plain_sealed_state(parameters: RunParameters) -> RunParameters:
 
 @lru_cache(maxsize=1024)
 def _sealed(leakage: LeakageConfig) -> LeakageConfig:
-    return LeakageConfig(internal_coefficient=0.0, external_coefficient=leakage.external_coefficient)
+    return LeakageConfig(
+        internal_coefficient=0.0,
+        external_coefficient=leakage.external_coefficient,
+        external_coefficient_1=leakage.external_coefficient_1,
+        external_coefficient_2=leakage.external_coefficient_2,
+    )

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.store import StoreConfig
-from hydrofdi.features import detail_rms
+from hydrofdi.features import coefficient_rms
+from hydrofdi.features.external_leakage import mean_external_leakage_flows
 from hydrofdi.features.operating_point import hydraulic_mode
 from hydrofdi.features.verdict import judge
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
@@ -118,10 +119,15 @@ def _signals_and_features(
 
 def _features(parameters: Sequence[RunParameters], trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
     modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
+    rms = coefficient_rms(
+        trajectory.chamber_1_pressure[:, parameters[0].n_discarded :], parameters[0].wavelet
+    )
+    external = mean_external_leakage_flows(parameters, trajectory)
     features = {
-        names.DETAIL_RMS: detail_rms(
-            trajectory.chamber_1_pressure[:, parameters[0].n_discarded :], parameters[0].wavelet
-        ),
+        names.DETAIL_RMS: rms.detail,
+        names.APPROXIMATION_RMS: rms.approximation,
+        **dict(zip(names.EXTERNAL_LEAKAGE_FLOWS, external, strict=True)),
+        names.MEAN_CHAMBER_1_PRESSURE: np.mean(trajectory.chamber_1_pressure, axis=1),
         names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow,
         names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
         names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),

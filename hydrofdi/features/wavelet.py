@@ -1,12 +1,54 @@
-"""Wavelet features: the RMS of the detail coefficients of a record."""
+"""Wavelet features: the RMS of the coefficients of a record."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import pywt
 from numpy.typing import NDArray
 
 from hydrofdi.config.wavelet import WaveletConfig
+
+
+@dataclass(frozen=True)
+class CoefficientRms:
+    """RMS of all coefficients of each level, in the unit of the signal.
+
+    Attributes
+    ----------
+    detail : ndarray, shape (..., n_level)
+        d1, d2, ….
+    approximation : ndarray, shape (..., n_level)
+        a1, a2, …; a constant c gives 2^(j/2) c at level j.
+    """
+
+    detail: NDArray[np.float64]
+    approximation: NDArray[np.float64]
+
+
+def coefficient_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
+    """RMS of details and approximations of the discrete wavelet transform, in one pass.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+        Records, e.g. chamber-1 pressures [Pa].
+    wavelet : WaveletConfig
+        Wavelet, number of levels and extension at the ends of the record.
+    """
+    details, approximations = [], []
+    approximation = signal
+    for _ in range(wavelet.levels):
+        approximation, detail = pywt.dwt(approximation, wavelet.name, mode=wavelet.extension, axis=-1)
+        details.append(_rms(detail))
+        approximations.append(_rms(approximation))
+    return CoefficientRms(np.stack(details, axis=-1), np.stack(approximations, axis=-1))
+
+
+def _rms(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    rms: NDArray[np.float64] = np.sqrt(np.mean(np.square(coefficients), axis=-1))
+    return rms
 
 
 def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[np.float64]:
@@ -24,9 +66,7 @@ def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[n
     ndarray, shape (..., n_level)
         RMS of d1, d2, …, in the unit of the signal.
     """
-    coefficients = pywt.wavedec(signal, wavelet.name, mode=wavelet.extension, level=wavelet.levels, axis=-1)
-    details = coefficients[:0:-1]
-    return np.stack([np.sqrt(np.mean(np.square(detail), axis=-1)) for detail in details], axis=-1)
+    return coefficient_rms(signal, wavelet).detail
 
 
 def level_bands(sampling_frequency: float, levels: int) -> list[tuple[float, float]]:

@@ -21,18 +21,22 @@ from hydrofdi.store.provenance import read_provenance
 from hydrofdi.store.reading import read_statuses
 from hydrofdi.store.request import read_request
 from hydrofdi.store.results import ShardResults
-from hydrofdi.store.shard import read_variable
+from hydrofdi.store.shard import lacks_variable, read_variable
 
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result."""
+    """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result.
+
+    `damaged` says of each shard that cannot be read what is wrong with it; its runs are missing.
+    """
 
     planned: int
     done: int
     failed: int
     missing: int
     statuses: dict[str, int]
+    damaged: list[str]
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,9 @@ def sweep_status(directory: Path) -> SweepStatus:
     statuses = Counter(map(str, results.column(_variable(STATUS))))
     missing = len(plan.missing)
     failed = sum(count for status, count in statuses.items() if status not in ("ok", "missing"))
-    return SweepStatus(len(plan.run_ids), len(plan.run_ids) - missing, failed, missing, dict(statuses))
+    damaged = list(plan.index.damaged.values())
+    planned = len(plan.run_ids)
+    return SweepStatus(planned, planned - missing, failed, missing, dict(statuses), damaged)
 
 
 def verify(directory: Path) -> list[str]:
@@ -171,6 +177,8 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     columns = compute_columns([_job(run, run_id)])
     differing = []
     for variable in stored_variables(stored.signals):
+        if lacks_variable(stored.shard, variable.name):
+            continue
         old = read_variable(stored.shard, variable.name, np.array([stored.row]))
         new = np.asarray(columns[variable.name])
         new = new.astype(stored.dtype) if variable.is_signal else new

@@ -159,11 +159,12 @@ def collect(directory: Path) -> Path:
     Raises
     ------
     StoreError
-        The folder holds no experiment, or the file cannot be written.
+        The folder holds no experiment, a sweep is at work there, or the file cannot be written.
     """
     experiment = read_request(directory)
     table = expand_runs(experiment)
-    return _write_file(experiment, directory, table, [run_identity(run) for run in table.runs])
+    with experiment_lock(directory, lambda _: None):
+        return _write_file(experiment, directory, table, [run_identity(run) for run in table.runs])
 
 
 def _write_file(

@@ -9,6 +9,7 @@ import numpy as np
 from hydrofdi.report.claims import Verdict, judge_claims
 from hydrofdi.report.controls import BestLevel, SealedAlarm, best_levels, sealed_alarms
 from hydrofdi.report.deviations import Deviation, compare_reference
+from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.modes import ModeGrid, arrange_modes
 from hydrofdi.report.readings import ReadingsStudy, study_readings
 from hydrofdi.report.table import SensitivityTable, summarize_table
@@ -26,6 +27,8 @@ class Analysis:
     sealed_alarms: tuple[SealedAlarm, ...]
     best_levels: tuple[BestLevel, ...]
     deviations: tuple[Deviation, ...]
+    external: ExternalStudy | None
+    """What external leakage does to the approximation, where the experiment varies it."""
     readings: ReadingsStudy | None
     """Claims and controls over the readings, where the experiment is an ensemble."""
 
@@ -49,5 +52,6 @@ def analyze(data: ExperimentData) -> Analysis:
         sealed_alarms=sealed_alarms(grid),
         best_levels=best_levels(grid),
         deviations=compare_reference(table, data),
+        external=study_external(table),
         readings=study,
     )

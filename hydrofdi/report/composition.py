@@ -6,6 +6,8 @@ from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.readings import ReadingsStudy
 from hydrofdi.report.sections.controls import controls_block
+from hydrofdi.report.sections.doubts import doubts_block
+from hydrofdi.report.sections.external import external_block
 from hydrofdi.report.sections.holes import holes_block
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.readings import readings_block, readings_controls_block
@@ -27,6 +29,8 @@ def compose_report(analysis: Analysis) -> Document:
         return Document(analysis.table.name, (_LEAD,), _ensemble_blocks(analysis, analysis.readings))
     blocks = (
         holes_block(analysis),
+        doubts_block(analysis),
+        external_block(analysis),
         sensitivity_block(analysis),
         small_leakage_block(analysis),
         verdicts_block(analysis),
@@ -40,7 +44,13 @@ def compose_report(analysis: Analysis) -> Document:
 
 def _ensemble_blocks(analysis: Analysis, study: ReadingsStudy) -> tuple[Block, ...]:
     guarded = guarded_block(analysis)
-    blocks = (guarded, readings_block(study), readings_controls_block(study), provenance_block(analysis))
+    blocks = (
+        guarded,
+        doubts_block(analysis),
+        readings_block(study),
+        readings_controls_block(study),
+        provenance_block(analysis),
+    )
     return tuple(block for block in blocks if block is not None)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config import RunParameters
 from hydrofdi.report.table import baseline_changes, label_names, leakage_request, normal_bulk_modulus
 from hydrofdi.store import ExperimentData, names
 
@@ -85,11 +86,12 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
     data : ExperimentData
         An experiment as it was read.
     """
-    labels = label_names(data)
-    runs = [run.parameters for run in data.table.runs]
+    kept = _without_more_external_leakage(data)
+    runs = [data.table.runs[position].parameters for position in kept]
+    labels = [name for name in label_names(data) if len(kept) == data.n_run or _varies(name, runs)]
     keys = [tuple(run.told(name) for name in labels) for run in runs]
     reading_keys = list(dict.fromkeys(keys))
-    requests = [leakage_request(data, position) for position in range(len(runs))]
+    requests = [leakage_request(data, position) for position in kept]
     leakages = sorted({0.0, *requests})
     bulk_moduli = sorted({run.fluid.bulk_modulus for run in runs})
     normal = bulk_moduli.index(normal_bulk_modulus(data))
@@ -99,7 +101,7 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
         _ranks(requests, leakages),
         _ranks([run.fluid.bulk_modulus for run in runs], bulk_moduli),
     )
-    positions[places] = np.arange(len(runs))
+    positions[places] = kept
     fixed, matched = baseline_changes(data)
     return ModeGrid(
         readings=tuple(dict(zip(labels, key, strict=True)) for key in reading_keys),
@@ -110,6 +112,21 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
         fixed=_gathered(fixed, positions),
         matched=_gathered(matched, positions),
     )
+
+
+def _without_more_external_leakage(data: ExperimentData) -> list[int]:
+    """Positions of the runs whose chambers leak no more than those of their healthy run.
+
+    Modes are of internal leakage and EBM; what leaks out besides is another fault.
+    """
+    runs = [run.parameters.leakage for run in data.table.runs]
+    flows = [(leakage.chamber_1_coefficient, leakage.chamber_2_coefficient) for leakage in runs]
+    matched = data.columns[names.MATCHED_BASELINE]
+    return [k for k in range(data.n_run) if data.experiment.has_readings or flows[k] == flows[matched[k]]]
+
+
+def _varies(name: str, runs: list[RunParameters]) -> bool:
+    return len({run.value(name) for run in runs}) > 1
 
 
 def _ranks(values: list[Any], order: list[Any]) -> NDArray[np.int64]:

@@ -24,8 +24,10 @@ class RunSummary:
     run_id, status, message : str
     mean_leakage_flow, leakage_coefficient : float
         Mean of abs(q_il) [m³/s] and K_i [m^3.5/kg^0.5].
-    detail_rms : tuple of float
-        RMS of d1, d2, … of P_1 [Pa].
+    detail_rms, approximation_rms : tuple of float
+        RMS of d1, d2, … and of a1, a2, … of P_1 [Pa].
+    external_flows : tuple of float
+        Mean external leakage out of chamber 1 and chamber 2 [m³/s].
     extremes, residuals : dict
         Name as in the experiment file → value.
     verdict : str
@@ -41,6 +43,8 @@ class RunSummary:
     mean_leakage_flow: float
     leakage_coefficient: float
     detail_rms: tuple[float, ...]
+    approximation_rms: tuple[float, ...]
+    external_flows: tuple[float, ...]
     extremes: dict[str, float]
     verdict: str
     residuals: dict[str, float]
@@ -62,6 +66,9 @@ class RunSummary:
         yield "verdict", self.verdict, ""
         yield "leakage coefficient K_i", f"{self.leakage_coefficient:.4g}", "m³/s per √Pa"
         yield "mean internal leakage", f"{convert(self.mean_leakage_flow, 'L/min'):.4f}", "L/min"
+        for chamber, flow in enumerate(self.external_flows, 1):
+            if flow:
+                yield f"mean leakage out of chamber {chamber}", f"{convert(flow, 'L/min'):.4f}", "L/min"
         for level, rms in enumerate(self.detail_rms, 1):
             yield f"RMS of d{level}", f"{convert(rms, 'kPa'):.3f}", "kPa"
         for title, name, unit in (
@@ -87,6 +94,8 @@ def summarize_run(run: RunSpec, columns: Columns) -> RunSummary:
         mean_leakage_flow=float(columns[names.MEAN_LEAKAGE_FLOW][0]),
         leakage_coefficient=float(columns[names.LEAKAGE_COEFFICIENT][0]),
         detail_rms=tuple(columns[names.DETAIL_RMS][0].tolist()),
+        approximation_rms=tuple(columns[names.APPROXIMATION_RMS][0].tolist()),
+        external_flows=tuple(float(columns[name][0]) for name in names.EXTERNAL_LEAKAGE_FLOWS),
         extremes={variable.name: float(columns[variable.name][0]) for variable in names.EXTREMES},
         verdict=str(columns[names.VERDICT][0]),
         residuals={
@@ -109,6 +118,8 @@ def run_record(summary: RunSummary) -> dict[str, Any]:
         "mean_internal_leakage_L_per_min": None if math.isnan(mean) else convert(mean, "L/min"),
         "internal_leakage_coefficient": summary.leakage_coefficient,
         "detail_rms_Pa": [finite(value) for value in summary.detail_rms],
+        "approximation_rms_Pa": [finite(value) for value in summary.approximation_rms],
+        "mean_external_leakage_L_per_min": [finite(convert(q, "L/min")) for q in summary.external_flows],
         "verdict": summary.verdict,
         "residuals": {name: finite(value) for name, value in summary.residuals.items()},
         "extremes": {name: finite(value) for name, value in summary.extremes.items()},

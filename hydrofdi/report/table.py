@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,36 @@ from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.features import level_bands, percentage_change
 from hydrofdi.store import ExperimentData, names
 
+EXTERNAL = "leakage.external_coefficient"
+"""How the parameters of external leakage begin."""
+
 Levels = tuple[float, ...]
 """One number per wavelet level, d1 first; NaN where a run failed."""
+
+
+@dataclass(frozen=True)
+class LevelChanges:
+    """One kind of coefficient of a run.
+
+    Attributes
+    ----------
+    rms : tuple of float
+        RMS of each level [Pa].
+    fixed, matched : tuple of float
+        δ [%] against the baseline's conditions, and against the sealed actuator in the run's own conditions.
+    """
+
+    rms: Levels
+    fixed: Levels
+    matched: Levels
+
+
+@dataclass(frozen=True)
+class ExternalLeakage:
+    """Leakage out of chamber 1 and chamber 2: K_e [m³/(s·Pa)] and mean flows [m³/s]."""
+
+    coefficients: tuple[float, float]
+    flows: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -37,12 +66,18 @@ class TableRow:
         K_i [m^3.5/kg^0.5] and β [Pa].
     mode_frequency, mode_damping_ratio : float
         f_h [Hz] and ζ [-].
-    detail_rms : tuple of float
-        RMS of d1, d2, … [Pa].
-    delta_fixed, delta_matched : tuple of float
-        δ [%] against the baseline's conditions, and against the sealed actuator in the run's own conditions.
+    details, approximations : LevelChanges
+        d1, d2, … and a1, a2, … of P_1.
+    external : ExternalLeakage
+        Leakage out of the chambers.
+    mean_pressure : float
+        Mean of P_1 [Pa].
     status, message : str
         How the run ended.
+    verdict : str
+        How far it can be believed; its status where it did not end well.
+    doubt_numbers : dict
+        Word of a verdict → the number behind it.
     """
 
     run_id: str
@@ -54,11 +89,35 @@ class TableRow:
     bulk_modulus: float
     mode_frequency: float
     mode_damping_ratio: float
-    detail_rms: Levels
-    delta_fixed: Levels
-    delta_matched: Levels
+    details: LevelChanges
+    approximations: LevelChanges
+    external: ExternalLeakage
+    mean_pressure: float
     status: str
     message: str
+    verdict: str
+    doubt_numbers: dict[str, float]
+
+    @property
+    def detail_rms(self) -> Levels:
+        """RMS of d1, d2, … [Pa]."""
+        return self.details.rms
+
+    @property
+    def delta_fixed(self) -> Levels:
+        """δ of the details against the fixed baseline [%]."""
+        return self.details.fixed
+
+    @property
+    def delta_matched(self) -> Levels:
+        """δ of the details against the matched baseline [%]."""
+        return self.details.matched
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What the numbers of a run that ended well have to be read with."""
+        sound = self.status != "ok" or self.verdict in ("", "ok")
+        return () if sound else tuple(self.verdict.split(", "))
 
     @property
     def is_sealed(self) -> bool:
@@ -79,12 +138,15 @@ class SensitivityTable:
         Nominal band of d1, d2, … [Hz].
     normal_bulk_modulus : float
         β of the fixed baseline [Pa].
+    baseline : dict
+        Dotted parameters of the fixed baseline.
     """
 
     name: str
     rows: tuple[TableRow, ...]
     bands: tuple[tuple[float, float], ...]
     normal_bulk_modulus: float
+    baseline: dict[str, Any]
 
     @property
     def n_level(self) -> int:
@@ -95,6 +157,16 @@ class SensitivityTable:
     def label_names(self) -> list[str]:
         """Varied parameters besides leakage and EBM."""
         return list(self.rows[0].labels)
+
+    @cached_property
+    def has_doubts(self) -> bool:
+        """Whether any run that ended well has a verdict other than ``ok``."""
+        return any(row.doubts for row in self.rows)
+
+    @property
+    def varies_external(self) -> bool:
+        """Whether the runs differ in their external leakage."""
+        return any(name.startswith(EXTERNAL) for name in self.label_names)
 
     @property
     def modes(self) -> dict[float, float]:
@@ -124,26 +196,35 @@ def summarize_table(data: ExperimentData) -> SensitivityTable:
     data : ExperimentData
         An experiment as it was read.
     """
-    fixed, matched = baseline_changes(data)
-    names_of_labels = label_names(data)
+    details, approximations = _changes(data, names.DETAIL_RMS), _changes(data, names.APPROXIMATION_RMS)
+    labels = label_names(data)
     rows = [
-        _row(
-            data,
-            position,
-            names_of_labels,
-            tuple(fixed[position].tolist()),
-            tuple(matched[position].tolist()),
-        )
+        _row(data, position, labels, details[position], approximations[position])
         for position in range(data.n_run)
     ]
     rows.sort(key=lambda row: (not row.is_sealed, row.leakage_request))
-    bands = tuple(level_bands(data.experiment.run.sampling_frequency, fixed.shape[1]))
-    return SensitivityTable(data.experiment.name, tuple(rows), bands, normal_bulk_modulus(data))
+    n_level = data.columns[names.DETAIL_RMS].shape[1]
+    return SensitivityTable(
+        name=data.experiment.name,
+        rows=tuple(rows),
+        bands=tuple(level_bands(data.experiment.run.sampling_frequency, n_level)),
+        normal_bulk_modulus=normal_bulk_modulus(data),
+        baseline=data.experiment.baseline,
+    )
 
 
-def baseline_changes(data: ExperimentData) -> tuple[Any, Any]:
+def _changes(data: ExperimentData, name: str) -> list[LevelChanges]:
+    """RMS and δ of one kind of coefficient, run by run."""
+    arrays = (data.columns[name], *baseline_changes(data, name))
+    return [
+        LevelChanges(*map(tuple, levels))
+        for levels in zip(*(array.tolist() for array in arrays), strict=True)
+    ]
+
+
+def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> tuple[Any, Any]:
     """δ [%] of all runs against the fixed and the matched baseline, each of shape (n_run, n_level)."""
-    rms = data.columns[names.DETAIL_RMS]
+    rms = data.columns[name]
     with np.errstate(divide="ignore", invalid="ignore"):
         return (
             percentage_change(rms[data.columns[names.FIXED_BASELINE]], rms),
@@ -169,13 +250,19 @@ def label_names(data: ExperimentData) -> list[str]:
 
 
 def _row(
-    data: ExperimentData, position: int, labels: Sequence[str], fixed: Levels, matched: Levels
+    data: ExperimentData,
+    position: int,
+    labels: Sequence[str],
+    details: LevelChanges,
+    approximations: LevelChanges,
 ) -> TableRow:
     def number(name: str) -> float:
         return float(data.columns[name][position])
 
     level = number(names.LEAKAGE_LEVEL)
     parameters = data.table.runs[position].parameters
+    leakage, status = parameters.leakage, str(data.columns[names.STATUS][position])
+    first, second = (number(name) for name in names.EXTERNAL_LEAKAGE_FLOWS)
     return TableRow(
         run_id=str(data.columns[names.RUN_ID][position]),
         labels={name: parameters.told(name) for name in labels},
@@ -186,11 +273,16 @@ def _row(
         bulk_modulus=number(names.BULK_MODULUS),
         mode_frequency=number(names.MODE_FREQUENCY),
         mode_damping_ratio=number(names.MODE_DAMPING_RATIO),
-        detail_rms=tuple(data.columns[names.DETAIL_RMS][position].tolist()),
-        delta_fixed=fixed,
-        delta_matched=matched,
-        status=str(data.columns[names.STATUS][position]),
+        details=details,
+        approximations=approximations,
+        external=ExternalLeakage(
+            (leakage.chamber_1_coefficient, leakage.chamber_2_coefficient), (first, second)
+        ),
+        mean_pressure=number(names.MEAN_CHAMBER_1_PRESSURE),
+        status=status,
         message=str(data.columns[names.MESSAGE][position]),
+        verdict=str(data.columns[names.VERDICT][position]) if status == "ok" else status,
+        doubt_numbers={word: number(name) for word, name in names.DOUBTS.items()},
     )
 
 

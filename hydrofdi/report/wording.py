@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hydrofdi.report.document import Cell
-from hydrofdi.report.table import SensitivityTable, TableRow, label_header, largest_positive
+from hydrofdi.report.table import EXTERNAL, SensitivityTable, TableRow, label_header, largest_positive
 from hydrofdi.units import convert
 
 HOLE = "–"
@@ -24,6 +24,11 @@ def litres_per_minute(flow: float) -> str:
     return f"{convert(flow, 'L/min'):.3g}"
 
 
+def flow_text(flow: float) -> str:
+    """A flow in L/min without the unit, or a hole."""
+    return HOLE if math.isnan(flow) else litres_per_minute(flow)
+
+
 def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
     """A mode in words, e.g. ``0.12 L/min at 551 MPa``."""
     leakage = f"{litres_per_minute(leakage_flow)} L/min" if leakage_flow else "sealed"
@@ -33,6 +38,23 @@ def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
 def labels_text(labels: dict[str, Any]) -> str:
     """Values of further parameters, e.g. ``friction.viscous = 50``."""
     return ", ".join(f"{name} = {plain(value)}" for name, value in labels.items())
+
+
+def other_conditions(row: TableRow) -> str:
+    """External leakage and further parameters of a row, e.g. ``0.6 L/min out of chamber 1``."""
+    labels = {name: value for name, value in row.labels.items() if not name.startswith(EXTERNAL)}
+    flows = [
+        f"{flow_text(flow)} L/min out of chamber {chamber}"
+        for chamber, flow in enumerate(row.external.flows, 1)
+        if row.external.coefficients[chamber - 1]
+    ]
+    return ", ".join(filter(None, [*flows, labels_text(labels)]))
+
+
+def row_name(row: TableRow) -> str:
+    """A row in words, e.g. ``sealed at 827 MPa, 0.6 L/min out of chamber 1``."""
+    mode = mode_name(row.leakage_flow, row.bulk_modulus)
+    return ", ".join(filter(None, [mode, other_conditions(row)]))
 
 
 def plain(value: Any) -> str:
@@ -59,15 +81,28 @@ def delta_cells(levels: Sequence[float]) -> list[Cell]:
     return [Cell(signed(value), level == best, value) for level, value in enumerate(levels)]
 
 
+EXTERNAL_HEADERS = ("Out of 1 [L/min]", "Out of 2 [L/min]")
+"""Headers of the mean flows of the external leakage."""
+
+
+def external_cells(row: TableRow) -> list[Cell]:
+    """Cells under `EXTERNAL_HEADERS`."""
+    pairs = zip(row.external.flows, row.external.coefficients, strict=True)
+    return [Cell(flow_text(q) if k else "0", value=convert(q, "L/min")) for q, k in pairs]
+
+
 def lead_headers(table: SensitivityTable) -> list[str]:
     """Headers of the columns that say which run a row is."""
-    labels = [label_header(name) for name in table.label_names]
-    return ["Leakage [L/min]", "EBM [MPa]", *labels, "f_h [Hz]"]
+    external = EXTERNAL_HEADERS if table.varies_external else ()
+    labels = [label_header(name) for name in table.label_names if not name.startswith(EXTERNAL)]
+    return ["Leakage [L/min]", "EBM [MPa]", *external, *labels, "f_h [Hz]"]
 
 
 def lead_cells(row: TableRow) -> list[Cell]:
-    """Cells under `lead_headers`."""
-    labels = [Cell(plain(value)) for value in row.labels.values()]
+    """Cells under `lead_headers`; external leakage as the flow that it causes."""
+    plain_labels = {name: value for name, value in row.labels.items() if not name.startswith(EXTERNAL)}
+    labels = external_cells(row) if len(plain_labels) < len(row.labels) else []
+    labels += [Cell(plain(value)) for value in plain_labels.values()]
     frequency = HOLE if math.isnan(row.mode_frequency) else f"{row.mode_frequency:.1f}"
     return [
         Cell(leakage_label(row), value=convert(row.leakage_flow, "L/min")),
@@ -81,7 +116,7 @@ def leakage_label(row: TableRow) -> str:
     """The leakage level of a row in L/min."""
     if row.is_sealed:
         return "sealed"
-    return HOLE if math.isnan(row.leakage_flow) else litres_per_minute(row.leakage_flow)
+    return flow_text(row.leakage_flow)
 
 
 def band_sentence(table: SensitivityTable) -> str:

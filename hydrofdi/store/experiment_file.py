@@ -19,6 +19,7 @@ from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
 from hydrofdi.store.names import (
+    APPROXIMATION_RMS,
     BULK_MODULUS,
     DETAIL_RMS,
     FIXED_BASELINE,
@@ -73,7 +74,8 @@ def write_experiment(
     columns = {variable.name: results.column(variable) for variable in variables if not variable.is_signal}
     _fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
     if columns[DETAIL_RMS].shape[1] == 0:  # no run has a result
-        columns[DETAIL_RMS] = np.full((results.n_run, experiment.wavelet.levels), np.nan)
+        for name in (DETAIL_RMS, APPROXIMATION_RMS):
+            columns[name] = np.full((results.n_run, experiment.wavelet.levels), np.nan)
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
         _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], results.n_run)

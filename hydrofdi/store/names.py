@@ -48,8 +48,10 @@ class Variable:
 
 RUN_ID, STATUS, MESSAGE = "run_id", "status", "message"
 VERDICT = "verdict"
-DETAIL_RMS = "detail_rms"
+DETAIL_RMS, APPROXIMATION_RMS = "detail_rms", "approximation_rms"
 MEAN_LEAKAGE_FLOW = "mean_internal_leakage_flow"
+EXTERNAL_LEAKAGE_FLOWS = ("mean_external_leakage_flow_1", "mean_external_leakage_flow_2")
+MEAN_CHAMBER_1_PRESSURE = "mean_chamber_1_pressure"
 LEAKAGE_COEFFICIENT = "internal_leakage_coefficient"
 LEAKAGE_LEVEL = "internal_leakage_level"
 BULK_MODULUS = "bulk_modulus"
@@ -73,6 +75,11 @@ _SIGNALS = (
     Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
 
+DOUBTS = {
+    "cavitating": "cavitating_share", "above_supply": "above_supply_share", "unsettled": "settling_change",
+}  # fmt: skip
+"""Word of a verdict → variable with the number behind it."""
+
 JUDGED = (
     Variable(VERDICT, (RUN,), "", "how far the run can be believed"),
     Variable("cavitating_share", (RUN,), "1", "share of samples below the vapour limit"),
@@ -91,11 +98,20 @@ EXTREMES = (
     Variable("chamber_2_pressure_max", (RUN,), "Pa", "largest pressure of chamber 2"),
 )
 
+LATER_ADDED = (
+    Variable(APPROXIMATION_RMS, (RUN, LEVEL), "Pa", "RMS of the approximations of the chamber-1 pressure"),
+    Variable(EXTERNAL_LEAKAGE_FLOWS[0], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 1"),
+    Variable(EXTERNAL_LEAKAGE_FLOWS[1], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 2"),
+    Variable(MEAN_CHAMBER_1_PRESSURE, (RUN,), "Pa", "mean pressure of chamber 1"),
+)
+"""Computed numbers that older files of this format version lack; they are read as NaN."""
+
 COMPUTED = (
     Variable(RUN_ID, (RUN,), "", "identity of the run: hash of its request and the physics version"),
     Variable(STATUS, (RUN,), "", "how the run ended"),
     Variable(MESSAGE, (RUN,), "", "sentence on a run that failed"),
     Variable(DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the detail coefficients of the chamber-1 pressure"),
+    *LATER_ADDED,
     Variable(MEAN_LEAKAGE_FLOW, (RUN,), "m3 s-1", "mean of the absolute internal leakage flow"),
     Variable(LEAKAGE_COEFFICIENT, (RUN,), "m3.5 kg-0.5", "internal leakage coefficient K_i"),
     Variable(MODE_FREQUENCY, (RUN,), "Hz", "frequency of the hydraulic mode f_h"),

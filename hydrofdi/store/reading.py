@@ -20,6 +20,7 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.names import COMPUTED, FORMAT_VERSION, REQUESTED, RUN_ID, STATUS, TIME
 from hydrofdi.store.results import MISSING
+from hydrofdi.store.variables import absent_values, holds_variable
 
 _VERSION = "version_"
 """Prefix of the attributes that hold library versions."""
@@ -107,7 +108,7 @@ def read_experiment(path: Path) -> ExperimentData:
         except ValidationError as error:
             raise StoreError(f"{path}: its configuration is not readable: {error.title}") from None
         columns = {
-            variable.name: _values(file[variable.name])
+            variable.name: _values(file, variable.name)
             for variable in (*REQUESTED, *COMPUTED)
             if not variable.is_signal
         }
@@ -155,7 +156,10 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
         yield file
 
 
-def _values(dataset: h5py.Dataset) -> NDArray[Any]:
+def _values(file: h5py.File, name: str) -> NDArray[Any]:
+    if not holds_variable(file, name):
+        return absent_values(file, name)
+    dataset = file[name]
     if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
         raise KeyError(f"{dataset.name} is no variable with one row per run")
     is_text = h5py.check_string_dtype(dataset.dtype)

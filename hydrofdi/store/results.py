@@ -13,6 +13,7 @@ from hydrofdi.store.failures import Failure
 from hydrofdi.store.index import StoredRun
 from hydrofdi.store.names import COMPUTED, MESSAGE, RUN_ID, STATUS, TIME, Variable
 from hydrofdi.store.shard import Columns, read_variable
+from hydrofdi.store.variables import absent_values, holds_variable
 
 MISSING = "missing"
 """Status of a run that has not been computed."""
@@ -161,6 +162,8 @@ def _whole_variable(shard: Path, name: str) -> NDArray[Any]:
     from hydrofdi.store.files import open_for_reading
 
     with open_for_reading(shard) as file:
+        if not holds_variable(file, name):
+            return absent_values(file, name)
         return np.asarray(file[name][:])
 
 

@@ -18,6 +18,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
 from hydrofdi.store.names import FORMAT_VERSION, RUN_ID, STATUS, TIME, stored_variables
+from hydrofdi.store.variables import absent_values, holds_variable
 
 Columns = Mapping[str, NDArray[Any]]
 """Variable name → array with one row per run; and ``time`` → sampling instants [s]."""
@@ -174,10 +175,18 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
 
 
 def read_variable(path: Path, name: str, rows: NDArray[np.int64]) -> NDArray[Any]:
-    """Rows of a variable of a shard."""
+    """Rows of a variable of a shard; NaN where it was added after the shard was written."""
     with open_for_reading(path) as file:
+        if not holds_variable(file, name):
+            return absent_values(file, name)[rows]
         dataset = file[name]
         if h5py.check_string_dtype(dataset.dtype):
             return np.asarray(dataset.asstr()[:])[rows]
         first, last = int(rows.min()), int(rows.max())
         return np.asarray(dataset[first : last + 1])[rows - first]
+
+
+def lacks_variable(path: Path, name: str) -> bool:
+    """Whether a shard was written before a variable was added."""
+    with open_for_reading(path) as file:
+        return not holds_variable(file, name)

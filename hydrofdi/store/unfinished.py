@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.errors import StoreError
 from hydrofdi.store.experiment_file import requested_columns
-from hydrofdi.store.names import COMPUTED, DETAIL_RMS
+from hydrofdi.store.names import APPROXIMATION_RMS, COMPUTED, DETAIL_RMS
 from hydrofdi.store.reading import ExperimentData
 from hydrofdi.store.results import ShardResults
 
@@ -58,6 +58,7 @@ def read_unfinished(
     """
     computed = {variable.name: results.column(variable) for variable in COMPUTED if not variable.is_signal}
     if computed[DETAIL_RMS].size == 0:  # not one run is stored
-        computed[DETAIL_RMS] = np.full((results.n_run, experiment.wavelet.levels), np.nan)
+        for name in (DETAIL_RMS, APPROXIMATION_RMS):
+            computed[name] = np.full((results.n_run, experiment.wavelet.levels), np.nan)
     columns = computed | requested_columns(table)
     return ExperimentData(path, experiment, columns, dict(versions), ShardSignals(results))

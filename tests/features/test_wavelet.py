@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config.wavelet import WaveletConfig
-from hydrofdi.features import detail_rms, level_bands, percentage_change
+from hydrofdi.features import coefficient_rms, detail_rms, level_bands, percentage_change
 from hydrofdi.features.wavelet import detail_coefficients
 
 RECORD = np.random.default_rng(7).normal(size=1024).cumsum()
@@ -84,3 +84,23 @@ def test_delta_does_not_depend_on_the_unit(healthy, faulty, factor):
     assert percentage_change(np.array(factor * healthy), np.array(factor * faulty)) == pytest.approx(
         delta, rel=1e-9, abs=1e-9
     )
+
+
+@pytest.mark.parametrize("extension", ["symmetric", "periodization", "smooth"])
+@pytest.mark.parametrize("n_time", [1024, 1023])
+def test_details_and_approximations_are_those_of_pywavelets(extension, n_time):
+    wavelet = WaveletConfig(levels=5, extension=extension)
+    records = np.stack([RECORD[:n_time], RECORD[::-1][:n_time]])
+    rms = coefficient_rms(records, wavelet)
+    details = pywt.wavedec(records, "db8", mode=extension, level=5)[1:]
+    for level, detail in enumerate(reversed(details)):
+        np.testing.assert_array_equal(rms.detail[:, level], np.sqrt(np.mean(detail**2, axis=-1)))
+    for level in range(1, 6):
+        approximation = pywt.wavedec(records, "db8", mode=extension, level=level)[0]
+        expected = np.sqrt(np.mean(approximation**2, axis=-1))
+        np.testing.assert_array_equal(rms.approximation[:, level - 1], expected)
+
+
+def test_an_approximation_of_level_j_multiplies_a_constant_by_two_to_the_half_j():
+    rms = coefficient_rms(np.full(1024, 8.6e6), WaveletConfig())
+    np.testing.assert_allclose(rms.approximation, 8.6e6 * 2.0 ** (np.arange(1, 6) / 2.0), rtol=1e-9)

@@ -40,6 +40,11 @@ KILOPASCALS = [
 ]
 """RMS of the details of each run; the last one failed."""
 
+APPROXIMATIONS = np.outer(
+    [9600.0, 9700.0, 9500.0, 9550.0, 9300.0, np.nan], [1.5, 2.0, 2.75, 4.0, 5.5]
+).tolist()
+"""RMS of the approximations of each run [kPa]."""
+
 
 @pytest.fixture
 def made_up(tmp_path: Path) -> ExperimentData:
@@ -53,7 +58,15 @@ def made_up(tmp_path: Path) -> ExperimentData:
         names.RUN_ID: np.array([f"{position:016x}" for position in range(6)]),
         names.STATUS: np.array(statuses),
         names.MESSAGE: np.array([""] * 5 + ["the state grew without bound by t = 1 s"]),
+        names.VERDICT: np.array(["ok", "unsettled", "ok", "cavitating, above_supply", "ok", "diverged"]),
+        "cavitating_share": np.array([0.0, 0.0, 0.0, 0.002, 0.0, np.nan]),
+        "above_supply_share": np.array([0.0, 0.0, 0.0, 0.15, 0.0, np.nan]),
+        "settling_change": np.array([1e-7, 0.034, 1e-7, np.nan, 1e-7, np.nan]),
         names.DETAIL_RMS: 1e3 * np.array(KILOPASCALS),
+        names.APPROXIMATION_RMS: 1e3 * np.array(APPROXIMATIONS),
+        names.EXTERNAL_LEAKAGE_FLOWS[0]: np.array([0.0] * 5 + [np.nan]),
+        names.EXTERNAL_LEAKAGE_FLOWS[1]: np.array([0.0] * 5 + [np.nan]),
+        names.MEAN_CHAMBER_1_PRESSURE: np.array([8.6e6] * 5 + [np.nan]),
         names.MEAN_LEAKAGE_FLOW: np.array([0.0, 0.0, 2e-6, 2.1e-6, 1e-3 / 30, np.nan]),
         names.LEAKAGE_COEFFICIENT: np.array([0.0, 0.0, 8e-10, 8e-10, 1.5e-8, 1.5e-8]),
         names.MODE_FREQUENCY: np.array([59.6, 66.1] * 2 + [59.6, np.nan]),

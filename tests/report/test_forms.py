@@ -23,6 +23,7 @@ from hydrofdi.report.forms.page import render_page
 from hydrofdi.report.forms.record import render_json, report_record
 from hydrofdi.report.forms.tidy import render_csv, render_parquet, tidy_columns
 from hydrofdi.report.publication import write_all_forms
+from hydrofdi.report.table import ExternalLeakage, LevelChanges
 
 GOLDEN = Path(__file__).parent / "golden"
 
@@ -63,13 +64,17 @@ def check_golden(name, text):
 FINITE = st.floats(-1e200, 1e200)
 NUMBER = FINITE | st.just(float("nan"))
 LEVELS = st.tuples(*[NUMBER] * 5)
+PAIR = st.tuples(NUMBER, NUMBER)
+CHANGES = st.builds(LevelChanges, rms=LEVELS, fixed=LEVELS, matched=LEVELS)
 ROWS = st.builds(
     TableRow,
     run_id=st.text("0123456789abcdef", min_size=16, max_size=16),
     labels=st.fixed_dictionaries({"friction.viscous": FINITE, "input.shape": st.sampled_from(["a", 'b,"c'])}),
     leakage_request=FINITE, leakage_flow=NUMBER, mean_leakage_flow=NUMBER, leakage_coefficient=NUMBER,
-    bulk_modulus=FINITE, mode_frequency=NUMBER, mode_damping_ratio=NUMBER, detail_rms=LEVELS,
-    delta_fixed=LEVELS, delta_matched=LEVELS, status=st.just("ok"), message=st.just(""),
+    bulk_modulus=FINITE, mode_frequency=NUMBER, mode_damping_ratio=NUMBER, details=CHANGES,
+    approximations=CHANGES, external=st.builds(ExternalLeakage, coefficients=PAIR, flows=PAIR),
+    mean_pressure=NUMBER, status=st.just("ok"), message=st.just(""),
+    verdict=st.sampled_from(["ok", "cavitating", "cavitating, unsettled"]), doubt_numbers=st.just({}),
 )  # fmt: skip
 
 

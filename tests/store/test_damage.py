@@ -14,6 +14,7 @@ import pytest
 
 from hydrofdi.errors import StoreError
 from hydrofdi.store import read_experiment, read_index
+from hydrofdi.store.lock import experiment_lock
 
 WRITER = """
 import sys
@@ -118,3 +119,31 @@ def test_a_damaged_result_is_made_again_by_the_next_sweep(hydrofdi, small_sweep,
     assert json.loads(result.stdout)["completed"] == 4
     with h5py.File(directory / "small.h5") as file, h5py.File(small_sweep.file) as whole:
         assert (file["detail_rms"][:] == whole["detail_rms"][:]).all()
+
+
+def test_status_names_a_damaged_shard_and_ends_with_exit_code_1(hydrofdi, small_sweep, tmp_path):
+    shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
+    directory = tmp_path / "results" / "small"
+    sound = hydrofdi("status", directory)
+    assert (sound.returncode, sound.stdout) == (0, "4 planned, 4 done, 0 failed, 0 missing (4 ok)\n")
+    shard = next((directory / "shards").glob("*.h5"))
+    shard.write_bytes(shard.read_bytes()[:3000])
+    told = hydrofdi("status", directory)
+    assert told.returncode == 1
+    assert f"{shard.name}: is damaged" in told.stdout
+    record = json.loads(hydrofdi("status", directory, "--json").stdout)
+    assert record["missing"] == 4
+    assert [shard.name in fault for fault in record["damaged"]] == [True]
+
+
+def test_nothing_is_collected_beside_a_running_sweep(hydrofdi, small_sweep, tmp_path):
+    shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
+    directory = tmp_path / "results" / "small"
+    (directory / "small.h5").unlink()
+    with experiment_lock(directory, print):
+        refused = hydrofdi("collect", directory)
+        assert refused.returncode == 2
+        assert "another sweep is at work" in refused.stderr
+        assert not (directory / "small.h5").exists()
+    assert hydrofdi("collect", directory).returncode == 0
+    assert (directory / "small.h5").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -12,19 +13,24 @@ from hydrofdi.report.document import group_breaks
 from hydrofdi.report.figures.style import BLACK
 from hydrofdi.report.sections.sensitivity import BASELINES, baseline_title
 from hydrofdi.report.table import SensitivityTable, TableRow
-from hydrofdi.report.wording import delta_cells, labels_text, leakage_label, megapascal
+from hydrofdi.report.wording import delta_cells, leakage_label, megapascal, other_conditions
 
 _LIMIT, _STRONG = 60.0, 30.0
 """Ends of the colour scale, and from where on white letters read better [%]."""
 
 _MOST_ROWS = 48
 
+_TITLE, _LABEL = 48, 24
+"""Letters that fit on a line over a panel, and beside it; longer labels widen the figure."""
+
 
 def draw_sensitivity(analysis: Analysis) -> Figure:
     """δ of all levels; the sealed control rows stand on top."""
     table = analysis.table
     rows = table.rows[:_MOST_ROWS]
-    figure = Figure(figsize=(9.0, 1.5 + 0.32 * len(rows)), layout="constrained")
+    beside = max(len(_row_label(row)) for row in rows) - _LABEL
+    size = (9.0 + 0.08 * max(0, beside), 1.5 + 0.32 * len(rows))
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(1, len(BASELINES), sharey=True)
     for axis, (baseline, delta) in zip(axes, BASELINES.items(), strict=True):
         image = _draw_baseline(axis, rows, [delta(row) for row in rows])
@@ -61,12 +67,12 @@ def _head(axis: Any, table: SensitivityTable, baseline: str) -> None:
     axis.set_xticks(range(table.n_level), [f"$d_{level}$" for level in range(1, table.n_level + 1)])
     axis.xaxis.tick_top()
     kind, _, against = baseline_title(table, baseline).partition(" against ")
-    axis.set_title(f"{kind} against\n{against}")
+    axis.set_title(f"{kind} against\n{fill(against, _TITLE)}")
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
 
 
 def _row_label(row: TableRow) -> str:
     unit = "" if row.is_sealed else " L/min"
-    labels = f", {labels_text(row.labels)}" if row.labels else ""
-    return f"{leakage_label(row)}{unit}, {megapascal(row.bulk_modulus)} MPa{labels}"
+    mode = f"{leakage_label(row)}{unit}, {megapascal(row.bulk_modulus)} MPa"
+    return ", ".join(filter(None, [mode, other_conditions(row)]))

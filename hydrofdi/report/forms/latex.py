@@ -15,6 +15,7 @@ _ESCAPES = {
     "|": r"\textbar{}", "δ": r"$\delta$", "β": r"$\beta$", "ζ": r"$\zeta$", "µ": r"$\mu$", "μ": r"$\mu$",
     "·": r"$\cdot$", "–": "--", "…": r"\dots{}", "±": r"$\pm$", "′": "$'$", "²": r"$^{2}$", "³": r"$^{3}$",
     "√": r"$\surd$", "×": r"$\times$", "≥": r"$\ge$", "≤": r"$\le$", "→": r"$\to$", "−": "$-$",
+    "\N{NO-BREAK SPACE}": "~",
 }  # fmt: skip
 
 
@@ -44,6 +45,8 @@ def _sheet_lines(title: str, sheet: Sheet) -> Iterator[str]:
         yield " & ".join(_cell(cell) for cell in row) + r" \\"
     yield r"\bottomrule"
     yield r"\end{tabular}"
+    if sheet.note:
+        yield rf"\par\smallskip {_escaped(sheet.note)}"
     yield r"\end{table}"
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from typing import Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.claims import CheckResult, Verdict
 from hydrofdi.report.controls import BestLevel, SealedAlarm
 from hydrofdi.report.deviations import Deviation
+from hydrofdi.report.external import ExternalStudy
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.readings_record import readings_record
 from hydrofdi.report.modes import ModeGrid
@@ -29,6 +31,7 @@ def report_record(analysis: Analysis) -> dict[str, Any]:
     return {
         "experiment": analysis.table.name,
         "rows": [_row_record(row) for row in analysis.table.rows],
+        "verdicts": _verdict_counts(analysis),
         "claims": [_verdict_record(verdict, analysis.grid) for verdict in analysis.verdicts],
         "guarded_claims": list(analysis.data.experiment.claims),
         "controls": {
@@ -36,7 +39,7 @@ def report_record(analysis: Analysis) -> dict[str, Any]:
             "best_level_matched": [_best_level_record(mode, analysis.grid) for mode in analysis.best_levels],
         },
         "reference": [_deviation_record(deviation) for deviation in analysis.deviations],
-    }
+    } | _external_record(analysis.external)
 
 
 def _ensemble_record(analysis: Analysis, study: ReadingsStudy) -> dict[str, Any]:
@@ -44,6 +47,7 @@ def _ensemble_record(analysis: Analysis, study: ReadingsStudy) -> dict[str, Any]
     return {
         "experiment": analysis.table.name,
         "rows": [],
+        "verdicts": _verdict_counts(analysis),
         "claims": claims,
         "guarded_claims": list(analysis.data.experiment.claims),
         "controls": {"sealed_alarms": [], "best_level_matched": []},
@@ -64,6 +68,8 @@ def _row_record(row: TableRow) -> dict[str, Any]:
         "bulk_modulus_MPa": convert(row.bulk_modulus, "MPa"),
         "internal_leakage_coefficient": finite(row.leakage_coefficient),
         "mean_internal_leakage_L_per_min": finite(convert(row.mean_leakage_flow, "L/min")),
+        "mean_external_leakage_L_per_min": [finite(convert(flow, "L/min")) for flow in row.external.flows],
+        "mean_chamber_1_pressure_Pa": finite(row.mean_pressure),
         "hydraulic_mode_Hz": finite(row.mode_frequency),
         "hydraulic_mode_damping_ratio": finite(row.mode_damping_ratio),
         "detail_rms_Pa": [finite(value) for value in row.detail_rms],
@@ -71,11 +77,36 @@ def _row_record(row: TableRow) -> dict[str, Any]:
         "delta_matched_percent": [finite(value) for value in row.delta_matched],
         "largest_positive_fixed": level_name(largest_positive(row.delta_fixed)),
         "largest_positive_matched": level_name(largest_positive(row.delta_matched)),
+        "approximation_rms_Pa": [finite(value) for value in row.approximations.rms],
+        "approximation_delta_fixed_percent": [finite(value) for value in row.approximations.fixed],
+        "approximation_delta_matched_percent": [finite(value) for value in row.approximations.matched],
         "labels": row.labels,
         "sealed": row.is_sealed,
         "status": row.status,
         "message": row.message,
+        "verdict": row.verdict,
     }
+
+
+def _verdict_counts(analysis: Analysis) -> dict[str, int]:
+    return dict(Counter(row.verdict for row in analysis.table.rows))
+
+
+def _external_record(study: ExternalStudy | None) -> dict[str, Any]:
+    if study is None:
+        return {}
+    states = [
+        {
+            "external_leakage_of": list(state.chambers),
+            "runs": len(state.rows),
+            "ranges_percent": {
+                name: [finite(span.low), finite(span.high)] for name, span in study.ranges(state).items()
+            },
+            "gap_percentage_points": {name: finite(gap) for name, gap in study.gaps(state).items()},
+        }
+        for state in study.states
+    ]
+    return {"external_leakage": {"approximation": study.name, "states": states}}
 
 
 def _verdict_record(verdict: Verdict, grid: ModeGrid) -> dict[str, Any]:

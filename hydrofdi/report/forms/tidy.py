@@ -15,7 +15,7 @@ from hydrofdi.units import convert
 def tidy_columns(table: SensitivityTable) -> dict[str, list[Any]]:
     """Header → values, one per run and level; None where a number is missing."""
     records = [
-        _row_record(row) | _level_record(row, level) | {"status": row.status}
+        _row_record(row) | _level_record(row, level) | {"status": row.status, "verdict": row.verdict}
         for row in table.rows
         for level in range(table.n_level)
     ]
@@ -30,6 +30,9 @@ def _row_record(row: TableRow) -> dict[str, Any]:
         **{label_header(name): value for name, value in row.labels.items()},
         "internal_leakage_coefficient_m3.5_per_kg0.5": finite(row.leakage_coefficient),
         "mean_internal_leakage_L_per_min": finite(convert(row.mean_leakage_flow, "L/min")),
+        "mean_external_leakage_1_L_per_min": finite(convert(row.external.flows[0], "L/min")),
+        "mean_external_leakage_2_L_per_min": finite(convert(row.external.flows[1], "L/min")),
+        "mean_chamber_1_pressure_Pa": finite(row.mean_pressure),
         "hydraulic_mode_Hz": finite(row.mode_frequency),
         "hydraulic_mode_damping_ratio": finite(row.mode_damping_ratio),
     }
@@ -43,6 +46,9 @@ def _level_record(row: TableRow, level: int) -> dict[str, Any]:
         "delta_matched_percent": finite(row.delta_matched[level]),
         "largest_positive_fixed": int(largest_positive(row.delta_fixed) == level),
         "largest_positive_matched": int(largest_positive(row.delta_matched) == level),
+        "approximation_rms_Pa": finite(row.approximations.rms[level]),
+        "approximation_delta_fixed_percent": finite(row.approximations.fixed[level]),
+        "approximation_delta_matched_percent": finite(row.approximations.matched[level]),
     }
 
 

@@ -103,7 +103,7 @@ def _best_level_sheet(analysis: Analysis) -> Sheet:
 
 
 def _label_header(analysis: Analysis) -> tuple[str, ...]:
-    return ("Parameters",) if analysis.table.label_names else ()
+    return ("Parameters",) if analysis.grid.readings[0] else ()
 
 
 def _labels(analysis: Analysis, reading: int) -> tuple[Cell, ...]:

@@ -6,8 +6,16 @@ from collections.abc import Callable
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Sheet, group_breaks
-from hydrofdi.report.table import Levels, SensitivityTable, TableRow
-from hydrofdi.report.wording import band_sentence, delta_cells, lead_cells, lead_headers, megapascal
+from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
+from hydrofdi.report.table import EXTERNAL, Levels, SensitivityTable, TableRow
+from hydrofdi.report.wording import (
+    band_sentence,
+    delta_cells,
+    labels_text,
+    lead_cells,
+    lead_headers,
+    megapascal,
+)
 
 BASELINES: dict[str, Callable[[TableRow], Levels]] = {
     "fixed": lambda row: row.delta_fixed,
@@ -18,17 +26,22 @@ BASELINES: dict[str, Callable[[TableRow], Levels]] = {
 
 def baseline_title(table: SensitivityTable, baseline: str) -> str:
     """What δ is taken against, as a title."""
-    if baseline == "fixed":
-        others = ", else the row's own parameters" if table.label_names else ""
-        normal = f"sealed, EBM {megapascal(table.normal_bulk_modulus)} MPa{others}"
-        return f"δ [%] against the fixed normal ({normal})"
-    return "δ [%] against the matched baseline (sealed, the row's own EBM)"
+    held = {name: table.baseline[name] for name in table.label_names if name in table.baseline}
+    outside = {name: held.pop(name) for name in list(held) if name.startswith(EXTERNAL)}
+    sealed = "sealed inside and out" if outside and not any(outside.values()) else "sealed"
+    if baseline == "matched":
+        return f"δ [%] against the matched baseline ({sealed}, the row's own EBM)"
+    state = [sealed, f"EBM {megapascal(table.normal_bulk_modulus)} MPa"]
+    state += [labels_text(held)] if held else []
+    state += ["else the row's own parameters"] if len(held) + len(outside) < len(table.label_names) else []
+    return f"δ [%] against the fixed normal ({', '.join(state)})"
 
 
 def sensitivity_block(analysis: Analysis) -> Block:
     """Table 3, once per baseline."""
     table = analysis.table
-    legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed are controls."
+    sealed = "have no internal leakage" if table.varies_external else "are controls"
+    legend = f"Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed {sealed}."
     return Block(
         "table3",
         "Table 3: change of the details with leakage and EBM",
@@ -44,7 +57,11 @@ def _sheet(table: SensitivityTable, baseline: str) -> Sheet:
     return Sheet(
         key=f"table3-{baseline}",
         title=baseline_title(table, baseline),
-        headers=(*lead_headers(table), *levels),
-        rows=tuple((*lead_cells(row), *delta_cells(delta(row))) for row in table.rows),
+        headers=(*lead_headers(table), *levels, *doubt_headers(table)),
+        rows=tuple(
+            (*lead_cells(row), *delta_cells(delta(row)), *doubt_cells(table, row)) for row in table.rows
+        ),
         breaks=group_breaks([row.leakage_request for row in table.rows]),
+        text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
+        note=doubt_note(table),
     )

@@ -107,7 +107,7 @@ def modes_text(analysis: Analysis, check: CheckResult) -> str:
     """The modes that a check looks at."""
     grid = analysis.grid
     labels = labels_text(grid.readings[check.reading])
-    if len(check.modes) == len(grid.modes()) > 3:
+    if len(check.modes) > 3 and len(check.modes) == len(grid.modes()):
         text = f"all {counted(len(check.modes), 'leaky mode')}"
     else:
         text = ", ".join(mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes)

@@ -1,0 +1,51 @@
+"""Verdicts of runs in a report: marks where a run is to be read with care, silence where none is."""
+
+import csv
+import io
+import json
+
+from hydrofdi.pipeline import read_results
+from hydrofdi.report import analyze, compose_report
+from tests.conftest import SMALL, run_hydrofdi, sweep_in
+
+
+def blocks(analysis):
+    return {block.key: block for block in compose_report(analysis).blocks}
+
+
+def test_a_report_of_sound_runs_says_nothing_of_verdicts(small_sweep):
+    found = blocks(analyze(read_results(small_sweep.directory)))
+    assert "doubts" not in found
+    for sheet in found["table3"].sheets:
+        assert "Verdict" not in sheet.headers
+        assert sheet.note == ""
+
+
+def test_each_verdict_is_told_with_its_count_and_the_largest_number_behind_it(made_up):
+    lead, *lines = blocks(analyze(made_up))["doubts"].paragraphs
+    assert lead.startswith("2 of 6 runs have numbers that are to be read with care")
+    assert [line.split(",")[0] for line in lines] == ["cavitating (C)", "above_supply (A)", "unsettled (U)"]
+    assert "15 %" in lines[1]
+    assert "0.12 L/min at 689 MPa" in lines[1]
+
+
+def test_a_row_has_the_marks_of_its_verdict_and_a_failed_one_none(made_up):
+    for sheet in blocks(analyze(made_up))["table3"].sheets:
+        assert [row[-1].text for row in sheet.rows] == ["", "U", "", "C A", "", ""]
+        assert sheet.note == "Verdict: C cavitating, A above_supply, U unsettled."
+
+
+def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
+    text = SMALL.replace("sweep:", "fluid: {vapour_pressure: 5 MPa}\nsweep:")
+    sweep = sweep_in(tmp_path, text)
+
+    def printed(form):
+        return run_hydrofdi("report", sweep.directory, "--format", form, cwd=tmp_path).stdout
+
+    record = json.loads(printed("json"))
+    assert [row["verdict"] for row in record["rows"]] == ["cavitating"] * 4
+    assert record["verdicts"] == {"cavitating": 4}
+    assert {line["verdict"] for line in csv.DictReader(io.StringIO(printed("csv")))} == {"cavitating"}
+    for form in ("text", "markdown", "latex"):
+        assert "C cavitating" in printed(form)
+    assert "4 of 4 runs have numbers" in printed("text")

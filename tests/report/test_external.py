@@ -1,0 +1,196 @@
+"""External leakage by an approximation, from the sweep to every form."""
+
+import csv
+import io
+import json
+import shutil
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+from hydrofdi.pipeline import read_results
+from hydrofdi.report import analyze, compose_report
+from hydrofdi.report.forms.markdown import render_markdown
+from hydrofdi.report.forms.record import report_record
+from hydrofdi.store import names
+from hydrofdi.store.names import LATER_ADDED
+from tests.conftest import run_hydrofdi, sweep_in
+
+GAP = 5.8e-13
+"""K_e of about 0.3 L/min [m³/(s·Pa)]."""
+
+LEAKING = f"""\
+name: leaking
+run: {{duration: 4 s}}
+leakage: {{external_coefficient_1: 0, external_coefficient_2: 0}}
+baseline: {{leakage.external_coefficient_1: 0, leakage.external_coefficient_2: 0}}
+sweep:
+  grid: {{leakage.internal_flow: [0 L/min, 0.48 L/min], fluid.bulk_modulus: [551 MPa, 827 MPa]}}
+  zip: {{leakage.external_coefficient_1: [0, {GAP}, 0], leakage.external_coefficient_2: [0, 0, {GAP}]}}
+"""
+
+
+@pytest.fixture(scope="module")
+def leaking(tmp_path_factory):
+    """Internal leakage, external leakage of either chamber, and EBM on short records."""
+    return sweep_in(tmp_path_factory.mktemp("leaking"), LEAKING)
+
+
+@pytest.fixture(scope="module")
+def data(leaking):
+    return read_results(leaking.directory)
+
+
+@pytest.fixture(scope="module")
+def printed(leaking):
+    def render(form):
+        result = run_hydrofdi("report", leaking.directory, "--format", form, cwd=leaking.folder)
+        assert (result.returncode, result.stderr) == (0, "")
+        return result.stdout
+
+    return {form: render(form) for form in ("text", "markdown", "latex", "csv", "json")}
+
+
+def test_the_mean_external_flow_is_that_of_the_chamber_pressure(data, leaking):
+    with h5py.File(leaking.file) as file:
+        pressures = [file[f"chamber_{chamber}_pressure"][:].mean(axis=1) for chamber in (1, 2)]
+        assert file["mean_external_leakage_flow_1"].attrs["units"] == "m3 s-1"
+    for chamber, (name, pressure) in enumerate(zip(names.EXTERNAL_LEAKAGE_FLOWS, pressures, strict=True), 1):
+        runs = [run.parameters.value(f"leakage.external_coefficient_{chamber}") for run in data.table.runs]
+        np.testing.assert_allclose(data.columns[name], np.array(runs) * pressure, rtol=1e-12)
+        assert (data.columns[name] > 3e-6).sum() == 4
+
+
+def test_a_leak_out_of_chamber_1_lowers_its_pressure_and_a4(data):
+    rows = {
+        (row.external.coefficients, row.is_sealed, row.bulk_modulus): row for row in analyze(data).table.rows
+    }
+    assert len(rows) == 12
+    for (coefficients, is_sealed, beta), row in rows.items():
+        tight = rows[(0.0, 0.0), is_sealed, beta]
+        if coefficients[0]:
+            assert row.mean_pressure < tight.mean_pressure
+            assert row.approximations.matched[3] > tight.approximations.matched[3] + 5.0
+
+
+def test_every_form_shows_delta_of_a4_against_both_baselines(printed, leaking):
+    record = json.loads(printed["json"])
+    with h5py.File(leaking.file) as file:
+        rms = {run_id: file["approximation_rms"][k, 3] for k, run_id in enumerate(file["run_id"].asstr())}
+    normal = next(row for row in record["rows"] if row["sealed"] and row["bulk_modulus_MPa"] == 551.0
+                  and row["mean_external_leakage_L_per_min"] == [0.0, 0.0])  # fmt: skip
+    lines = [line for line in csv.DictReader(io.StringIO(printed["csv"])) if line["level"] == "d4"]
+    for row, line in zip(record["rows"], lines, strict=True):
+        delta = 100.0 * (1.0 - rms[row["run_id"]] / rms[normal["run_id"]])
+        assert row["approximation_delta_fixed_percent"][3] == pytest.approx(delta, abs=1e-9)
+        assert float(line["approximation_delta_fixed_percent"]) == row["approximation_delta_fixed_percent"][3]
+        shown = f"{delta:+.1f}"
+        for form in ("text", "markdown", "latex"):
+            text = printed[form].replace("$+$", "+").replace("$-$", "-")
+            assert shown in text or float(shown) == 0.0, form
+    for form in ("text", "markdown"):
+        assert "External leakage by the approximation a4" in printed[form]
+        assert "Leakage out of chamber 1, from 0." in " ".join(printed[form].split())
+        assert "Out of 1 [L/min]" in " ".join(printed[form].split()) or form == "text"
+    assert "…" not in printed["text"].split("Table 3:")[1].split("The paper")[0].replace(" … ", "")
+
+
+def test_the_page_has_the_section(hydrofdi, leaking, tmp_path):
+    assert hydrofdi("report", leaking.directory, "--html", tmp_path / "page.html").returncode == 0
+    assert 'id="external-rows"' in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def with_a4(data, outside_1, outside_2):
+    """The same experiment where a4 is 10, and so many per mille less with a leak out of either chamber."""
+    rms = np.full_like(data.columns[names.APPROXIMATION_RMS], 1e7)
+    for position, run in enumerate(data.table.runs):
+        leakage = run.parameters.leakage
+        loss = outside_1 * bool(leakage.external_coefficient_1)
+        loss += outside_2 * bool(leakage.external_coefficient_2)
+        rms[position] *= 1.0 - 1e-3 * (loss + 20 * bool(leakage.internal_flow))
+    return replace(data, columns=data.columns | {names.APPROXIMATION_RMS: rms})
+
+
+@pytest.mark.parametrize(("loss", "gap", "words"), [
+    (50, 3.0, "is told from all runs without by δa4 (a gap of 3.0 points) and δ′a4 (a gap of 3.0 points)"),
+    (-5, -1.5, "is told by none of δa4, δ′a4"),
+    (-30, 1.0, "is told from all runs without by δa4 (a gap of 1.0 points)"),
+])  # fmt: skip
+def test_a_leak_is_told_where_no_other_run_reaches_its_delta(data, loss, gap, words):
+    analysis = analyze(with_a4(data, loss, 7))
+    (sentence,) = [
+        text
+        for block in compose_report(analysis).blocks if block.key == "external"
+        for text in block.paragraphs if text.startswith("Leakage out of chamber 1")
+    ]  # fmt: skip
+    assert words in sentence
+    _, first, second = report_record(analysis)["external_leakage"]["states"]
+    assert first["gap_percentage_points"]["δa4"] == pytest.approx(gap)
+    assert second["gap_percentage_points"]["δa4"] == pytest.approx(-1.3)
+
+
+def test_the_title_of_table_3_tells_that_the_normal_does_not_leak_outside(printed):
+    assert "against the fixed normal (sealed inside and out, EBM 551 MPa)" in printed["markdown"]
+
+
+def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small_sweep):
+    analysis = analyze(read_results(small_sweep.directory))
+    assert "external" not in {block.key for block in compose_report(analysis).blocks}
+    assert "external_leakage" not in report_record(analysis)
+
+
+@pytest.fixture
+def older(leaking, tmp_path):
+    """The same folder as an earlier hydrofdi of this format version left it."""
+    directory = tmp_path / "results" / "leaking"
+    shutil.copytree(leaking.directory, directory)
+    shard, *others = (directory / "shards").glob("*.h5")
+    assert not others
+    for file in (shard, directory / "leaking.h5"):
+        remove_added(file)
+    from hydrofdi.store.shard import content_digest
+
+    shard.rename(shard.with_name(f"{content_digest(shard)}.h5"))
+    (directory / "index.json").unlink()
+    return directory
+
+
+def remove_added(path):
+    with h5py.File(path, "a") as file:
+        for variable in LATER_ADDED:
+            del file[variable.name]
+
+
+def test_older_files_stay_readable_and_lack_what_was_added_later(older, data, hydrofdi):
+    for name in ("the file", "the shards"):
+        read = read_results(older)
+        np.testing.assert_array_equal(read.columns[names.DETAIL_RMS], data.columns[names.DETAIL_RMS], name)
+        for variable in LATER_ADDED:
+            assert read.columns[variable.name].shape == data.columns[variable.name].shape
+            assert np.isnan(read.columns[variable.name]).all()
+        assert "a4 is not stored" in render_markdown(compose_report(analyze(read)))
+        (older / "leaking.h5").unlink(missing_ok=True)
+    assert hydrofdi("collect", older).returncode == 0
+    assert np.isnan(read_results(older).columns[names.APPROXIMATION_RMS]).all()
+    assert hydrofdi("verify", older).returncode == 0
+    assert hydrofdi("rerun", older, "0").returncode == 0
+
+
+def test_verdicts_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
+    analysis = analyze(data)
+    assert len(analysis.grid.readings) == 1
+    assert [alarm.bulk_modulus for alarm in analysis.sealed_alarms] == [827e6]
+    assert len(analysis.best_levels) == 2
+    checked = {run for verdict in analysis.verdicts for check in verdict.checks for run in check.run_ids}
+    tight = {row.run_id for row in analysis.table.rows if row.external.coefficients == (0.0, 0.0)}
+    assert checked <= tight
+
+
+def test_a_baseline_that_names_no_external_leakage_is_told(tmp_path):
+    text = "\n".join(line for line in LEAKING.splitlines() if not line.startswith("baseline"))
+    sweep = sweep_in(tmp_path, text)
+    printed = run_hydrofdi("report", sweep.directory, "--format", "markdown", cwd=tmp_path).stdout
+    assert "The baseline names no external leakage" in printed
+    assert "Leakage out of chamber 1" not in printed

@@ -32,6 +32,10 @@ def print_inspection(found: Inspection) -> None:
     console.print(
         f"{found.n_sample} samples, {found.n_period:g} periods; coefficients at its ends: {shares}\n"
     )
+    if found.noise:
+        console.print(Text("Noise of the chamber-1 pressure sensor", style="bold"))
+        console.print(_noise_table(found))
+        console.print()
     for problem in found.problems:
         console.print(Text(f"problem: {problem}", style="bold red"))
     for warning in found.warnings:
@@ -57,6 +61,18 @@ def _mode_table(found: Inspection) -> Table:
             _band_name(mode.level, len(found.bands)) if mode.status == "ok" else mode.status,
             _cell(mode.octaves_to_edge, ".2f"),
             _cell(mode.stroke_share, ".0%"),
+        )
+    return table
+
+
+def _noise_table(found: Inspection) -> Table:
+    table = _table("level", "noise\nkPa", "weakest run\nkPa", "share\n")
+    for level, noise in enumerate(found.noise, 1):
+        table.add_row(
+            f"d{level}",
+            f"{convert(noise.noise, 'kPa'):.3g}",
+            _cell(convert(noise.weakest_rms, "kPa"), ".4g"),
+            _cell(noise.share, ".1%"),
         )
     return table
 

@@ -136,6 +136,10 @@ class RunParameters(Section):
         ideal = {name: kind() for name, kind in _SENSING.items() if not self.__dict__[name].is_default}
         return self.model_copy(update=ideal) if ideal else self
 
+    def is_shown_exactly(self, sensor: str) -> bool:
+        """Whether a sensor, named by its section, shows its signal as it is."""
+        return self.measurement.jitter == 0.0 and bool(getattr(self, sensor).is_ideal)
+
     def text(self) -> str:
         """All sections as JSON with sorted keys and floats in their shortest exact form.
 

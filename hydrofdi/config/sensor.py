@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import Field, model_validator
@@ -59,7 +60,7 @@ class SensorConfig(Section, Generic[Value, Deviation, Rate]):
             raise ValueError(f"lowest = {self.lowest:g} must be below highest = {self.highest:g}")
         return self
 
-    @property
+    @cached_property
     def is_ideal(self) -> bool:
         """Whether it shows the signal as it is."""
         errors = (self.noise, self.bias, self.drift)

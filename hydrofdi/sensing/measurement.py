@@ -28,11 +28,6 @@ class Channel:
     signal: str
     section: str
 
-    def sensor(self, parameters: RunParameters) -> Sensor:
-        """The sensor of this channel in a run."""
-        sensor: Sensor = getattr(parameters, self.section)
-        return sensor
-
 
 CHANNELS = (
     Channel("chamber_1_pressure", "pressure_1_sensor"),
@@ -64,20 +59,16 @@ def measure(runs: Sequence[RunParameters], trajectory: Trajectory) -> Trajectory
     signals = {
         channel.signal: _measured_rows(channel, runs, trajectory)
         for channel in CHANNELS
-        if any(_is_altered(channel, run) for run in runs)
+        if not all(run.is_shown_exactly(channel.section) for run in runs)
     }
     changes: dict[str, Any] = signals
     return replace(trajectory, **changes) if signals else trajectory
 
 
-def _is_altered(channel: Channel, run: RunParameters) -> bool:
-    return run.measurement.jitter > 0.0 or not channel.sensor(run).is_ideal
-
-
 def _measured_rows(channel: Channel, runs: Sequence[RunParameters], trajectory: Trajectory) -> Signal:
     signals: Signal = np.array(getattr(trajectory, channel.signal))
     for row, run in enumerate(runs):
-        if _is_altered(channel, run) and trajectory.outcomes[row].is_ok:
+        if trajectory.outcomes[row].is_ok and not run.is_shown_exactly(channel.section):
             signals[row] = sensor_reading(channel, run, signals[row], trajectory.time)
     return signals
 
@@ -98,7 +89,7 @@ def sensor_reading(channel: Channel, run: RunParameters, signal: Signal, time: S
     -------
     ndarray, shape (n_time,)
     """
-    sensor = channel.sensor(run)
+    sensor: Sensor = getattr(run, channel.section)
     reading = _response(sensor, signal, 1.0 / run.run.sampling_frequency)
     if run.measurement.jitter > 0.0:
         instants = sampling_instants(time, run.measurement.jitter, random_generator(run, CLOCK))

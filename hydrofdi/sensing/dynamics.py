@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ def first_order_response(signal: ArrayLike, interval: float, bandwidth: float) -
     ndarray, shape (n_time,)
         In the unit of the signal.
     """
-    return _lag(signal, 2.0 * math.pi * bandwidth * interval, [1.0, 1.0])
+    return _lag(signal, 2.0 * math.pi * bandwidth * interval, (1.0, 1.0))
 
 
 def second_order_response(
@@ -50,14 +50,25 @@ def second_order_response(
     ndarray, shape (n_time,)
         In the unit of the signal.
     """
-    return _lag(signal, 2.0 * math.pi * bandwidth * interval, [1.0, 2.0 * damping_ratio, 1.0])
+    return _lag(signal, 2.0 * math.pi * bandwidth * interval, (1.0, 2.0 * damping_ratio, 1.0))
 
 
-def _lag(signal: ArrayLike, angle: float, denominator: Sequence[float]) -> NDArray[np.float64]:
+def _lag(signal: ArrayLike, angle: float, denominator: tuple[float, ...]) -> NDArray[np.float64]:
     """Response of a lag whose natural frequency is 1, sampled at every `angle` [rad]."""
-    from scipy.signal import cont2discrete, lfilter
+    from scipy.signal import lfilter
 
     samples = np.asarray(signal, dtype=float)
-    numerators, denominators, _ = cont2discrete((np.array([1.0]), np.array(denominator)), angle, method="foh")
-    deviation = lfilter(np.ravel(numerators), denominators, samples - samples[0])
+    deviation = lfilter(*_recursion(angle, denominator), samples - samples[0])
     return np.asarray(samples[0] + deviation, dtype=float)
+
+
+@lru_cache(maxsize=1024)
+def _recursion(
+    angle: float, denominator: tuple[float, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coefficients of input and output of the lag from sample to sample."""
+    from scipy.signal import cont2discrete
+
+    lag = np.array([1.0]), np.array(denominator)
+    numerators, denominators, _ = cont2discrete(lag, angle, method="foh")
+    return np.ravel(numerators), denominators

@@ -10,8 +10,10 @@ import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.execution import Job, compute_columns, split_jobs
+from hydrofdi.features import detail_rms
 from hydrofdi.sensing import CHANNELS, measure
 from hydrofdi.sensing.measurement import sensor_reading
+from hydrofdi.sensing.sampling import interpolated_signal
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.store.names import stored_variables
 
@@ -142,3 +144,13 @@ def test_replicates_share_one_batch_and_one_calibration() -> None:
     assert len(leaky) == 4
     assert len({run.calibration.text() for run in leaky if run.calibration is not None}) == 1
     assert len(split_jobs([Job("run", run.parameters, 0.0) for run in leaky], 1)) == 1
+
+
+def test_a_fraction_of_a_sample_of_delay_alone_moves_the_finest_levels() -> None:
+    run = RunParameters()
+    trajectory = simulate_batch([run], [0.0])
+    pressure, time = trajectory.chamber_1_pressure[0], trajectory.time
+    late = interpolated_signal(pressure, time, np.maximum(time - 0.5 / run.run.sampling_frequency, 0.0))
+    change = detail_rms(late, run.wavelet) / detail_rms(pressure, run.wavelet) - 1.0
+    assert change[0] > 0.3
+    assert change[1] < -0.03

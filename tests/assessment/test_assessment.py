@@ -185,7 +185,7 @@ def test_sensors_do_not_touch_what_is_inspected_or_calibrated() -> None:
     )
     plain, loud = (load_experiment(settings=settings) for settings in (SHORT, noisy))
     assert inspect_experiment(select_jobs(plain)).modes == inspect_experiment(select_jobs(loud)).modes
-    assert calibrate_flows(plain, [1.5e-5]) == calibrate_flows(loud, [1.5e-5])
+    assert calibrate_flows(plain, [0.0, 1.5e-5]) == calibrate_flows(loud, [0.0, 1.5e-5])
 
 
 def test_check_prints_the_noise(tmp_path: Path) -> None:

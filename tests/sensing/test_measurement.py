@@ -133,6 +133,8 @@ def test_a_run_that_failed_does_not_disturb_its_neighbours(varied: dict[str, Any
     columns = columns_of([broken, VARIED[2]], [0.0, VARIED_LEAKS[2]])
     assert columns["status"].tolist() == ["diverged", "ok"]
     assert np.isnan(columns["detail_rms"][0]).all()
+    happened = simulate_batch([broken], [0.0]).chamber_1_pressure
+    np.testing.assert_array_equal(columns["chamber_1_pressure"][:1], happened)
     np.testing.assert_array_equal(columns["chamber_1_pressure"][1], varied["chamber_1_pressure"][2])
 
 

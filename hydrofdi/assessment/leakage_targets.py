@@ -47,7 +47,7 @@ def calibrate_flows(experiment: ExperimentConfig, flows: Sequence[float]) -> lis
     table = expand_runs(experiment.model_copy(update={"sweep": sweep}))
     runs = table.runs[: table.n_swept]
     coefficients = leakage_coefficients(runs, InProcessEngine(), {})
-    conditions = [(run.calibration or run.parameters).with_ideal_sensors() for run in runs]
+    conditions = [run.calibration or run.parameters for run in runs]
     jobs = [Job(str(k), run, coefficients[k]) for k, run in enumerate(conditions)]
     targets = []
     for job, row in zip(jobs, computed_rows(jobs), strict=True):

@@ -83,9 +83,12 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
 
 
 def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
+    from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+
     parameters = plan.table.runs[position].parameters
     values = {name: parameters.value(name) for name in plan.table.axes}
-    return {name: 0.0 if value is None else value for name, value in values.items()}
+    sealed = {name: 0.0 for name in INTERNAL_LEAKAGE_FORMS if name in values and values[name] is None}
+    return values | sealed
 
 
 def _lines(record: dict[str, Any]) -> list[str]:
@@ -104,7 +107,9 @@ def _lines(record: dict[str, Any]) -> list[str]:
     ]
     for name, values in record["axes"].items():
         spread = (
-            f" from {min(values):g} to {max(values):g}" if values and isinstance(values[0], float) else ""
+            f" from {min(values):g} to {max(values):g}"
+            if values and all(isinstance(value, float) for value in values)
+            else ""
         )
         lines.append(f"  axis       {label_header(name)}: {len(values)} values{spread}")
     if record["axes"]:

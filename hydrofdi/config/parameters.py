@@ -62,6 +62,8 @@ class RunParameters(Section):
     """Sensor of the chamber-1 pressure."""
     pressure_2_sensor: PressureSensorConfig = PressureSensorConfig()
     """Sensor of the chamber-2 pressure."""
+    supply_sensor: PressureSensorConfig = PressureSensorConfig()
+    """Sensor of the supply pressure."""
     position_sensor: LengthSensorConfig = LengthSensorConfig()
     """Sensor of the piston position."""
     velocity_sensor: VelocitySensorConfig = VelocitySensorConfig()

@@ -32,7 +32,7 @@ class Channel:
 CHANNELS = (
     Channel("chamber_1_pressure", "pressure_1_sensor"),
     Channel("chamber_2_pressure", "pressure_2_sensor"),
-    Channel("supply_pressure", "supply_sensor"),
+    Channel("valve_supply_pressure", "supply_sensor"),
     Channel("piston_position", "position_sensor"),
     Channel("piston_velocity", "velocity_sensor"),
     Channel("spool_position", "spool_sensor"),

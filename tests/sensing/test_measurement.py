@@ -21,7 +21,7 @@ SIGNALS = [variable.name for variable in stored_variables("all") if variable.is_
 NOISY = (
     "pressure_1_sensor={order: second, bandwidth: 200 Hz, noise: 5 kPa, bias: 1 kPa, drift: 100 Pa/s,"
     " lowest: 0, highest: 250 bar, bits: 14}",
-    "velocity_sensor.noise=1 mm/s",
+    "velocity_sensor.noise=1 mm/s", "supply_sensor.noise=1 kPa",
     "measurement.jitter=20 µs",
 )  # fmt: skip
 

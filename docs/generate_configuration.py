@@ -53,20 +53,23 @@ def page() -> str:
     ]
     plain = {name: info for name, info in ExperimentConfig.model_fields.items() if _model(info) is None}
     parts = [INTRODUCTION, "## Top level\n", _table(plain)]
+    names: dict[type[BaseModel], list[str]] = {}
     for name, info in models:
-        parts += _section(name, _model(info))
+        names.setdefault(_model(info), []).append(name)
+    for model, same in names.items():
+        parts += _section(same, model)
     return "\n".join(parts)
 
 
-def _section(name: str, model: type[BaseModel]) -> Iterator[str]:
+def _section(names: list[str], model: type[BaseModel]) -> Iterator[str]:
     fields = model.model_fields
-    yield f"\n## `{name}`\n"
+    yield "\n## " + ", ".join(f"`{name}`" for name in names) + "\n"
     yield f"{_sentence(model.__doc__)}\n"
     yield _table(fields)
     for field, info in fields.items():
         inner = _model(info)
         if inner not in (None, model):
-            yield from _section(f"{name}.{field}", inner)
+            yield from _section([f"{name}.{field}" for name in names], inner)
 
 
 def _table(fields: dict[str, FieldInfo]) -> str:
@@ -112,14 +115,18 @@ def _allowed(info: FieldInfo) -> str:
         return numbers if quantity.unit == "1" else f"{numbers} {quantity.unit}"
     if choices := _literals(info.annotation):
         return ", ".join(f"`{choice}`" for choice in choices)
-    limits = [f"≥ {part.ge}" for part in info.metadata if getattr(part, "ge", None) is not None]
-    limits += [f"≤ {part.le}" for part in info.metadata if getattr(part, "le", None) is not None]
+    inner = _metadata(info, FieldInfo)
+    metadata = info.metadata if inner is None else inner.metadata
+    limits = [f"≥ {part.ge}" for part in metadata if getattr(part, "ge", None) is not None]
+    limits += [f"≤ {part.le}" for part in metadata if getattr(part, "le", None) is not None]
     return ", ".join([_kind(info), *limits])
 
 
 def _kind(info: FieldInfo) -> str:
     kinds: dict[Any, str] = {int: "whole number", dict: "mapping", list: "list", tuple: "list"}
-    kind = typing.get_origin(info.annotation) or info.annotation
+    annotated = [part for part in typing.get_args(info.annotation) if hasattr(part, "__metadata__")]
+    annotation = annotated[0].__origin__ if annotated else info.annotation
+    kind = typing.get_origin(annotation) or annotation
     return "section" if _model(info) and kind not in (list, tuple) else kinds.get(kind, "text")
 
 

@@ -14,7 +14,7 @@ LAYERS = [
     {"pipeline"},
     {"assessment"},
     {"execution"},
-    {"report", "features", "store", "simulation"},
+    {"report", "features", "sensing", "store", "simulation"},
     {"physics"},
     {"config"},
     {"units"},
@@ -22,7 +22,12 @@ LAYERS = [
 ]
 """Top to bottom; a room imports from rooms below, and execution from its own layer as the house allows."""
 
-SIDEWAYS = {("report", "store"), ("report", "features"), ("features", "simulation")}
+SIDEWAYS = {
+    ("report", "store"),
+    ("report", "features"),
+    ("features", "simulation"),
+    ("sensing", "simulation"),
+}
 """Imports within a layer."""
 
 HOMES = {

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.assessment.selection import computed_rows
+from hydrofdi.assessment.sensor_noise import MUCH_NOISE, NoiseOfLevel, noise_of_levels
 from hydrofdi.assessment.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.config.run import is_whole
@@ -85,6 +86,8 @@ class Inspection:
         Periods of the input in the record; NaN where it has none.
     boundary_shares : tuple of float
         Share of each level's coefficients that depend on the extension of the record [-].
+    noise : tuple of NoiseOfLevel
+        Noise of the chamber-1 pressure sensor; empty where it has none.
     """
 
     step: float
@@ -94,6 +97,7 @@ class Inspection:
     n_sample: int
     n_period: float
     boundary_shares: tuple[float, ...]
+    noise: tuple[NoiseOfLevel, ...]
 
     @property
     def binding(self) -> str:
@@ -119,12 +123,13 @@ def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) 
     jobs : sequence of Job
         At least one, such as `select_jobs` gives.
     runs : iterable of RunParameters
-        Further runs, whose step limits count as well; they are not simulated.
+        Further runs, whose step limits and sensors count as well; they are not simulated.
     """
+    runs, rows = list(runs), computed_rows(jobs)
     nominal = jobs[0].parameters
     run, wavelet = nominal.run, nominal.wavelet
     bands = tuple(level_bands(run.sampling_frequency, wavelet.levels))
-    modes = [_mode_of_run(job, row, bands) for job, row in zip(jobs, computed_rows(jobs), strict=True)]
+    modes = [_mode_of_run(job, row, bands) for job, row in zip(jobs, rows, strict=True)]
     limits = [_limits(job, mode) for job, mode in zip(jobs, modes, strict=True)]
     limits += [step_limits(parameters) for parameters in runs]
     return Inspection(
@@ -135,6 +140,7 @@ def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) 
         n_sample=run.n_sample,
         n_period=run.duration / nominal.input.period if nominal.input.is_periodic else math.nan,
         boundary_shares=tuple(boundary_shares(nominal.n_kept, wavelet)),
+        noise=noise_of_levels([*(job.parameters for job in jobs), *runs], rows),
     )
 
 
@@ -202,6 +208,12 @@ def _warnings(found: Inspection) -> Iterator[str]:
     for level, share in enumerate(found.boundary_shares, 1):
         if share > MANY_BOUNDARY_COEFFICIENTS:
             yield f"{share:.0%} of the coefficients of d{level} depend on the extension of the record"
+    for level, noise in enumerate(found.noise, 1):
+        if noise.share > MUCH_NOISE:
+            yield (
+                f"sensor noise is {noise.share:.0%} of the weakest run's d{level}"
+                f" and raises its RMS by {math.hypot(1.0, noise.share) - 1.0:.1%}"
+            )
     fullest = max((mode.stroke_share for mode in found.modes if mode.status == "ok"), default=0.0)
     if fullest > FULL_STROKE:
         yield f"{fullest:.0%} of the stroke is used; a chamber all but vanishes"

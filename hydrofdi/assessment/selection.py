@@ -16,7 +16,7 @@ Jobs = list[Job]
 
 
 def select_jobs(experiment: ExperimentConfig) -> Jobs:
-    """The first run of every EBM × leakage of an experiment, with its K_i.
+    """The first run of every EBM × leakage of an experiment, with its K_i and ideal sensors.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def select_jobs(experiment: ExperimentConfig) -> Jobs:
     runs = list(chosen.values())
     coefficients = leakage_coefficients(runs, InProcessEngine(), {})
     return [
-        Job(str(position), run.parameters, coefficient)
+        Job(str(position), run.parameters.with_ideal_sensors(), coefficient)
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
     ]
 

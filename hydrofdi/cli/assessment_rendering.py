@@ -31,6 +31,10 @@ def print_inspection(found: Inspection) -> None:
     shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
     periods = f", {found.n_period:g} periods" if math.isfinite(found.n_period) else ""
     console.print(f"{found.n_sample} samples{periods}; coefficients at its ends: {shares}\n")
+    if found.noise:
+        console.print(Text("Noise of the chamber-1 pressure sensor", style="bold"))
+        console.print(_noise_table(found))
+        console.print()
     for problem in found.problems:
         console.print(Text(f"problem: {problem}", style="bold red"))
     for warning in found.warnings:
@@ -56,6 +60,18 @@ def _mode_table(found: Inspection) -> Table:
             _band_name(mode.level, len(found.bands)) if mode.status == "ok" else mode.status,
             _cell(mode.octaves_to_edge, ".2f"),
             _cell(mode.stroke_share, ".0%"),
+        )
+    return table
+
+
+def _noise_table(found: Inspection) -> Table:
+    table = _table("level", "noise\nkPa", "weakest run\nkPa", "share\n")
+    for level, noise in enumerate(found.noise, 1):
+        table.add_row(
+            f"d{level}",
+            f"{convert(noise.noise, 'kPa'):.3g}",
+            _cell(convert(noise.weakest_rms, "kPa"), ".4g"),
+            _cell(noise.share, ".1%"),
         )
     return table
 

@@ -25,7 +25,7 @@ def check(
 ) -> int:
     """Look at an experiment before running it.
 
-    Step, hydraulic mode and bands, record, leakage, stroke.
+    Step, hydraulic mode and bands, record, leakage, stroke, sensor noise.
 
     Every EBM and leakage is simulated once; step limits are those of all runs. Exit code 1 where results
     would be wrong.

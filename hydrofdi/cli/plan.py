@@ -88,12 +88,12 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
 
 
 def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
+    from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+
     parameters = plan.table.runs[position].parameters
     values = {name: parameters.told(name) for name in plan.table.axes}
-    return {
-        name: 0.0 if value is None and name.startswith("leakage.") else value
-        for name, value in values.items()
-    }
+    sealed = {name: 0.0 for name in INTERNAL_LEAKAGE_FORMS if name in values and values[name] is None}
+    return values | sealed
 
 
 def _lines(record: dict[str, Any]) -> list[str]:
@@ -111,7 +111,7 @@ def _lines(record: dict[str, Any]) -> list[str]:
         f" {record['controls_added']} healthy ones added to compare with",
     ]
     for name, values in record["axes"].items():
-        are_numbers = all(isinstance(value, float) for value in values)
+        are_numbers = bool(values) and all(isinstance(value, float) for value in values)
         spread = f" from {min(values):g} to {max(values):g}" if are_numbers else ""
         lines.append(f"  axis       {label_header(name)}: {len(values)} values{spread}")
     if record["axes"]:

@@ -96,11 +96,13 @@ def _generated(source: Source, path: Path, name: str, generator: dict[str, Any])
         source.mistakes.append(source.mistake(path, f"expected [first, last, {third}]; found {arguments!r}"))
         return []
     first, last = (_parameter(source, (*path, index), name, arguments[index]) for index in (0, 1))
-    if not all(isinstance(end, float) for end in (first, last)):
+    if not all(isinstance(end, int | float) for end in (first, last)):
         _require_numbers(source, path)
         return []
     try:
         values = _range(kind, first, last, _third(kind, name, arguments[2]))
+        if isinstance(first, int):
+            return [validate_parameter(name, int(value) if value.is_integer() else value) for value in values]
         return [validate_parameter(name, value) for value in values]
     except ValueError as error:
         source.mistakes.append(source.mistake(path, _first_message(error)))
@@ -132,7 +134,7 @@ def _range(kind: str, first: float, last: float, third: float) -> list[float]:
     count = math.ceil((last - first) / third - 1e-9) if third else 0
     if not 1 <= count <= _MOST_VALUES:
         raise ValueError(f"arange from {first:g} to below {last:g} by {third:g} gives no sensible list")
-    return [first + index * third for index in range(count)]
+    return [float(first + index * third) for index in range(count)]
 
 
 def _distribution(source: Source, path: Path, name: str, distribution: Any) -> Any:

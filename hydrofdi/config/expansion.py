@@ -29,7 +29,8 @@ class RunSpec:
     parameters : RunParameters
         All that is simulated.
     calibration : RunParameters or None
-        The conditions under which the internal leakage flow is solved for K_i; None where K_i is given.
+        The conditions under which the internal leakage flow is solved for K_i, sensors left aside; None where
+        K_i is given.
     """
 
     parameters: RunParameters
@@ -134,7 +135,7 @@ class _Expansion:
         moved = _with_plain_sealed_state(_with_values(parameters, values))
         if not moved.leakage.needs_calibration:
             return RunSpec(moved)
-        return RunSpec(moved, _with_values(moved, self._conditions))
+        return RunSpec(moved, _with_values(moved, self._conditions).with_ideal_sensors())
 
     def add(self, run: RunSpec) -> int:
         """Position of a run, added where it is new."""
@@ -157,8 +158,9 @@ class _Expansion:
 
     def _baseline_of(self, parameters: RunParameters, changes: Mapping[str, Any]) -> int:
         """Position of the run that changes make of another; the same sections make the same run."""
-        sections = dict(parameters) | parameters.changed_sections(changes)
-        key = tuple(section.canonical_json for section in sections.values())
+        changed, held = parameters.changed_sections(changes), parameters.__dict__
+        sections = [changed.get(name) or held[name] for name in RunParameters.model_fields]
+        key = tuple([section.canonical_json for section in sections])
         if key not in self._known_baselines:
             self._known_baselines[key] = self.add(self.at(parameters, changes))
         return self._known_baselines[key]

@@ -19,6 +19,14 @@ from hydrofdi.config.leakage import LeakageConfig
 from hydrofdi.config.load import LoadConfig
 from hydrofdi.config.quantities import SI, Section
 from hydrofdi.config.run import RunConfig, is_whole, require_whole_discard
+from hydrofdi.config.sensor import (
+    LengthSensorConfig,
+    MeasurementConfig,
+    PressureSensorConfig,
+    SensorConfig,
+    VelocitySensorConfig,
+    VoltageSensorConfig,
+)
 from hydrofdi.config.supply import SupplyConfig
 from hydrofdi.config.valve import ValveConfig
 from hydrofdi.config.wavelet import WaveletConfig
@@ -49,6 +57,22 @@ class RunParameters(Section):
     """Integration and sampling."""
     wavelet: WaveletConfig = WaveletConfig()
     """Wavelet transform."""
+    measurement: MeasurementConfig = MeasurementConfig()
+    """What the sensors share."""
+    pressure_1_sensor: PressureSensorConfig = PressureSensorConfig()
+    """Sensor of the chamber-1 pressure."""
+    pressure_2_sensor: PressureSensorConfig = PressureSensorConfig()
+    """Sensor of the chamber-2 pressure."""
+    supply_sensor: PressureSensorConfig = PressureSensorConfig()
+    """Sensor of the supply pressure."""
+    position_sensor: LengthSensorConfig = LengthSensorConfig()
+    """Sensor of the piston position."""
+    velocity_sensor: VelocitySensorConfig = VelocitySensorConfig()
+    """Sensor of the piston velocity."""
+    spool_sensor: LengthSensorConfig = LengthSensorConfig()
+    """Sensor of the spool position."""
+    voltage_sensor: VoltageSensorConfig = VoltageSensorConfig()
+    """Sensor of the input voltage."""
 
     @model_validator(mode="after")
     def _sections_fit_each_other(self) -> Self:
@@ -90,7 +114,7 @@ class RunParameters(Section):
             The sections do not fit each other.
         """
         moved = self.model_copy(update=sections)
-        if not sections.keys().isdisjoint(("input", "control", "load", "run", "wavelet")):
+        if not sections.keys().isdisjoint(("input", "control", "load", "run", "wavelet", "measurement")):
             moved._require_fit()
         return moved
 
@@ -104,6 +128,7 @@ class RunParameters(Section):
             "load.random_period", self.load.random_period, self.load.random_force > 0.0, self.run
         )
         _require_record_fits_levels(self.n_kept, self.wavelet)
+        _require_jitter_fits_run(self.measurement, self.run)
 
     @property
     def is_periodic(self) -> bool:
@@ -120,9 +145,26 @@ class RunParameters(Section):
         """Number of samples that the detail RMS are taken from."""
         return self.run.n_sample - self.n_discarded
 
+    def with_ideal_sensors(self) -> RunParameters:
+        """These parameters with every signal shown as it is."""
+        ideal = {name: kind() for name, kind in _SENSING.items() if not self.__dict__[name].is_default}
+        return self.model_copy(update=ideal) if ideal else self
+
+    def is_shown_exactly(self, sensor: str) -> bool:
+        """Whether a sensor, named by its section, shows its signal as it is."""
+        return self.measurement.jitter == 0.0 and bool(getattr(self, sensor).is_ideal)
+
     def text(self) -> str:
-        """All sections as JSON with sorted keys and floats in their shortest exact form."""
-        parts = (f'"{name}":{self.__dict__[name].canonical_json}' for name in _SORTED_SECTIONS)
+        """All sections as JSON with sorted keys and floats in their shortest exact form.
+
+        Sections of sensors that keep their defaults are left out.
+        """
+        sections = [(name, self.__dict__[name]) for name in _SORTED_SECTIONS]
+        parts = [
+            f'"{name}":{section.canonical_json}'
+            for name, section in sections
+            if name not in _SENSING or not section.is_default
+        ]
         return "{" + ",".join(parts) + "}"
 
     def value(self, name: str) -> Any:
@@ -138,7 +180,17 @@ class RunParameters(Section):
 MOST_OF_STEP_RATE = 0.05
 """Largest frequency of an input over the rate of the steps that hold it."""
 
+MOST_JITTER = 0.25
+"""Largest standard deviation of the sampling instants over the sampling interval."""
+
 _SORTED_SECTIONS = tuple(sorted(RunParameters.model_fields))
+
+_SENSING: dict[str, type[Section]] = {
+    name: info.annotation
+    for name, info in RunParameters.model_fields.items()
+    if isinstance(info.annotation, type) and issubclass(info.annotation, SensorConfig | MeasurementConfig)
+}
+"""Sections that say how signals are measured, not what happens."""
 
 
 def parameter_names() -> Iterator[str]:
@@ -254,4 +306,13 @@ def _require_record_fits_levels(n_kept: int, wavelet: WaveletConfig) -> None:
         raise ValueError(
             f"a record of {n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name};"
             f" it carries {deepest} (lengthen run.duration or lower wavelet.levels)"
+        )
+
+
+@lru_cache(maxsize=1024)
+def _require_jitter_fits_run(measurement: MeasurementConfig, run: RunConfig) -> None:
+    if measurement.jitter * run.sampling_frequency > MOST_JITTER:
+        raise ValueError(
+            f"measurement.jitter = {measurement.jitter:g} s is more than a quarter"
+            f" of the sampling interval of {1 / run.sampling_frequency:g} s"
         )

@@ -23,6 +23,11 @@ class Section(BaseModel):
         """The section as JSON with sorted keys and floats in their shortest exact form."""
         return json.dumps(self.model_dump(), sort_keys=True, separators=(",", ":"))
 
+    @cached_property
+    def is_default(self) -> bool:
+        """Whether every field has its default."""
+        return self == type(self)()
+
 
 @dataclass(frozen=True)
 class SI:

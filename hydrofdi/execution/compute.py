@@ -17,6 +17,7 @@ from hydrofdi.features import coefficient_rms
 from hydrofdi.features.external_leakage import mean_external_leakage_flows
 from hydrofdi.features.operating_point import hydraulic_mode
 from hydrofdi.features.verdict import judge
+from hydrofdi.sensing import measure
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
 from hydrofdi.store import names, write_shard
 from hydrofdi.units import convert
@@ -104,30 +105,31 @@ def _unreachable(parameters: RunParameters) -> Outcome:
 def _signals_and_features(
     parameters: Sequence[RunParameters], trajectory: Trajectory
 ) -> dict[str, NDArray[Any]]:
+    measured = measure(parameters, trajectory)
     signals = {
-        variable.name: getattr(trajectory, variable.name)
+        variable.name: getattr(measured, variable.name)
         for variable in names.stored_variables("all")
         if variable.is_signal
     }
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     with np.errstate(all="ignore"):
-        features = _features(parameters, trajectory)
+        features = _features(parameters, trajectory, measured)
     for values in features.values():
         values[failed] = np.nan
     return signals | features | vars(judge(parameters, trajectory))
 
 
-def _features(parameters: Sequence[RunParameters], trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
+def _features(
+    parameters: Sequence[RunParameters], trajectory: Trajectory, measured: Trajectory
+) -> dict[str, NDArray[np.float64]]:
     modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
-    rms = coefficient_rms(
-        trajectory.chamber_1_pressure[:, parameters[0].n_discarded :], parameters[0].wavelet
-    )
+    rms = coefficient_rms(measured.chamber_1_pressure[:, parameters[0].n_discarded :], parameters[0].wavelet)
     external = mean_external_leakage_flows(parameters, trajectory)
     features = {
         names.DETAIL_RMS: rms.detail,
         names.APPROXIMATION_RMS: rms.approximation,
         **dict(zip(names.EXTERNAL_LEAKAGE_FLOWS, external, strict=True)),
-        names.MEAN_CHAMBER_1_PRESSURE: np.mean(trajectory.chamber_1_pressure, axis=1),
+        names.MEAN_CHAMBER_1_PRESSURE: np.mean(measured.chamber_1_pressure, axis=1),
         names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow,
         names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
         names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),

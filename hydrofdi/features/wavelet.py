@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,3 +121,37 @@ def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
         first, last = -(-(first + taps - 2) // 2), (last - 1) // 2
         shares.append(1.0 - max(0, last - first + 1) / length)
     return shares
+
+
+def white_noise_gains(wavelet: WaveletConfig) -> list[float]:
+    """RMS of each level's detail coefficients of white noise, over its standard deviation.
+
+    1 for an orthogonal wavelet; in general the norm of the filter from the record to the level.
+
+    Parameters
+    ----------
+    wavelet : WaveletConfig
+
+    Returns
+    -------
+    list of float
+        d1 first [-].
+    """
+    filters = pywt.Wavelet(wavelet.name)
+    approximation, gains = np.ones(1), []
+    for level in range(wavelet.levels):
+        detail = _spread_convolution(approximation, filters.dec_hi, 2**level)
+        approximation = _spread_convolution(approximation, filters.dec_lo, 2**level)
+        gains.append(float(np.linalg.norm(detail)))
+    return gains
+
+
+def _spread_convolution(
+    signal: NDArray[np.float64], taps: Sequence[float], distance: int
+) -> NDArray[np.float64]:
+    """A signal convolved with taps that are so many samples apart."""
+    result = np.zeros(signal.size + distance * (len(taps) - 1))
+    for position, tap in enumerate(taps):
+        first = distance * position
+        result[first : first + signal.size] += tap * signal
+    return result

@@ -95,10 +95,11 @@ def write_experiment(
 
 
 def _share_input(table: RunTable) -> bool:
-    """Whether all runs have the same voltage."""
+    """Whether all runs have the same voltage in their records."""
     parameters = [run.parameters for run in table.runs]
     is_open = not any(run.control.is_closed for run in parameters)
-    return is_open and len({(run.input, run.run) for run in parameters}) == 1
+    is_exact = all(run.is_shown_exactly("voltage_sensor") for run in parameters)
+    return is_open and is_exact and len({(run.input, run.run) for run in parameters}) == 1
 
 
 def _fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:

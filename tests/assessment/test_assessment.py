@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +14,8 @@ import pywt
 
 from hydrofdi.assessment import calibrate_flows, converge, inspect_experiment
 from hydrofdi.assessment.inspection import place_in_bands
-from hydrofdi.assessment.selection import select_jobs
-from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.assessment.selection import computed_rows, select_jobs
+from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.wavelet import WaveletConfig
 from hydrofdi.features.wavelet import boundary_shares
 from hydrofdi.physics.leakage import internal_leakage_flow
@@ -142,3 +143,56 @@ def test_step_limit_is_that_of_the_stiffest_run_of_a_sweep() -> None:
         for more in ((), axis)
     ]
     assert limits[1] == pytest.approx(0.5 * limits[0], rel=1e-2)
+
+
+NOISE = "pressure_1_sensor={noise: 3 kPa, lowest: 0, highest: 16.38 MPa, bits: 12}"
+"""Levels 4 kPa apart."""
+
+
+def test_sensor_noise_is_set_against_each_level_of_the_weakest_run(tmp_path: Path) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(SWEEP)
+    quiet, noisy = (load_experiment(file, settings) for settings in ((), (NOISE,)))
+    runs = [run.parameters for run in expand_runs(noisy).runs]
+    found = inspect_experiment(select_jobs(noisy), runs)
+    weakest = np.min([row["detail_rms"] for row in computed_rows(select_jobs(quiet))], axis=0)
+    np.testing.assert_allclose([level.weakest_rms for level in found.noise], weakest, rtol=1e-12)
+    np.testing.assert_allclose([level.noise for level in found.noise], np.sqrt(9e6 + 16e6 / 12), rtol=1e-9)
+    told = [warning for warning in found.warnings if "sensor noise" in warning]
+    assert len(told) == sum(0.1 * weakest < 3214.55) > 0
+    assert "weakest run's d1" in told[0]
+    assert inspect_experiment(select_jobs(quiet)).noise == ()
+
+
+def test_noisiest_sensor_of_a_sweep_counts() -> None:
+    swept = load_experiment(
+        settings=(
+            *SHORT,
+            "sweep.grid.pressure_1_sensor.noise=[1 Pa, 20 kPa]",
+            "pressure_2_sensor.noise=9 MPa",
+        )
+    )
+    found = inspect_experiment(select_jobs(swept), [run.parameters for run in expand_runs(swept).runs])
+    np.testing.assert_allclose([level.noise for level in found.noise], 20e3)
+
+
+def test_sensors_do_not_touch_what_is_inspected_or_calibrated() -> None:
+    noisy = (
+        *SHORT,
+        "pressure_1_sensor.noise=1 MPa",
+        "velocity_sensor.bias=1 m/s",
+        "measurement.jitter=0.1 ms",
+    )
+    plain, loud = (load_experiment(settings=settings) for settings in (SHORT, noisy))
+    assert inspect_experiment(select_jobs(plain)).modes == inspect_experiment(select_jobs(loud)).modes
+    assert calibrate_flows(plain, [0.0, 1.5e-5]) == calibrate_flows(loud, [0.0, 1.5e-5])
+
+
+def test_check_prints_the_noise(tmp_path: Path) -> None:
+    arguments = ("check", "--set", "run.duration=2 s", "--set", NOISE)
+    printed = _run(*arguments)
+    assert "Noise of the chamber-1 pressure sensor" in printed.stdout
+    assert re.search(r"d1 +3\.21 +\d\.\d+ +\d\d\.\d%", printed.stdout)
+    record = json.loads(_run(*arguments, "--json").stdout)
+    assert [level["noise"] for level in record["noise"]] == [pytest.approx(3214.55, rel=1e-5)] * 5
+    assert "Noise" not in _run("check", "--set", "run.duration=2 s").stdout

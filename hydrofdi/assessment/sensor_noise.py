@@ -1,0 +1,66 @@
+"""Noise of the chamber-1 pressure sensor against what the detail RMS have to show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.config import RunParameters
+from hydrofdi.features.wavelet import white_noise_gains
+from hydrofdi.sensing import white_noise
+
+MUCH_NOISE = 0.1
+"""Noise above this share of a level's RMS is warned of; it adds half a percent to that RMS."""
+
+
+@dataclass(frozen=True)
+class NoiseOfLevel:
+    """One level of the chamber-1 pressure.
+
+    Attributes
+    ----------
+    noise : float
+        RMS of the detail coefficients of the sensor's noise and quantisation, of the noisiest run [Pa].
+    weakest_rms : float
+        Least detail RMS of the pressure itself over the runs that ended well [Pa]; NaN where none did.
+    """
+
+    noise: float
+    weakest_rms: float
+
+    @property
+    def share(self) -> float:
+        """Noise over the least RMS [-]."""
+        return self.noise / self.weakest_rms if self.weakest_rms else math.inf
+
+
+def noise_of_levels(
+    runs: Iterable[RunParameters], rows: Sequence[Mapping[str, Any]]
+) -> tuple[NoiseOfLevel, ...]:
+    """Noise and signal of each level, d1 first; empty where no run has a noisy sensor.
+
+    Parameters
+    ----------
+    runs : iterable of RunParameters
+        Whose sensors are looked at.
+    rows : sequence of dict
+        Variables of simulated runs with ideal sensors.
+    """
+    noises = {
+        (run.wavelet, white_noise(run.pressure_1_sensor.noise, run.pressure_1_sensor.resolution))
+        for run in runs
+    }
+    if not any(noise for _, noise in noises):
+        return ()
+    levels = min(wavelet.levels for wavelet, _ in noises)
+    gains = {wavelet: white_noise_gains(wavelet) for wavelet, _ in noises}
+    signals = np.array([row["detail_rms"][:levels] for row in rows if row["status"] == "ok"])
+    weakest = signals.min(axis=0) if len(signals) else np.full(levels, np.nan)
+    return tuple(
+        NoiseOfLevel(max(noise * gains[wavelet][level] for wavelet, noise in noises), float(weakest[level]))
+        for level in range(levels)
+    )

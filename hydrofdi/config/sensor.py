@@ -1,0 +1,117 @@
+"""The sections of the sensors, one for each measured signal, and of what the sensors share."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
+
+from pydantic import Field, model_validator
+
+from hydrofdi.config.quantities import SI, Section
+
+Value = TypeVar("Value")
+Deviation = TypeVar("Deviation")
+Rate = TypeVar("Rate")
+
+_NONE_OF_IT: Any = 0.0
+
+
+class SensorConfig(Section, Generic[Value, Deviation, Rate]):
+    """A sensor and the converter behind it; without settings it is ideal and changes nothing."""
+
+    order: Literal["ideal", "first", "second"] = "ideal"
+    """Dynamics. ``ideal``: follows at once. ``first``: first-order lag. ``second``: second-order lag with
+    ``damping_ratio``. Either starts at rest at the record's first value."""
+
+    bandwidth: Annotated[float, SI("Hz", above=0)] | None = None
+    """Corner frequency of a first-order sensor, where its gain is −3 dB, or undamped natural frequency of a
+    second-order one, where its gain is 1/(2 ``damping_ratio``) [Hz]."""
+
+    damping_ratio: Annotated[float, SI("1", above=0)] = 0.7
+    """Damping ratio of a second-order sensor [-]. A choice: about the flattest gain."""
+
+    noise: Deviation = _NONE_OF_IT
+    """Standard deviation of white Gaussian noise, in the unit of the signal."""
+
+    bias: Value = _NONE_OF_IT
+    """Constant error, in the unit of the signal."""
+
+    drift: Rate = _NONE_OF_IT
+    """Error that grows from the record's start on, in the unit of the signal per second."""
+
+    lowest: Value | None = None
+    """Lower end of the range, in the unit of the signal; what lies below is shown as this."""
+
+    highest: Value | None = None
+    """Upper end of the range, in the unit of the signal; what lies above is shown as this."""
+
+    bits: Annotated[int, Field(strict=True, ge=1, le=32)] | None = None
+    """Resolution of the converter: 2^bits levels from ``lowest`` to ``highest``, both ends included."""
+
+    @model_validator(mode="after")
+    def _settings_fit_each_other(self) -> Self:
+        if self.order == "ideal" and self.bandwidth is not None:
+            raise ValueError("an ideal sensor has no bandwidth; set order to first or second")
+        if self.order != "ideal" and self.bandwidth is None:
+            raise ValueError(f"a sensor of {self.order} order needs a bandwidth")
+        if self.bits is not None and (self.lowest is None or self.highest is None):
+            raise ValueError("bits needs a range to divide; give lowest and highest")
+        if self.lowest is not None and self.highest is not None and not self._span > 0.0:
+            raise ValueError(f"lowest = {self.lowest:g} must be below highest = {self.highest:g}")
+        return self
+
+    @cached_property
+    def is_ideal(self) -> bool:
+        """Whether it shows the signal as it is."""
+        errors = (self.noise, self.bias, self.drift)
+        return self.order == "ideal" and not any(errors) and self.lowest is None and self.highest is None
+
+    @property
+    def resolution(self) -> float:
+        """Distance of neighbouring levels of the converter (LSB), in the signal's unit; 0 without bits."""
+        return 0.0 if self.bits is None else self._span / (2**self.bits - 1)
+
+    @property
+    def _span(self) -> float:
+        ends: Any = self.highest, self.lowest
+        return float(ends[0] - ends[1])
+
+
+class PressureSensorConfig(
+    SensorConfig[
+        Annotated[float, SI("Pa")], Annotated[float, SI("Pa", least=0)], Annotated[float, SI("Pa/s")]
+    ]
+):
+    """Pressure sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+
+class LengthSensorConfig(
+    SensorConfig[Annotated[float, SI("m")], Annotated[float, SI("m", least=0)], Annotated[float, SI("m/s")]]
+):
+    """Position sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+
+class VelocitySensorConfig(
+    SensorConfig[
+        Annotated[float, SI("m/s")], Annotated[float, SI("m/s", least=0)], Annotated[float, SI("m/s^2")]
+    ]
+):
+    """Velocity sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+
+class VoltageSensorConfig(
+    SensorConfig[Annotated[float, SI("V")], Annotated[float, SI("V", least=0)], Annotated[float, SI("V/s")]]
+):
+    """Voltage sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+
+class MeasurementConfig(Section):
+    """What the sensors share."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Seed of noise and jitter. Each run and each sensor draws its own; another seed gives another replicate
+    of every run."""
+
+    jitter: Annotated[float, SI("s", least=0)] = 0.0
+    """Standard deviation of the sampling instants about their nominal ones [s]; one clock samples all
+    signals. At most a quarter of the sampling interval."""

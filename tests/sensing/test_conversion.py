@@ -1,0 +1,101 @@
+"""Laws of noise, drift, jitter, range and resolution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrofdi.config.wavelet import WaveletConfig
+from hydrofdi.features import detail_rms
+from hydrofdi.features.wavelet import white_noise_gains
+from hydrofdi.sensing import white_noise
+from hydrofdi.sensing.conversion import quantised, random_error, saturated, systematic_error
+from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
+
+SIGMA, MANY = 5e3, 2**17
+
+
+@pytest.fixture(scope="module")
+def noise() -> np.ndarray:
+    return random_error(MANY, SIGMA, np.random.default_rng(1))
+
+
+def test_noise_has_its_standard_deviation_and_no_mean(noise: np.ndarray) -> None:
+    assert np.std(noise) == pytest.approx(SIGMA, rel=4.0 / np.sqrt(2 * MANY))
+    assert abs(np.mean(noise)) < 4.0 * SIGMA / np.sqrt(MANY)
+
+
+def test_noise_is_white(noise: np.ndarray) -> None:
+    correlations = [np.mean(noise[lag:] * noise[:-lag]) / SIGMA**2 for lag in range(1, 33)]
+    assert np.max(np.abs(correlations)) < 4.5 / np.sqrt(MANY)
+
+
+def test_noise_is_gaussian(noise: np.ndarray) -> None:
+    for sigmas, share in ((1, 0.3173), (2, 0.0455), (3, 0.0027)):
+        assert np.mean(np.abs(noise) > sigmas * SIGMA) == pytest.approx(share, abs=4 * (share / MANY) ** 0.5)
+
+
+@pytest.mark.parametrize("name", ["db8", "sym4", "bior3.3"])
+def test_noise_has_in_every_level_the_rms_that_its_gain_says(noise: np.ndarray, name: str) -> None:
+    wavelet = WaveletConfig(name=name, levels=5)
+    gains = np.array(white_noise_gains(wavelet))
+    scatter = 5.0 / np.sqrt(2.0 * MANY / 2.0 ** np.arange(1, 6))
+    assert np.all(np.abs(detail_rms(noise, wavelet) / (SIGMA * gains) - 1.0) < 2.0 * scatter)
+
+
+def test_orthogonal_wavelet_hands_white_noise_on_as_it_is() -> None:
+    np.testing.assert_allclose(white_noise_gains(WaveletConfig(name="db8", levels=6)), 1.0, rtol=1e-9)
+    assert max(white_noise_gains(WaveletConfig(name="bior3.3", levels=3))) > 1.1
+
+
+@pytest.mark.parametrize("bits", [1, 8, 12])
+def test_quantised_signal_lies_on_the_levels_within_half_a_level(bits: int) -> None:
+    lowest, highest = -2e5, 25e6
+    resolution = (highest - lowest) / (2**bits - 1)
+    signal = np.random.default_rng(2).uniform(lowest, highest, 20_000)
+    shown = quantised(signal, lowest, resolution)
+    codes = (shown - lowest) / resolution
+    np.testing.assert_allclose(codes, np.round(codes), atol=1e-9)
+    assert codes.min() >= 0
+    assert codes.max() <= 2**bits - 1 + 1e-9
+    assert np.max(np.abs(shown - signal)) <= resolution / 2 * (1 + 1e-9)
+
+
+def test_quantisation_error_is_the_white_noise_that_is_stated() -> None:
+    signal = np.random.default_rng(2).uniform(0.0, 25e6, MANY)
+    resolution = 25e6 / 4095
+    error = quantised(signal, 0.0, resolution) - signal
+    assert np.std(error) == pytest.approx(white_noise(0.0, resolution), rel=0.01)
+    assert white_noise(3.0, 4.0 * 12**0.5) == pytest.approx(5.0)
+
+
+def test_saturation_holds_either_end_and_leaves_the_rest() -> None:
+    signal = np.array([-3.0, 0.5, 7.0])
+    np.testing.assert_array_equal(saturated(signal, 0.0, 5.0), [0.0, 0.5, 5.0])
+    np.testing.assert_array_equal(saturated(signal, None, 5.0), [-3.0, 0.5, 5.0])
+    np.testing.assert_array_equal(saturated(signal, 0.0, None), [0.0, 0.5, 7.0])
+    assert saturated(signal, None, None) is signal
+
+
+def test_drift_is_linear_in_time_and_starts_at_the_bias() -> None:
+    time = np.linspace(0.0, 10.0, 11)
+    np.testing.assert_allclose(systematic_error(time, 200.0, -30.0), 200.0 - 30.0 * time)
+
+
+@pytest.mark.parametrize("frequency", [5.0, 20.0])
+def test_jitter_of_a_sine_is_its_slope_times_the_jitter(frequency: float) -> None:
+    rate, jitter, amplitude = 500.0, 2e-5, 3e6
+    time = np.arange(100_000) / rate
+    sine = amplitude * np.sin(2 * np.pi * frequency * time)
+    instants = sampling_instants(time, jitter, np.random.default_rng(5))
+    error = interpolated_signal(sine, time, instants) - sine
+    expected = 2 * np.pi * frequency * amplitude * jitter / np.sqrt(2)
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(expected, rel=0.02)
+
+
+def test_sampling_stays_within_the_record() -> None:
+    time = np.arange(1000) / 500.0
+    instants = sampling_instants(time, 5e-4, np.random.default_rng(5))
+    assert instants.min() >= time[0]
+    assert instants.max() <= time[-1]
+    assert np.std(instants - time) == pytest.approx(5e-4, rel=0.1)

@@ -1,0 +1,82 @@
+"""The real command with sensors: the same bits however it is run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.conftest import run_hydrofdi, sweep_in
+
+SWEEP = """\
+name: measured
+run: {duration: 2 s}
+pressure_1_sensor: {order: first, bandwidth: 150 Hz, noise: 5 kPa, lowest: 0, highest: 250 bar, bits: 12}
+measurement: {jitter: 20 µs}
+sweep:
+  grid:
+    leakage.internal_coefficient: [0, 1e-8]
+    measurement.seed: [0, 1]
+"""
+
+
+def signals_of(swept: SimpleNamespace) -> dict[str, Any]:
+    """Everything that is stored with a run, by identity."""
+    with h5py.File(swept.file) as file:
+        run_ids = list(file["run_id"].asstr()[:])
+        names = ("detail_rms", "chamber_1_pressure", "chamber_2_pressure", "piston_velocity", "input_voltage")
+        return {name: dict(zip(run_ids, file[name][:], strict=True)) for name in names}
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+    return sweep_in(tmp_path_factory.mktemp("one"), SWEEP)
+
+
+def test_sweep_has_the_same_bits_in_other_order_with_more_workers(
+    measured: SimpleNamespace, tmp_path: Path
+) -> None:
+    turned = SWEEP.replace("[0, 1e-8]", "[1e-8, 2e-9, 0]").replace("seed: [0, 1]", "seed: [1, 0]")
+    other = signals_of(sweep_in(tmp_path, turned, "--workers", "2"))
+    for name, rows in signals_of(measured).items():
+        assert len(rows) == 4
+        for run_id, row in rows.items():
+            np.testing.assert_array_equal(row, other[name][run_id], err_msg=name)
+
+
+def test_simulate_gives_the_bits_of_the_sweep(measured: SimpleNamespace, tmp_path: Path) -> None:
+    alone = ("leakage.internal_coefficient=1e-8", "measurement.seed=1")
+    settings = [part for setting in alone for part in ("--set", setting)]
+    done = run_hydrofdi(
+        "simulate", measured.config, *settings, "--out", "run.h5", "--json", cwd=tmp_path
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    run_id = json.loads(done.stdout)["run_id"]
+    swept = signals_of(measured)
+    with h5py.File(tmp_path / "run.h5") as file:
+        for name in swept:
+            np.testing.assert_array_equal(np.atleast_2d(file[name][:])[0], swept[name][run_id], err_msg=name)
+
+
+def test_replicates_differ_in_what_is_measured_and_agree_in_what_happened(measured: SimpleNamespace) -> None:
+    with h5py.File(measured.file) as file:
+        leaks, seeds = file["internal_leakage_coefficient"][:], file["measurement_seed"][:]
+        for leak in (0.0, 1e-8):
+            first, second = (np.flatnonzero((leaks == leak) & (seeds == seed))[0] for seed in (0, 1))
+            assert not np.array_equal(file["detail_rms"][first], file["detail_rms"][second])
+            for name in ("energy_residual", "chamber_1_pressure_max", "internal_leakage_flow", "verdict"):
+                np.testing.assert_array_equal(file[name][first], file[name][second])
+
+
+def test_noisy_input_voltage_is_kept_for_every_run(tmp_path: Path) -> None:
+    voltage = "voltage_sensor: {noise: 10 mV}\n" + SWEEP.replace("jitter: 20 µs", "jitter: 0 s")
+    with h5py.File(sweep_in(tmp_path, voltage).file) as file:
+        rows = file["input_voltage"][:]
+    assert rows.shape == (4, 1000)
+    assert len({row.tobytes() for row in rows}) == 4
+    np.testing.assert_allclose(np.std(rows - np.round(rows), axis=1), 0.01, rtol=0.1)

@@ -1,0 +1,163 @@
+"""What reaches the record when sensors are set, and what stays as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.execution import Job, compute_columns, split_jobs
+from hydrofdi.features import detail_rms
+from hydrofdi.sensing import CHANNELS, measure
+from hydrofdi.sensing.measurement import sensor_reading
+from hydrofdi.sensing.sampling import interpolated_signal
+from hydrofdi.simulation import simulate_batch
+from hydrofdi.store.names import stored_variables
+
+SIGNALS = [variable.name for variable in stored_variables("all") if variable.is_signal]
+NOISY = (
+    "pressure_1_sensor={order: second, bandwidth: 200 Hz, noise: 5 kPa, bias: 1 kPa, drift: 100 Pa/s,"
+    " lowest: 0, highest: 250 bar, bits: 14}",
+    "velocity_sensor.noise=1 mm/s", "supply_sensor.noise=1 kPa",
+    "measurement.jitter=20 µs",
+)  # fmt: skip
+
+
+def run_with(*settings: str) -> RunParameters:
+    return load_experiment(None, ["run.duration=2 s", "input.period=0.5 s", *settings]).nominal_parameters
+
+
+def columns_of(runs: Sequence[RunParameters], coefficients: Sequence[float]) -> dict[str, Any]:
+    return compute_columns([Job("run", run, K_i) for run, K_i in zip(runs, coefficients, strict=True)])
+
+
+def have_same_bits(one: np.ndarray, other: np.ndarray) -> bool:
+    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+LEAKS = (0.0, 2e-9, 1e-8)
+VARIED = [
+    run_with(*NOISY, f"leakage.internal_coefficient={K_i}", f"measurement.seed={seed}")
+    for K_i in LEAKS
+    for seed in (0, 1)
+]
+VARIED_LEAKS = [K_i for K_i in LEAKS for _ in (0, 1)]
+
+
+@pytest.fixture(scope="module")
+def varied() -> dict[str, Any]:
+    return columns_of(VARIED, VARIED_LEAKS)
+
+
+@pytest.fixture(scope="module")
+def ideal() -> dict[str, Any]:
+    return columns_of([run.with_ideal_sensors() for run in VARIED], VARIED_LEAKS)
+
+
+def test_every_measurable_signal_has_a_channel_and_every_channel_a_section() -> None:
+    without = {"internal_leakage_flow", "load_force", "reference_position"}
+    assert {channel.signal for channel in CHANNELS} == set(SIGNALS) - without
+    sections = [name for name in RunParameters.model_fields if name.endswith("_sensor")]
+    assert sorted(channel.section for channel in CHANNELS) == sorted(sections)
+
+
+def test_without_sensors_the_trajectory_itself_is_handed_on() -> None:
+    run = run_with("measurement.seed=7", "pressure_1_sensor.damping_ratio=0.5")
+    trajectory = simulate_batch([run], [0.0])
+    assert measure([run], trajectory) is trajectory
+
+
+def test_a_run_without_sensors_is_told_in_the_same_words_as_before_there_were_any() -> None:
+    text = run_with().text()
+    assert "sensor" not in text
+    assert "measurement" not in text
+    assert run_with(*NOISY).with_ideal_sensors().text() == text
+
+
+def test_a_sensor_alters_its_own_signal_alone() -> None:
+    quiet = run_with()
+    columns = columns_of([run_with("pressure_2_sensor.noise=5 kPa"), quiet], [0.0, 0.0])
+    for name in [*SIGNALS, "detail_rms"]:
+        equal = have_same_bits(columns[name][0], columns[name][1])
+        assert equal == (name != "chamber_2_pressure"), name
+
+
+def test_what_happened_is_judged_and_what_is_measured_is_stored(
+    varied: dict[str, Any], ideal: dict[str, Any]
+) -> None:
+    measured = {"detail_rms", *(channel.signal for channel in CHANNELS)}
+    for name, values in varied.items():
+        same = have_same_bits(values, ideal[name])
+        assert same != (name in measured), name
+
+
+def test_bits_do_not_depend_on_order_or_on_neighbours(varied: dict[str, Any]) -> None:
+    order = [4, 0, 3, 5, 1, 2]
+    shuffled = columns_of([VARIED[k] for k in order], [VARIED_LEAKS[k] for k in order])
+    alone = columns_of(VARIED[3:4], VARIED_LEAKS[3:4])
+    for name in [*SIGNALS, "detail_rms"]:
+        np.testing.assert_array_equal(shuffled[name], varied[name][order])
+        np.testing.assert_array_equal(alone[name][0], varied[name][3])
+
+
+def test_runs_that_differ_in_leakage_or_seed_have_independent_noise() -> None:
+    noisy = [
+        run_with("pressure_1_sensor.noise=5 kPa", "pressure_2_sensor.noise=5 kPa", *others)
+        for others in ((), ("leakage.internal_coefficient=2e-9",), ("measurement.seed=1",))
+    ]
+    silence, time = np.zeros(1000), np.arange(1000) / 500.0
+    draws = [sensor_reading(CHANNELS[0], run, silence, time) for run in noisy]
+    draws.append(sensor_reading(CHANNELS[1], noisy[0], silence, time))
+    correlations = np.corrcoef(draws)[np.triu_indices(len(draws), 1)]
+    assert np.max(np.abs(correlations)) < 4.5 / np.sqrt(1000)
+    np.testing.assert_array_equal(sensor_reading(CHANNELS[0], noisy[0], silence, time), draws[0])
+
+
+def test_one_clock_samples_all_channels() -> None:
+    run = run_with("measurement.jitter=0.1 ms")
+    time = np.arange(1000) / 500.0
+    sine = np.sin(2 * np.pi * 5.0 * time)
+    readings = [sensor_reading(channel, run, sine, time) for channel in CHANNELS]
+    assert not np.array_equal(readings[0], sine)
+    for reading in readings[1:]:
+        np.testing.assert_array_equal(reading, readings[0])
+
+
+def test_errors_come_before_the_range_and_the_range_before_the_levels() -> None:
+    run = run_with("pressure_1_sensor={bias: 1 MPa, lowest: 0, highest: 4 MPa, bits: 2}")
+    signal, time = np.array([-2e6, 0.1e6, 0.7e6, 9e6]), np.arange(4) / 500.0
+    levels = np.array([0.0, 4e6 / 3, 4e6 / 3, 4e6])
+    np.testing.assert_allclose(sensor_reading(CHANNELS[0], run, signal, time), levels)
+
+
+def test_a_run_that_failed_does_not_disturb_its_neighbours(varied: dict[str, Any]) -> None:
+    broken = run_with(*NOISY, "fluid.bulk_modulus=1e7 MPa")
+    columns = columns_of([broken, VARIED[2]], [0.0, VARIED_LEAKS[2]])
+    assert columns["status"].tolist() == ["diverged", "ok"]
+    assert np.isnan(columns["detail_rms"][0]).all()
+    happened = simulate_batch([broken], [0.0]).chamber_1_pressure
+    np.testing.assert_array_equal(columns["chamber_1_pressure"][:1], happened)
+    np.testing.assert_array_equal(columns["chamber_1_pressure"][1], varied["chamber_1_pressure"][2])
+
+
+def test_replicates_share_one_batch_and_one_calibration() -> None:
+    seeds = "sweep.grid.measurement.seed=[0, 1, 2, 3]"
+    flows = "sweep.grid.leakage.internal_flow=[0.89 L/min]"
+    table = expand_runs(load_experiment(None, ["run.duration=2 s", *NOISY, seeds, flows]))
+    leaky = [run for run in table.runs if run.calibration is not None]
+    assert len(leaky) == 4
+    assert len({run.calibration.text() for run in leaky if run.calibration is not None}) == 1
+    assert len(split_jobs([Job("run", run.parameters, 0.0) for run in leaky], 1)) == 1
+
+
+def test_a_fraction_of_a_sample_of_delay_alone_moves_the_finest_levels() -> None:
+    run = RunParameters()
+    trajectory = simulate_batch([run], [0.0])
+    pressure, time = trajectory.chamber_1_pressure[0], trajectory.time
+    late = interpolated_signal(pressure, time, np.maximum(time - 0.5 / run.run.sampling_frequency, 0.0))
+    change = detail_rms(late, run.wavelet) / detail_rms(pressure, run.wavelet) - 1.0
+    assert change[0] > 0.3
+    assert change[1] < -0.03

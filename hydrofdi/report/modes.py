@@ -102,6 +102,7 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
         _ranks([run.fluid.bulk_modulus for run in runs], bulk_moduli),
     )
     positions[places] = kept
+    _share_sealed_runs(positions, data.columns[names.MATCHED_BASELINE])
     fixed, matched = baseline_changes(data)
     return ModeGrid(
         readings=tuple(dict(zip(labels, key, strict=True)) for key in reading_keys),
@@ -112,6 +113,17 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
         fixed=_gathered(fixed, positions),
         matched=_gathered(matched, positions),
     )
+
+
+def _share_sealed_runs(positions: NDArray[np.int64], matched: NDArray[Any]) -> None:
+    """Give readings without sealed runs of their own those that their leaky runs are compared with.
+
+    What differs in the leakage alone, such as its law, is the same once the actuator is sealed.
+    """
+    for reading, _, beta in np.argwhere(positions[:, :1] == ABSENT):
+        leaky = positions[reading, 1:, beta]
+        if (leaky != ABSENT).any():
+            positions[reading, 0, beta] = matched[leaky[leaky != ABSENT][0]]
 
 
 def _without_more_external_leakage(data: ExperimentData) -> list[int]:

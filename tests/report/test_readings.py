@@ -94,3 +94,15 @@ def test_text_and_figure_of_the_study(ensemble, folder):
     assert "4 of 8 different readings are feasible" in text
     assert ensemble("report", "results/readings", "--figure", "readings.svg").returncode == 0
     assert (folder / "readings.svg").read_text().startswith("<?xml")
+
+
+def test_readings_that_differ_in_the_leak_alone_share_their_sealed_controls(ensemble, folder):
+    text = ENSEMBLE.split("ensemble:")[0] + "ensemble: {grid: {leakage.law: [orifice, laminar]}}\nsweep:"
+    (folder / "laws.yaml").write_text(
+        text.replace("name: readings", "name: laws") + ENSEMBLE.split("sweep:")[1]
+    )
+    assert ensemble("sweep", "laws.yaml", "--workers", "1").returncode == 0
+    members = json.loads(ensemble("report", "results/laws", "--json").stdout)["readings"]["members"]
+    alarms = [member["sealed_alarms"] for member in members]
+    assert len(alarms) == 2
+    assert alarms[0] == alarms[1] == [True]

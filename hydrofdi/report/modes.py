@@ -138,7 +138,7 @@ def _without_more_external_leakage(data: ExperimentData) -> list[int]:
 
 
 def _varies(name: str, runs: list[RunParameters]) -> bool:
-    return len({run.value(name) for run in runs}) > 1
+    return len({run.told(name) for run in runs}) > 1
 
 
 def _ranks(values: list[Any], order: list[Any]) -> NDArray[np.int64]:

@@ -114,10 +114,8 @@ _ERRNO_WORDS = {28: "no space left on device", 27: "file too large", 122: "disk 
 
 def reason(error: Exception) -> str:
     """The cause of an error in a few words."""
-    if text := getattr(error, "strerror", None):
-        return str(text)
-    text = str(error).strip("'\"").splitlines()[0] if str(error) else type(error).__name__
+    text = getattr(error, "strerror", None) or str(error).strip("'\"") or type(error).__name__
     for number, words in _ERRNO_WORDS.items():
         if f"errno = {number}," in text:
             return words
-    return text
+    return str(text).splitlines()[0]

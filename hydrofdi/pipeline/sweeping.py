@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.errors import StoreError
 from hydrofdi.execution import (
     Batch,
     BatchReceipt,
@@ -139,17 +140,21 @@ def run_sweep(
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
     if not plan.missing and is_current(plan.file, experiment):
         return _summary(plan, 0, start, interrupted=False)
-    with engine if plan.missing else nullcontext():
-        known = read_calibrations(directory)
-        jobs = _jobs(plan, engine, known, watcher)
-        with experiment_lock(directory, watcher.tell):
-            record = environment_record(experiment)
-            _prepare(plan, known, watcher)
-            with Interruption(lambda: _finish_early(engine, watcher)) as interruption:
-                recorder = _Recorder(plan, watcher)
-                completed = recorder.run(engine, jobs)
-            add_provenance(directory, record | {"ended": now(), "computed": completed})
-            _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
+    try:
+        with engine if plan.missing else nullcontext():
+            known = read_calibrations(directory)
+            jobs = _jobs(plan, engine, known, watcher)
+            with experiment_lock(directory, watcher.tell):
+                record = environment_record(experiment)
+                _prepare(plan, known, watcher)
+                with Interruption(lambda: _finish_early(engine, watcher)) as interruption:
+                    recorder = _Recorder(plan, watcher)
+                    completed = recorder.run(engine, jobs)
+                add_provenance(directory, record | {"ended": now(), "computed": completed})
+                _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
+    except StoreError:
+        _clear_away(directory)
+        raise
     return _summary(plan, completed, start, interrupted=interruption.requested)
 
 
@@ -216,6 +221,13 @@ def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watcher) 
     write_request(plan.directory, plan.experiment)
     if calibrations:
         write_calibrations(plan.directory, calibrations)
+
+
+def _clear_away(directory: Path) -> None:
+    """Remove what ended workers left half written, unless another sweep is at work."""
+    if directory.is_dir():
+        with suppress(StoreError), experiment_lock(directory, lambda _: None):
+            remove_leftovers(directory)
 
 
 def _finish_early(engine: Engine, watcher: Watcher) -> None:

@@ -9,26 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.assessment.forewarnings import NEAR_BAND_EDGE, period_count, place_in_bands, record_warnings
 from hydrofdi.assessment.selection import computed_rows
 from hydrofdi.assessment.sensor_noise import MUCH_NOISE, NoiseOfLevel, noise_of_levels
 from hydrofdi.assessment.step_limits import step_limits
 from hydrofdi.config import RunParameters
-from hydrofdi.config.run import is_whole
 from hydrofdi.execution import Job
 from hydrofdi.features.wavelet import boundary_shares, level_bands
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
 from hydrofdi.physics.leakage import internal_leakage_flow
-
-NEAR_BAND_EDGE = 0.25
-"""A mode within so many octaves of a band's edge may answer in either level."""
 
 REFERENCE_DROP = 10e6
 """Pressure difference at which a leak is also stated [Pa]."""
 
 FULL_STROKE = 0.9
 """Share of the stroke from which on the linearised mode, taken at the centre, is off by far."""
-
-MANY_BOUNDARY_COEFFICIENTS = 0.25
 
 
 @dataclass(frozen=True)
@@ -138,7 +133,7 @@ def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) 
         modes=tuple(modes),
         bands=bands,
         n_sample=run.n_sample,
-        n_period=run.duration / nominal.input.period if nominal.input.is_periodic else math.nan,
+        n_period=period_count(nominal),
         boundary_shares=tuple(boundary_shares(nominal.n_kept, wavelet)),
         noise=noise_of_levels([*(job.parameters for job in jobs), *runs], rows),
     )
@@ -174,15 +169,6 @@ def _mode_of_run(job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, 
     )
 
 
-def place_in_bands(frequency: float, bands: Sequence[tuple[float, float]]) -> tuple[int, float]:
-    """Level whose band holds a frequency, and its distance from the nearest edge in octaves."""
-    edges = [bands[0][1], *(low for low, _ in bands)]
-    level = sum(frequency < edge for edge in edges)
-    if not frequency > 0.0:
-        return level, math.nan
-    return level, min(abs(math.log2(frequency / edge)) for edge in edges)
-
-
 def _problems(found: Inspection) -> Iterator[str]:
     for part, limit in found.step_limits.items():
         if found.step > limit:
@@ -203,11 +189,7 @@ def _warnings(found: Inspection) -> Iterator[str]:
             f"f_h = {mode.frequency:.1f} Hz at EBM {mode.bulk_modulus / 1e6:g} MPa is"
             f" {mode.octaves_to_edge:.2f} octaves from the edge of a band: two levels answer"
         )
-    if math.isfinite(found.n_period) and not is_whole(found.n_period):
-        yield f"the record holds {found.n_period:g} periods, no whole number: features hang on its end"
-    for level, share in enumerate(found.boundary_shares, 1):
-        if share > MANY_BOUNDARY_COEFFICIENTS:
-            yield f"{share:.0%} of the coefficients of d{level} depend on the extension of the record"
+    yield from record_warnings(found.n_period, found.boundary_shares)
     for level, noise in enumerate(found.noise, 1):
         if noise.share > MUCH_NOISE:
             yield (

@@ -37,7 +37,7 @@ def simulate(
 
     A sweep in the file is left aside.
     """
-    from hydrofdi.assessment import step_warnings
+    from hydrofdi.assessment import forewarnings
     from hydrofdi.cli.rendering import print_json, print_run, tell, tell_unusual_values
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import simulate_nominal, write_single_run
@@ -58,7 +58,7 @@ def simulate(
 
         save_figure(draw_signals(single.columns, experiment.wavelet, summary.title), figure)
         tell(f"drew {figure}")
-    for warning in step_warnings([single.run.parameters]):
+    for warning in forewarnings([single.run.parameters]):
         tell(f"warning: {warning}")
     if json:
         print_json(run_record(summary))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from hydrofdi.assessment.step_limits import step_warnings
+from hydrofdi.assessment import forewarnings
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.execution import Job, compute_columns
@@ -85,7 +85,7 @@ class SweepPlan:
                 warnings.append(
                     f"a Sobol sample of {sample.count} points is not balanced; take a power of two"
                 )
-        warnings += step_warnings(run.parameters for run in self.table.runs)
+        warnings += forewarnings(run.parameters for run in self.table.runs)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return warnings
 

@@ -13,7 +13,7 @@ import pytest
 import pywt
 
 from hydrofdi.assessment import calibrate_flows, converge, inspect_experiment
-from hydrofdi.assessment.inspection import place_in_bands
+from hydrofdi.assessment.forewarnings import place_in_bands
 from hydrofdi.assessment.selection import computed_rows, select_jobs
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.wavelet import WaveletConfig

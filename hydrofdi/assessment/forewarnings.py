@@ -1,0 +1,89 @@
+"""What can be said of runs without simulating them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+from hydrofdi.assessment.step_limits import step_warnings
+from hydrofdi.config import RunParameters
+from hydrofdi.config.run import is_whole
+from hydrofdi.features.wavelet import boundary_shares, level_bands
+from hydrofdi.physics.hydraulic_mode import mode_frequency
+
+NEAR_BAND_EDGE = 0.25
+"""A mode within so many octaves of a band's edge may answer in either level."""
+
+MANY_BOUNDARY_COEFFICIENTS = 0.25
+"""Share of a level's coefficients from which on its RMS hangs on the extension of the record."""
+
+Bands = Sequence[tuple[float, float]]
+
+
+def forewarnings(runs: Iterable[RunParameters]) -> list[str]:
+    """Sentences on step, bands and record of runs, each said once."""
+    distinct = list(dict.fromkeys(runs))
+    records = dict.fromkeys(
+        (period_count(run), run.n_kept, run.wavelet) for run in distinct
+    )  # many runs, few records
+    sentences = step_warnings(distinct) + band_warnings(distinct)
+    for n_period, n_kept, wavelet in records:
+        sentences += record_warnings(n_period, boundary_shares(n_kept, wavelet))
+    return list(dict.fromkeys(sentences))
+
+
+def band_warnings(runs: Iterable[RunParameters]) -> list[str]:
+    """A sentence on the EBM whose mode is near the edge of a band; none where there are no such."""
+    modes = {(_mode_frequency(run), run.fluid.bulk_modulus): run for run in runs}
+    near = [
+        (frequency, modulus)
+        for (frequency, modulus), run in modes.items()
+        if place_in_bands(frequency, level_bands(run.run.sampling_frequency, run.wavelet.levels))[1]
+        < NEAR_BAND_EDGE
+    ]
+    if not near:
+        return []
+    named = ", ".join(f"{frequency:.1f} Hz at EBM {modulus / 1e6:g} MPa" for frequency, modulus in near[:3])
+    more = f" and {len(near) - 3} more" if len(near) > 3 else ""
+    return [f"f_h is near the edge of a band, where two levels answer: {named}{more} (see 'hydrofdi check')"]
+
+
+def record_warnings(n_period: float, boundary: Sequence[float]) -> Iterator[str]:
+    """Sentences on a record.
+
+    Parameters
+    ----------
+    n_period : float
+        Periods that it holds; NaN without a period.
+    boundary : sequence of float
+        Share of each level's coefficients that depend on its extension.
+    """
+    if math.isfinite(n_period) and not is_whole(n_period):
+        yield f"the record holds {n_period:g} periods, no whole number: features hang on its end"
+    for level, share in enumerate(boundary, 1):
+        if share > MANY_BOUNDARY_COEFFICIENTS:
+            yield f"{share:.0%} of the coefficients of d{level} depend on the extension of the record"
+
+
+def period_count(run: RunParameters) -> float:
+    """Periods of the input in the record; NaN where it has none."""
+    return run.run.duration / run.input.period if run.input.is_periodic else math.nan
+
+
+def place_in_bands(frequency: float, bands: Bands) -> tuple[int, float]:
+    """Level whose band holds a frequency, and its distance from the nearest edge in octaves."""
+    edges = [bands[0][1], *(low for low, _ in bands)]
+    level = sum(frequency < edge for edge in edges)
+    if not frequency > 0.0:
+        return level, math.nan
+    return level, min(abs(math.log2(frequency / edge)) for edge in edges)
+
+
+def _mode_frequency(run: RunParameters) -> float:
+    """f_h [Hz], piston centred, without air in the fluid."""
+    actuator = run.actuator
+    omega = mode_frequency(
+        run.fluid.bulk_modulus, actuator.piston_area, actuator.chamber_volume, actuator.mass,
+        actuator.load_stiffness,
+    )  # fmt: skip
+    return omega / (2.0 * math.pi)

@@ -1,7 +1,13 @@
+import json
+import os
+from pathlib import Path
+
 import pytest
 
-from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config.parameters import parameter_names
 from hydrofdi.errors import ConfigError
+from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation import run_identity
 
 LEAKAGE = "sweep.grid.leakage.internal_flow=[0 L/min, 0.12 L/min]"
@@ -69,6 +75,29 @@ def test_the_identity_follows_the_request_and_not_its_spelling():
 )  # fmt: skip
 def test_every_section_enters_the_identity(setting):
     assert run_identity(table_of(setting).runs[0]) != run_identity(table_of().runs[0])
+
+
+def test_only_what_differs_from_the_defaults_enters_the_identity():
+    assert RunParameters().text() == "{}"
+    stated = table_of("actuator.mass=12.3", "fluid.bulk_modulus=551 MPa", "friction.viscous=60").runs[0]
+    sealed = '"leakage":{"internal_coefficient":0.0}'
+    assert stated.parameters.text() == '{"friction":{"viscous":60.0},' + sealed + "}"
+
+
+DEFAULTS = Path(__file__).parent / "defaults.json"
+
+
+def test_defaults_change_with_the_physics_version_alone():
+    """Identities leave defaults out: with HYDROFDI_WRITE_GOLDEN=1 the present ones are written down."""
+    present = {name: RunParameters().value(name) for name in parameter_names()}
+    if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
+        known = {"physics_version": PHYSICS_VERSION, "defaults": present}
+        DEFAULTS.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+    known = json.loads(DEFAULTS.read_text(encoding="utf-8"))
+    assert known["physics_version"] == PHYSICS_VERSION, "write the defaults of the new version down"
+    changed = {name for name, value in known["defaults"].items() if present.get(name) != value}
+    assert not changed, "a default that changes makes stored runs wrong: raise PHYSICS_VERSION"
+    assert present.keys() == known["defaults"].keys(), "write the new parameter's default down"
 
 
 def test_the_baseline_of_the_file_rules():

@@ -160,7 +160,7 @@ class _Expansion:
         """Position of the run that changes make of another; the same sections make the same run."""
         changed, held = parameters.changed_sections(changes), parameters.__dict__
         sections = [changed.get(name) or held[name] for name in RunParameters.model_fields]
-        key = tuple([section.canonical_json for section in sections])
+        key = tuple([section.stated_text for section in sections])
         if key not in self._known_baselines:
             self._known_baselines[key] = self.add(self.at(parameters, changes))
         return self._known_baselines[key]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from functools import cached_property
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -53,13 +51,10 @@ class InputConfig(Section):
             raise ValueError(f"input.file needs shape csv; shape is {self.shape}")
         return self
 
-    @cached_property
-    def canonical_json(self) -> str:
-        """The section as JSON with sorted keys; a file by the digest of its contents, none not at all."""
-        fields = self.model_dump(exclude_none=True)
-        if self.file is not None:
-            fields["file"] = digest(self.file)
-        return json.dumps(fields, sort_keys=True, separators=(",", ":"))
+    def stated(self) -> dict[str, Any]:
+        """The fields that differ from their defaults; a file by the digest of its contents."""
+        fields = super().stated()
+        return fields if self.file is None else fields | {"file": digest(self.file)}
 
     @property
     def factor(self) -> float:

@@ -11,14 +11,20 @@ from pydantic.fields import FieldInfo
 
 from hydrofdi.config.actuator import ActuatorConfig
 from hydrofdi.config.control import ControlConfig
-from hydrofdi.config.csv_input import brief, parse_rows
+from hydrofdi.config.csv_input import brief
+from hydrofdi.config.fit import (
+    require_input_fits,
+    require_jitter_fits,
+    require_load_fits,
+    require_record_fits,
+)
 from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.friction import FrictionConfig
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.leakage import LeakageConfig
 from hydrofdi.config.load import LoadConfig
 from hydrofdi.config.quantities import SI, Section
-from hydrofdi.config.run import RunConfig, is_whole, require_whole_discard
+from hydrofdi.config.run import RunConfig
 from hydrofdi.config.sensor import (
     LengthSensorConfig,
     MeasurementConfig,
@@ -119,16 +125,10 @@ class RunParameters(Section):
         return moved
 
     def _require_fit(self) -> None:
-        _require_input_fits_run(self.input, self.run)
-        _require_file_fits_control(self.input, self.control)
-        _require_multiple_of_step(
-            "control.sample_time", self.control.sample_time, self.control.is_closed, self.run
-        )
-        _require_multiple_of_step(
-            "load.random_period", self.load.random_period, self.load.random_force > 0.0, self.run
-        )
-        _require_record_fits_levels(self.n_kept, self.wavelet)
-        _require_jitter_fits_run(self.measurement, self.run)
+        require_input_fits(self.input, self.control, self.run)
+        require_load_fits(self.load, self.run)
+        require_record_fits(self.n_kept, self.wavelet)
+        require_jitter_fits(self.measurement, self.run)
 
     @property
     def is_periodic(self) -> bool:
@@ -155,16 +155,13 @@ class RunParameters(Section):
         return self.measurement.jitter == 0.0 and bool(getattr(self, sensor).is_ideal)
 
     def text(self) -> str:
-        """All sections as JSON with sorted keys and floats in their shortest exact form.
+        """What differs from the defaults, as JSON; keys sorted, floats in their shortest exact form.
 
-        Sections of sensors that keep their defaults are left out.
+        So a parameter that is added later leaves the identity of stored runs alone. A default that changes
+        has to raise ``PHYSICS_VERSION``.
         """
         sections = [(name, self.__dict__[name]) for name in _SORTED_SECTIONS]
-        parts = [
-            f'"{name}":{section.canonical_json}'
-            for name, section in sections
-            if name not in _SENSING or not section.is_default
-        ]
+        parts = [f'"{name}":{section.stated_text}' for name, section in sections if not section.is_default]
         return "{" + ",".join(parts) + "}"
 
     def value(self, name: str) -> Any:
@@ -172,16 +169,18 @@ class RunParameters(Section):
         section, field = name.split(".")
         return getattr(getattr(self, section), field)
 
+    def told_sections(self) -> dict[str, dict[str, Any]]:
+        """All parameters by section, as results show them."""
+        sections: dict[str, dict[str, Any]] = {}
+        for name in parameter_names():
+            section, field = name.split(".")
+            sections.setdefault(section, {})[field] = self.told(name)
+        return sections
+
     def told(self, name: str) -> Any:
         """The value of a dotted name as results show it: a file by its name, size and digest."""
         return brief(self.value(name))
 
-
-MOST_OF_STEP_RATE = 0.05
-"""Largest frequency of an input over the rate of the steps that hold it."""
-
-MOST_JITTER = 0.25
-"""Largest standard deviation of the sampling instants over the sampling interval."""
 
 _SORTED_SECTIONS = tuple(sorted(RunParameters.model_fields))
 
@@ -249,70 +248,3 @@ def _replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Se
     if isinstance(section, LeakageConfig) and new.keys() & {"internal_coefficient", "internal_flow"}:
         values |= {"internal_coefficient": None, "internal_flow": None}
     return type(section).model_validate(values | new)
-
-
-@lru_cache(maxsize=1024)
-def _require_input_fits_run(drive: InputConfig, run: RunConfig) -> None:
-    if run.discards_periods:
-        _require_discarded_periods_fit(drive, run)
-    if drive.shape == "square" and not is_whole(drive.period / (2 * run.step)):
-        raise ValueError(
-            f"half of input.period = {drive.period:g} s is not a multiple of run.step = {run.step:g} s"
-        )
-    if drive.shape == "steps" and not is_whole(drive.period / run.step):
-        raise ValueError(f"input.period = {drive.period:g} s is not a multiple of run.step = {run.step:g} s")
-    if drive.shape == "sweep" and drive.end_frequency > MOST_OF_STEP_RATE / run.step:
-        raise ValueError(
-            f"input.end_frequency = {drive.end_frequency:g} Hz is too fast for run.step = {run.step:g} s"
-        )
-    if drive.shape == "multisine" and drive.harmonics / drive.period > MOST_OF_STEP_RATE / run.step:
-        raise ValueError(
-            f"harmonic {drive.harmonics} of input.period = {drive.period:g} s"
-            f" is too fast for run.step = {run.step:g} s"
-        )
-
-
-def _require_multiple_of_step(name: str, time: float, matters: bool, run: RunConfig) -> None:
-    if matters and not is_whole(time / run.step):
-        raise ValueError(f"{name} = {time:g} s is not a multiple of run.step = {run.step:g} s")
-
-
-def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> None:
-    if drive.file is None:
-        return
-    quantity = parse_rows(drive.file).quantity
-    if control.is_closed and quantity != "position":
-        raise ValueError(f"input.file holds voltages; with control.law = {control.law} it is a position [m]")
-    if not control.is_closed and quantity != "voltage":
-        raise ValueError("input.file holds positions; in open loop the input is a voltage")
-
-
-def _require_discarded_periods_fit(drive: InputConfig, run: RunConfig) -> None:
-    if not drive.is_periodic:
-        raise ValueError(
-            f"run.discard = {run.discard} needs an input with a period, and input.shape = {drive.shape} has"
-            " none; give a time"
-        )
-    time = run.discarded_time(drive.period)
-    require_whole_discard(time, f"{run.discard} of {drive.period:g} s", run)
-
-
-@lru_cache(maxsize=1024)
-def _require_record_fits_levels(n_kept: int, wavelet: WaveletConfig) -> None:
-    from pywt import Wavelet, dwt_max_level
-
-    deepest = dwt_max_level(n_kept, Wavelet(wavelet.name).dec_len)
-    if wavelet.levels > deepest:
-        raise ValueError(
-            f"a record of {n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name};"
-            f" it carries {deepest} (lengthen run.duration or lower wavelet.levels)"
-        )
-
-
-@lru_cache(maxsize=1024)
-def _require_jitter_fits_run(measurement: MeasurementConfig, run: RunConfig) -> None:
-    if measurement.jitter * run.sampling_frequency > MOST_JITTER:
-        raise ValueError(
-            f"measurement.jitter = {measurement.jitter:g} s is more than a quarter"
-            f" of the sampling interval of {1 / run.sampling_frequency:g} s"
-        )

@@ -19,14 +19,18 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     @cached_property
-    def canonical_json(self) -> str:
-        """The section as JSON with sorted keys and floats in their shortest exact form."""
-        return json.dumps(self.model_dump(), sort_keys=True, separators=(",", ":"))
+    def stated_text(self) -> str:
+        """What differs from the defaults, as JSON; keys sorted, floats in their shortest exact form."""
+        return json.dumps(self.stated(), sort_keys=True, separators=(",", ":"))
 
-    @cached_property
+    def stated(self) -> dict[str, Any]:
+        """The fields that differ from their defaults."""
+        return self.model_dump(exclude_defaults=True)
+
+    @property
     def is_default(self) -> bool:
-        """Whether every field has its default."""
-        return self == type(self)()
+        """Whether all fields have their defaults."""
+        return self.stated_text == "{}"
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,6 @@ numbers are those of Maddahi et al., CDSR 2015, paper 181.
 """
 
 PHYSICS_VERSION = 1
-"""Version of everything that determines a run's numbers (equations, kernel, features).
+"""Version of everything that determines a run's numbers (equations, kernel, features, defaults).
 
 Part of every run's identity: raise it when results change, and stored runs are computed again."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -146,9 +145,9 @@ def explain(directory: Path, wanted: str) -> Explanation:
         message=failure.message if failure and not stored else message,
         log=failure.log if failure and not stored else "",
         position=position,
-        request=json.loads(run.request)["parameters"],
+        request=run.parameters.told_sections(),
         differences=_differences(baseline, run.parameters),
-        calibration=json.loads(run.calibration.text()) if run.calibration else None,
+        calibration=run.calibration.told_sections() if run.calibration else None,
         shard=str(stored.shard) if stored else "",
         provenance=provenance[-1] if provenance else None,
     )

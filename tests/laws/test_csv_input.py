@@ -119,7 +119,7 @@ def test_identity_depends_on_the_contents_alone(tmp_path: Path) -> None:
 
 
 def test_run_without_a_file_is_named_as_if_there_were_no_files() -> None:
-    assert "file" not in json.loads(InputConfig().canonical_json)
+    assert "file" not in json.loads(InputConfig().stated_text)
 
 
 def test_files_vary_in_every_kind_of_block(tmp_path: Path) -> None:

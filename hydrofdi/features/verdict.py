@@ -46,7 +46,7 @@ def judge(runs: Sequence[RunParameters], trajectory: Trajectory) -> Verdicts:
     """Verdicts on runs; those that failed have NaN for numbers."""
     pressure_1, pressure_2 = trajectory.chamber_1_pressure, trajectory.chamber_2_pressure
     vapour = np.array([run.fluid.vapour_pressure for run in runs])[:, None]
-    supply = np.array([run.supply.pressure for run in runs])[:, None]
+    supply = trajectory.valve_supply_pressure
     residuals = balance_residuals(runs, trajectory)
     numbers = [
         np.mean((pressure_1 <= vapour) | (pressure_2 <= vapour), axis=1),

@@ -12,8 +12,9 @@ Quantity: TypeAlias = Any
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
-FAST_MATH = {"nsz", "arcp", "contract", "afn", "reassoc"}
-"""Liberties of the compiler within compiled equations. NaN and infinity keep their meaning."""
+FAST_MATH = {"nsz", "arcp", "contract", "afn"}
+"""Liberties of the compiler within compiled equations. NaN and infinity keep their meaning. Sums keep their
+order: where the compiler may reorder them, it does so differently in the two halves of the lanes."""
 
 
 def equation(function: _Function) -> _Function:

@@ -7,6 +7,9 @@ import numpy as np
 from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.signed_root import signed_root
 
+EDGE_ROUNDING = 1e-9
+"""A time so many periods before an edge counts as the edge, however it was rounded."""
+
 
 @equation
 def internal_leakage_flow(pressure_difference: Quantity, coefficient: Quantity) -> Quantity:
@@ -83,7 +86,7 @@ def onset_ramp(time: Quantity, start: Quantity, duration: Quantity) -> Quantity:
 @equation
 def intermittent_onset(time: Quantity, start: Quantity, period: Quantity, duty: Quantity) -> Quantity:
     """Share of the leakage that is open: 1 for a share `duty` of each period from `start` on, else 0 [-]."""
-    elapsed = (time - start) / period
+    elapsed = (time - start) / period + EDGE_ROUNDING
     phase = elapsed - np.floor(elapsed)
     return (elapsed >= 0.0) * (phase < duty) * 1.0
 

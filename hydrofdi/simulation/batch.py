@@ -23,7 +23,7 @@ ABSURD_PRESSURE_RATIO = 100.0
 """A run whose pressure exceeds the supply so many times has diverged, even while it is finite."""
 
 _CLOSE_TO_STOP = 0.98
-"""A run that diverges from a sample this far along the stroke has met the end of the cylinder."""
+"""Share of the stroke V/A beyond which the piston has left the cylinder: a chamber all but vanishes."""
 
 
 def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> Trajectory:
@@ -179,7 +179,7 @@ def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcom
     stroke = actuator.chamber_volume / actuator.piston_area
     with np.errstate(invalid="ignore"):
         diverged = ~np.all(np.isfinite(states), axis=0) | np.any(np.abs(states[2:]) > pressure_limit, axis=0)
-        beyond = np.abs(states[0]) >= stroke
+        beyond = np.abs(states[0]) > _CLOSE_TO_STOP * stroke
     at_the_stop = diverged.any() and abs(states[0, np.argmax(diverged) - 1]) > _CLOSE_TO_STOP * stroke
     if diverged.any() and not at_the_stop:
         time = np.argmax(diverged) / run.sampling_frequency

@@ -11,6 +11,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.features import detail_rms
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.simulation.lanes import HALF_WIDTH
 from hydrofdi.simulation.second_opinion import simulate_with_solver
 
 SHORT = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, "run.step": 2e-5})
@@ -65,3 +66,25 @@ def test_every_option_changes_the_record() -> None:
     pressure = simulate_batch(RUNS, COEFFICIENTS).chamber_1_pressure
     differences = [np.abs(pressure[k] - pressure[0]).max() for k in range(1, len(RUNS))]
     assert min(differences) > 1.0
+
+
+CLAMPED = {"fluid.cavitation": "clamped", "load.constant_force": -9e3, "run.step": 1e-4}
+AIR_AND_LAP = CHOICES["air"] | CHOICES["overlap"]
+
+
+@pytest.mark.parametrize("name", [*CHOICES, "clamped", "air and lap", "air and clamped"])
+def test_both_halves_of_the_lanes_round_alike(name: str) -> None:
+    """The kernel holds two copies of the equations, which the compiler must not treat differently."""
+    more = {"clamped": CLAMPED, "air and lap": AIR_AND_LAP, "air and clamped": CHOICES["air"] | CLAMPED}
+    values = CHOICES.get(name) or more.get(name) or {}
+    runs = [
+        SHORT.with_values(
+            values
+            | {"run.step": 1e-4, "fluid.bulk_modulus": 400e6 + 30e6 * k, "actuator.mass": 8.0 + 0.3 * k}
+        )
+        for k in range(HALF_WIDTH)
+    ]
+    coefficients = np.linspace(0.0, 5e-9, HALF_WIDTH).tolist()
+    batch = simulate_batch([*runs, *runs], [*coefficients, *coefficients])
+    for signal in (batch.piston_position, batch.chamber_1_pressure, batch.chamber_2_pressure):
+        np.testing.assert_array_equal(signal[:HALF_WIDTH], signal[HALF_WIDTH:])

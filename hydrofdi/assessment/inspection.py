@@ -129,7 +129,7 @@ def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) 
     limits += [step_limits(parameters) for parameters in runs]
     return Inspection(
         step=max(job.parameters.run.step for job in jobs),
-        step_limits={part: min(limit.get(part, math.inf) for limit in limits) for part in limits[0]},
+        step_limits=_shortest(limits),
         modes=tuple(modes),
         bands=bands,
         n_sample=run.n_sample,
@@ -137,6 +137,13 @@ def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) 
         boundary_shares=tuple(boundary_shares(nominal.n_kept, wavelet)),
         noise=noise_of_levels([*(job.parameters for job in jobs), *runs], rows),
     )
+
+
+def _shortest(limits: Iterable[dict[str, float]]) -> dict[str, float]:
+    shortest: dict[str, float] = {}
+    for part, limit in (item for each in limits for item in each.items()):
+        shortest[part] = min(limit, shortest.get(part, math.inf))
+    return shortest
 
 
 def _limits(job: Job, mode: ModeOfRun) -> dict[str, float]:

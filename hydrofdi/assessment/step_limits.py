@@ -7,9 +7,12 @@ from collections.abc import Iterable
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.friction import SMALLEST_FORCE, friction_force, smooth_friction_force
-from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency
+from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
-from hydrofdi.simulation.no_load import no_load_speed
+from hydrofdi.simulation.no_load import largest_opening, no_load_speed
+
+CONTACT_SHARE = 0.25
+"""Share of the stable step that resolves the contact with an end stop, which is short and has a kink."""
 
 
 def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[str, float]:
@@ -38,14 +41,36 @@ def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[s
         limits["hydraulic mode"] = _lag_limit(2.0 * math.pi * mode.frequency, mode.damping_ratio)
     if friction.law == "lugre":
         limits["bristles"] = _bristle_limit(run)
-    elif (rate := _friction_rate(run)) > 0.0:
-        limits["friction zone"] = largest_stable_step(complex(-rate))
+    else:
+        limits |= _decay_limit("friction zone", _friction_rate(run))
     if actuator.end_stops == "elastic":
         stiffness = actuator.mass * omega**2 + actuator.end_stop_stiffness
-        limits["end stops"] = _lag_limit(math.sqrt(stiffness / actuator.mass), 0.0)
+        limits["end stops"] = CONTACT_SHARE * _lag_limit(math.sqrt(stiffness / actuator.mass), 0.0)
+    limits |= _decay_limit("leakage of the chambers", _chamber_rate(run))
     if run.supply.droop == "first_order":
-        limits["supply"] = largest_stable_step(complex(-1.0 / run.supply.droop_time_constant))
+        limits |= _decay_limit("supply", _supply_rate(run))
     return limits
+
+
+def _decay_limit(part: str, rate: float) -> dict[str, float]:
+    """Longest step for a part that decays with a rate [1/s]; none where it does not."""
+    return {part: largest_stable_step(complex(-rate))} if rate > 0.0 else {}
+
+
+def _chamber_rate(run: RunParameters) -> float:
+    """Rate at which clearances and external leakage let the pressure of a chamber go [1/s]."""
+    leakage, fluid = run.leakage, run.fluid
+    external = max(leakage.chamber_1_coefficient, leakage.chamber_2_coefficient)
+    return fluid.bulk_modulus * (2.0 * run.valve.lap_leakage + external) / run.actuator.chamber_volume
+
+
+def _supply_rate(run: RunParameters) -> float:
+    """Rate of the supply pressure, whose fall lessens the flow through open edges and clearances [1/s]."""
+    valve, supply = run.valve, run.supply
+    opening = largest_opening(run)
+    drop = 0.5 * (supply.pressure - supply.return_pressure)
+    edge = valve_flow_pressure_coefficient(opening, drop, valve.flow_gain, valve.area_gradient)
+    return (1.0 + supply.droop_resistance * (2.0 * valve.lap_leakage + edge)) / supply.droop_time_constant
 
 
 def _friction_rate(run: RunParameters) -> float:
@@ -61,15 +86,17 @@ def _friction_rate(run: RunParameters) -> float:
 
 
 def _bristle_limit(run: RunParameters) -> float:
-    """Longest step for bristles that stick, and that slide at the no-load speed."""
+    """Longest step for bristles that stick, and that reverse at the no-load speed."""
     friction, mass = run.friction, run.actuator.mass
-    stiffness = friction.dry_bristle_stiffness
+    stiffness, damping = friction.dry_bristle_stiffness, friction.dry_bristle_damping
     if not stiffness:
         return math.inf
-    frequency = math.sqrt(stiffness / mass)
-    ratio = (friction.dry_bristle_damping + friction.viscous) / (2.0 * mass * frequency)
-    sliding = stiffness * no_load_speed(run) / max(friction.dry_coulomb, SMALLEST_FORCE)
-    return min(_lag_limit(frequency, ratio), largest_stable_step(complex(-sliding)) if sliding else math.inf)
+    frequency, speed = math.sqrt(stiffness / mass), no_load_speed(run)
+    ratio = (damping + friction.viscous) / (2.0 * mass * frequency)
+    decay = math.exp(-friction.transition * speed)
+    stribeck = friction.dry_coulomb + (friction.dry_breakaway - friction.dry_coulomb) * decay
+    sliding = (2.0 * damping + friction.viscous) / mass + stiffness * speed / max(stribeck, SMALLEST_FORCE)
+    return min(_lag_limit(frequency, ratio), largest_stable_step(complex(-sliding)))
 
 
 def step_warnings(runs: Iterable[RunParameters]) -> list[str]:

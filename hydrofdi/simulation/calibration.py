@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.no_load import no_load_flow
+from hydrofdi.simulation.no_load import largest_leakage_flows, no_load_flow
 
 RELATIVE_TOLERANCE = 1e-10
 """Tolerance of K_i."""
+
+_LARGEST_SURPLUS = 1e-6
+"""A root that leaks more or less than was asked for, by more than this share, is none."""
 
 _MOST_TRIALS = 12
 """How often the upper end of the bracket is tripled before a flow counts as unreachable."""
@@ -67,8 +70,8 @@ def _solve_group(conditions: Sequence[RunParameters]) -> list[Calibration]:
     if solvable.size:
 
         def surplus(coefficient: NDArray[np.float64], index: NDArray[np.int64]) -> NDArray[np.float64]:
-            runs = [conditions[int(k)] for k in index]
-            relative: NDArray[np.float64] = _mean_flow(runs, coefficient) / target[index] - 1.0
+            flow = _mean_flow([conditions[int(k)] for k in index], coefficient)
+            relative: NDArray[np.float64] = np.nan_to_num(flow) / target[index] - 1.0
             return relative
 
         result = find_root(
@@ -77,7 +80,8 @@ def _solve_group(conditions: Sequence[RunParameters]) -> list[Calibration]:
             args=(solvable,),
             tolerances={"xrtol": RELATIVE_TOLERANCE, "xatol": 0.0, "frtol": 0.0, "fatol": 0.0},
         )
-        coefficients[solvable] = result.x
+        leaks_enough = np.abs(surplus(result.x, solvable)) < _LARGEST_SURPLUS
+        coefficients[solvable] = np.where(leaks_enough, result.x, np.nan)
     return [Calibration(float(k), float(q)) for k, q in zip(coefficients, reachable, strict=True)]
 
 
@@ -86,8 +90,9 @@ def _upper_bracket(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coefficients that leak at least the target (NaN where none was found), and the largest flows seen."""
     supply = np.array([parameters.supply.pressure for parameters in conditions])
-    trial = target / np.sqrt(0.25 * supply)
-    limit = np.array([no_load_flow(parameters) for parameters in conditions])
+    from_valve = np.array([no_load_flow(parameters) for parameters in conditions])
+    start = np.where(from_valve > 0.0, np.minimum(target, from_valve), target)
+    trial = start / np.sqrt(0.25 * supply)
     upper = np.full(len(conditions), np.nan)
     reachable = np.zeros(len(conditions))
     for _ in range(_MOST_TRIALS):
@@ -95,7 +100,6 @@ def _upper_bracket(
         if not open_.size:
             break
         flow = _mean_flow([conditions[int(k)] for k in open_], trial[open_])
-        flow[flow > limit[open_]] = np.nan  # the stiff limit K_i → ∞ chatters instead of saturating
         reachable[open_] = np.fmax(reachable[open_], flow)
         reached = flow >= target[open_]
         upper[open_[reached]] = trial[open_[reached]]
@@ -104,6 +108,9 @@ def _upper_bracket(
 
 
 def _mean_flow(runs: Sequence[RunParameters], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean leakage flows; NaN for runs that failed or that chatter, as they do where K_i is huge."""
     trajectory = simulate_batch(runs, list(coefficients))
+    flow = trajectory.mean_internal_leakage_flow
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
-    return np.where(failed, np.nan, trajectory.mean_internal_leakage_flow)
+    chatters = flow > largest_leakage_flows(runs, trajectory)
+    return np.where(failed | chatters, np.nan, flow)

@@ -2,16 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.valve import control_flow
 from hydrofdi.simulation.drive import largest_voltage
+from hydrofdi.simulation.trajectory import Trajectory
 
 
-def no_load_flow(parameters: RunParameters) -> float:
-    """Control flow at the largest opening and equal chamber pressures [m³/s]."""
+def no_load_flow(parameters: RunParameters, opening: float | None = None) -> float:
+    """Control flow at an opening [m], by default the largest, and equal chamber pressures [m³/s]."""
     valve, supply = parameters.valve, parameters.supply
     drop = 0.5 * (supply.pressure - supply.return_pressure)
-    return float(control_flow(_largest_opening(parameters), drop, valve.flow_gain, valve.area_gradient))
+    most = largest_opening(parameters) if opening is None else opening
+    return float(control_flow(most, drop, valve.flow_gain, valve.area_gradient))
+
+
+def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory) -> NDArray[np.float64]:
+    """What valve and moving piston of a record can drive through a leak, shape (n_run,) [m³/s].
+
+    By continuity the mean leakage is at most the flow at the mean opening and what the piston displaces.
+    """
+    openings = np.mean(np.abs(trajectory.spool_position), axis=1)
+    speeds = np.mean(np.abs(trajectory.piston_velocity), axis=1)
+    return np.array([
+        no_load_flow(run, opening + max(-run.valve.lap, 0.0)) + run.actuator.piston_area * speed
+        for run, opening, speed in zip(runs, openings, speeds, strict=True)
+    ])  # fmt: skip
 
 
 def no_load_speed(parameters: RunParameters) -> float:
@@ -19,7 +39,7 @@ def no_load_speed(parameters: RunParameters) -> float:
     return no_load_flow(parameters) / parameters.actuator.piston_area
 
 
-def _largest_opening(parameters: RunParameters) -> float:
+def largest_opening(parameters: RunParameters) -> float:
     """Largest opening of an edge that input or controller can ask for [m]."""
     control, valve = parameters.control, parameters.valve
     voltage = control.voltage_limit

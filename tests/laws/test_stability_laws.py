@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from hydrofdi.assessment import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.stability import amplification, largest_stable_step
+from hydrofdi.simulation import simulate_batch
 
 FREE = {"actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.0}
 """Nothing but friction acts on the piston."""
@@ -45,3 +47,27 @@ def test_no_step_below_the_limit_amplifies(angle: float, size: float) -> None:
     factors = [abs(amplification(share * limit * eigenvalue)) for share in (0.25, 0.5, 0.75, 0.999)]
     assert max(factors) <= 1.0 + 1e-9
     assert abs(amplification(1.001 * limit * eigenvalue)) > 1.0
+
+
+STIFF: dict[str, tuple[str, dict[str, Any], float, float]] = {
+    "clearance": ("leakage of the chambers", {"valve.lap_leakage": 1e-8}, 0.05e-3, 0.1e-3),
+    "external": ("leakage of the chambers", {"leakage.external_coefficient": 1e-8}, 0.1e-3, 0.2e-3),
+    "bristles": ("bristles", {"friction.law": "lugre", "friction.bristle_damping": 1e5}, 0.1e-3, 0.4e-3),
+    "supply": (
+        "supply",
+        {
+            "supply.droop": "first_order", "supply.droop_time_constant": 5e-3, "valve.lap_leakage": 1e-9,
+            "friction.law": "smooth", "friction.scale": 0.01,
+        },
+        0.2e-3, 0.4e-3,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STIFF)
+def test_a_stiff_part_holds_below_its_step_limit_and_diverges_above(name: str) -> None:
+    part, values, good, bad = STIFF[name]
+    base = RunParameters().with_values({"run.duration": 2.0, "run.sampling_frequency": 250.0, **values})
+    runs = [base.with_values({"run.step": step}) for step in (good, bad)]
+    assert good < step_limits(base)[part] < bad
+    assert [simulate_batch([run], [0.0]).outcomes[0].status for run in runs] == ["ok", "diverged"]

@@ -42,3 +42,26 @@ def test_a_flow_that_no_coefficient_reaches_has_no_solution_and_spares_the_other
     assert math.isnan(solutions[0].coefficient)
     assert solutions[0].reachable_flow < unreachable.leakage.internal_flow
     assert solutions[1] == solve_leakage_coefficients([conditions[0]])[0]
+
+
+def test_the_most_that_an_actuator_leaks_does_not_hang_on_what_is_asked_for(parameters):
+    asked = [parameters(f"leakage.internal_flow={flow} L/min") for flow in (6, 10, 200, 7200)]
+    most = [solution.reachable_flow for solution in solve_leakage_coefficients(asked)]
+    assert most == pytest.approx([most[0]] * 4, rel=0.02)
+    assert 4e-3 / 60 < most[0] < 5e-3 / 60
+
+
+def test_a_load_can_drive_the_leak_when_the_valve_is_shut(parameters):
+    shut = parameters(
+        "leakage.internal_flow=0.5 L/min", "input.amplitude=0 V", "load.random_force=5 kN",
+        "load.random_period=0.1 s",
+    )  # fmt: skip
+    (solution,) = solve_leakage_coefficients([shut])
+    flow = simulate_batch([shut], [solution.coefficient]).mean_internal_leakage_flow[0]
+    assert flow == pytest.approx(0.5e-3 / 60, rel=1e-8)
+
+
+def test_a_flow_beyond_what_a_closed_loop_can_drive_has_no_solution(parameters):
+    loop = parameters("leakage.internal_flow=5 L/min", "control.law=pid", "run.duration=4 s")
+    (solution,) = solve_leakage_coefficients([loop])
+    assert math.isnan(solution.coefficient)

@@ -94,15 +94,21 @@ def account_rates(
     p1, p2 = state.pressure_1, state.pressure_2
     flows = port_flows(state, spool_position, p, options)
     friction, _ = friction_of(state, p, options)
+    through = flows.valve
     lost = (
-        (p1 - p2) * flows.internal + p1 * flows.external_1 + p2 * flows.external_2 + state.velocity * friction
+        through.throttling
+        + (p1 - p2) * flows.internal
+        + p1 * flows.external_1
+        + p2 * flows.external_2
+        + state.velocity * friction
     )
-    returned = flows.supply - flows.control_1 + flows.control_2
+    returned = through.supply - through.control_1 + through.control_2
+    supplied = state.supply * through.supply - p.ret * returned
     return AccountRates(
-        flows.control_1 - flows.internal - flows.external_1,
-        abs(flows.control_1),
-        p1 * flows.control_1 - p2 * flows.control_2 - lost,
-        abs(state.supply * flows.supply - p.ret * returned),
+        through.control_1 - flows.internal - flows.external_1,
+        abs(through.control_1),
+        supplied - lost,
+        abs(supplied),
         (p.volume + p.area * state.position) / bulk_modulus_at(p1, p, options),
         (p.volume - p.area * state.position) / bulk_modulus_at(p2, p, options),
     )

@@ -99,20 +99,34 @@ def lane_parameters(lanes: Any, k: Any, time: Quantity, options: ModelOptions) -
     )  # fmt: skip
 
 
-class PortFlows(NamedTuple):
-    """Flows [m³/s].
+class ValveFlows(NamedTuple):
+    """What passes the edges of the valve.
 
     Attributes
     ----------
     control_1, control_2, supply : float
-        q_1 into chamber 1, q_2 out of chamber 2, and q_s from the supply, through the valve.
-    internal, external_1, external_2 : float
-        q_il across the piston, q_el1 and q_el2 to the outside.
+        q_1 into chamber 1, q_2 out of chamber 2, and q_s from the supply [m³/s].
+    throttling : float
+        Power that the edges turn into heat [W].
     """
 
     control_1: float
     control_2: float
     supply: float
+    throttling: float
+
+
+class PortFlows(NamedTuple):
+    """What enters and leaves the chambers.
+
+    Attributes
+    ----------
+    valve : ValveFlows
+    internal, external_1, external_2 : float
+        q_il across the piston, q_el1 and q_el2 to the outside [m³/s].
+    """
+
+    valve: ValveFlows
     internal: float
     external_1: float
     external_2: float
@@ -146,21 +160,24 @@ def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelO
 
 
 @equation
-def valve_flows(
-    state: State, spool_position: float, p: LaneParameters, options: ModelOptions
-) -> tuple[float, float, float]:
-    """q_1, q_2 and q_s [m³/s] through the edges of the valve."""
+def valve_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> ValveFlows:
+    """Flows through the edges of the valve.
+
+    Critically lapped, only two of the four edges are open at a time, and two orifices do for all.
+    """
     if options.lapped_valve is not None:
-        feed_1 = _edge(spool_position, state.supply - state.pressure_1, p)
-        drain_1 = _edge(-spool_position, state.pressure_1 - p.ret, p)
-        feed_2 = _edge(-spool_position, state.supply - state.pressure_2, p)
-        drain_2 = _edge(spool_position, state.pressure_2 - p.ret, p)
-        return feed_1 - drain_1, drain_2 - feed_2, feed_1 + feed_2
+        to_1, from_1 = state.supply - state.pressure_1, state.pressure_1 - p.ret
+        to_2, from_2 = state.supply - state.pressure_2, state.pressure_2 - p.ret
+        feed_1, drain_1 = _edge(spool_position, to_1, p), _edge(-spool_position, from_1, p)
+        feed_2, drain_2 = _edge(-spool_position, to_2, p), _edge(spool_position, from_2, p)
+        throttling = to_1 * feed_1 + from_1 * drain_1 + to_2 * feed_2 + from_2 * drain_2
+        return ValveFlows(feed_1 - drain_1, drain_2 - feed_2, feed_1 + feed_2, throttling)
     drop_1 = chamber_1_orifice_drop(spool_position, state.pressure_1, state.supply, p.ret)
     drop_2 = chamber_2_orifice_drop(spool_position, state.pressure_2, state.supply, p.ret)
     flow_1 = control_flow(spool_position, drop_1, p.flow_gain, p.area_gradient)
     flow_2 = control_flow(spool_position, drop_2, p.flow_gain, p.area_gradient)
-    return flow_1, flow_2, flow_1 if spool_position >= 0.0 else -flow_2
+    throttling = abs(drop_1 * flow_1) + abs(drop_2 * flow_2)
+    return ValveFlows(flow_1, flow_2, flow_1 if spool_position >= 0.0 else -flow_2, throttling)
 
 
 @equation
@@ -172,11 +189,8 @@ def _edge(spool_position: float, drop: float, p: LaneParameters) -> float:
 @equation
 def port_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> PortFlows:
     """All flows into and out of the chambers."""
-    control_1, control_2, supply = valve_flows(state, spool_position, p, options)
     return PortFlows(
-        control_1,
-        control_2,
-        supply,
+        valve_flows(state, spool_position, p, options),
         leakage_of(state.pressure_1 - state.pressure_2, p, options),
         external_leakage_flow(state.pressure_1, p.external_leakage_1),
         external_leakage_flow(state.pressure_2, p.external_leakage_2),
@@ -239,8 +253,8 @@ def hydraulic_rates(
         resistance += end_stop_force(state.position, p.stop_position, p.stop_stiffness)
     flows = port_flows(state, spool_position, p, options)
     swept = p.area * state.velocity
-    net_1 = flows.control_1 - flows.internal - flows.external_1 - swept
-    net_2 = flows.internal - flows.control_2 - flows.external_2 + swept
+    net_1 = flows.valve.control_1 - flows.internal - flows.external_1 - swept
+    net_2 = flows.internal - flows.valve.control_2 - flows.external_2 + swept
     rate_1, rate_2 = pressure_rates(state, net_1, net_2, p, options)
     acceleration = piston_acceleration(
         state.position, state.pressure_1, state.pressure_2, resistance, p.mass, p.area, p.stiffness
@@ -248,6 +262,6 @@ def hydraulic_rates(
     supply = 0.0
     if options.supply_droop is not None:
         supply = supply_pressure_rate(
-            state.supply, flows.supply, p.rated_supply, p.droop_resistance, p.droop_time
+            state.supply, flows.valve.supply, p.rated_supply, p.droop_resistance, p.droop_time
         )
     return State(state.velocity, acceleration, rate_1, rate_2, supply, bristle)

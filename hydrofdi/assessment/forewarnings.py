@@ -17,6 +17,9 @@ NEAR_BAND_EDGE = 0.25
 MANY_BOUNDARY_COEFFICIENTS = 0.25
 """Share of a level's coefficients from which on its RMS hangs on the extension of the record."""
 
+FEW_SAMPLES = 20
+"""Samples per period of an intermittent leak below which its mean flow, a mean over samples, is off."""
+
 Bands = Sequence[tuple[float, float]]
 
 
@@ -26,7 +29,7 @@ def forewarnings(runs: Iterable[RunParameters]) -> list[str]:
     records = dict.fromkeys(
         (period_count(run), run.n_kept, run.wavelet) for run in distinct
     )  # many runs, few records
-    sentences = step_warnings(distinct) + band_warnings(distinct)
+    sentences = step_warnings(distinct) + band_warnings(distinct) + _onset_warnings(distinct)
     for n_period, n_kept, wavelet in records:
         sentences += record_warnings(n_period, boundary_shares(n_kept, wavelet))
     return list(dict.fromkeys(sentences))
@@ -46,6 +49,16 @@ def band_warnings(runs: Iterable[RunParameters]) -> list[str]:
     named = ", ".join(f"{frequency:.1f} Hz at EBM {modulus / 1e6:g} MPa" for frequency, modulus in near[:3])
     more = f" and {len(near) - 3} more" if len(near) > 3 else ""
     return [f"f_h is near the edge of a band, where two levels answer: {named}{more} (see 'hydrofdi check')"]
+
+
+def _onset_warnings(runs: Iterable[RunParameters]) -> list[str]:
+    return [
+        f"an intermittent leak of period {run.leakage.onset_duration:g} s is sampled only"
+        f" {run.leakage.onset_duration * run.run.sampling_frequency:g} times in it: its mean flow is off"
+        for run in runs
+        if run.leakage.onset == "intermittent"
+        and run.leakage.onset_duration * run.run.sampling_frequency < FEW_SAMPLES
+    ]
 
 
 def record_warnings(n_period: float, boundary: Sequence[float]) -> Iterator[str]:

@@ -92,6 +92,10 @@ def end_stop_force(position: float, limit: float, stiffness: float) -> float:
     return stiffness * (position - limited(position, limit))
 
 
+BOILING_RANGE = 1e3
+"""Range above the vapour pressure over which a fall comes to rest [Pa]: a kink that solvers can follow."""
+
+
 @equation
 def supported_pressure_rate(pressure: float, rate: float, least: float) -> float:
     """Rate of the pressure of a chamber whose fluid boils instead of falling below a least pressure.
@@ -108,6 +112,7 @@ def supported_pressure_rate(pressure: float, rate: float, least: float) -> float
     Returns
     -------
     float
-        P', never negative at or below the least pressure [Pa/s].
+        P' where it rises; a fall less by the factor (P − P_vapour)/ε limited to 0 … 1, ε = 1 kPa [Pa/s].
     """
-    return rate if pressure > least else max(rate, 0.0)
+    share = min(max((pressure - least) / BOILING_RANGE, 0.0), 1.0)
+    return max(rate, 0.0) + share * min(rate, 0.0)

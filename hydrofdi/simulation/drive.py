@@ -147,13 +147,15 @@ class Spools:
     def __init__(self, drives: Sequence[Drive], run: RunConfig) -> None:
         self._run = run
         groups = list(_groups_of_spools(drives))
-        spread = [drive for group in groups for drive in np.resize(np.array(group), SPOOL_WIDTH)]
-        self.columns = np.array([spread.index(k) for k in range(len(drives))], dtype=np.int64)
+        spread = [int(k) for group in groups for k in np.resize(np.array(group), SPOOL_WIDTH)]
+        self.columns = np.zeros(len(drives), dtype=np.int64)
+        self.columns[spread[::-1]] = np.arange(len(spread))[::-1]
         self._is_limited = [drives[group[0]].is_limited or None for group in groups]
         padded = [drives[k] for k in spread]
         units = [drive.input.model_copy(update={"amplitude": 1.0}) for drive in padded]
         self._units = list(dict.fromkeys(units))
-        self._unit_of_spool = np.array([self._units.index(unit) for unit in units], dtype=np.int64)
+        places = {unit: place for place, unit in enumerate(self._units)}
+        self._unit_of_spool = np.array([places[unit] for unit in units], dtype=np.int64)
         self._amplitude = np.array([drive.input.factor for drive in padded])
         self._stages = np.empty((0, 4, len(padded)))
         self._spools = np.zeros(len(groups), SPOOLS)

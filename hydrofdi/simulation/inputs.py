@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Hashable, Iterable, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from hydrofdi.simulation.drive import Drive, Spools, position_reference
 from hydrofdi.simulation.load import load_force
 
 Array = NDArray[np.float64]
+
+_Value = TypeVar("_Value", bound=Hashable)
 
 
 class Chunk(NamedTuple):
@@ -60,20 +62,18 @@ class Inputs:
     def __init__(self, runs: Sequence[RunParameters], run: RunConfig) -> None:
         self._run = run
         self.is_closed = np.array([parameters.control.is_closed for parameters in runs])
-        open_runs = [parameters for parameters in runs if not parameters.control.is_closed]
-        drives = list(dict.fromkeys(map(Drive.of, open_runs)))
-        self._spools = Spools(drives, run)
-        self.n_drive = len(drives)
-        closed_runs = [parameters for parameters in runs if parameters.control.is_closed]
-        self._references = list(dict.fromkeys(map(_reference_of, closed_runs)))
-        self._loads = list(dict.fromkeys(parameters.load for parameters in runs))
+        drives = _places(Drive.of(parameters) for parameters in runs if not parameters.control.is_closed)
+        references = _places(_reference_of(parameters) for parameters in runs if parameters.control.is_closed)
+        loads = _places(parameters.load for parameters in runs)
+        self._spools, self.n_drive = Spools(list(drives), run), len(drives)
+        self._references, self._loads = list(references), list(loads)
         self.column_of_run = np.array([
-            self._references.index(_reference_of(parameters))
+            references[_reference_of(parameters)]
             if parameters.control.is_closed
-            else self._spools.columns[drives.index(Drive.of(parameters))]
+            else self._spools.columns[drives[Drive.of(parameters)]]
             for parameters in runs
         ])  # fmt: skip
-        self.load_of_run = np.array([self._loads.index(parameters.load) for parameters in runs])
+        self.load_of_run = np.array([loads[parameters.load] for parameters in runs])
 
     def advance(self, first: int, n_step: int) -> Chunk:
         """The inputs from step `first` on."""
@@ -88,3 +88,8 @@ class Inputs:
 
 def _reference_of(parameters: RunParameters) -> tuple[InputConfig, float]:
     return parameters.input, parameters.control.amplitude
+
+
+def _places(values: Iterable[_Value]) -> dict[_Value, int]:
+    """The distinct values, each with its place."""
+    return {value: place for place, value in enumerate(dict.fromkeys(values))}

@@ -191,6 +191,7 @@ def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcom
         time = np.argmax(beyond | diverged) / run.sampling_frequency
         return Outcome(
             "stroke_exceeded",
-            f"the piston used more than {_CLOSE_TO_STOP:.0%} of its stroke (±{stroke:.4g} m) at t = {time:g} s",
+            f"the piston used more than {_CLOSE_TO_STOP:.0%} of its stroke (±{stroke:.4g} m)"
+            f" at t = {time:g} s",
         )
     return Outcome()

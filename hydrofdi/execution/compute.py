@@ -114,9 +114,10 @@ def _signals_and_features(
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     with np.errstate(all="ignore"):
         features = _features(parameters, trajectory, measured)
+        verdicts = judge(parameters, trajectory, measured)
     for values in features.values():
         values[failed] = np.nan
-    return signals | features | vars(judge(parameters, trajectory))
+    return signals | features | vars(verdicts)
 
 
 def _features(

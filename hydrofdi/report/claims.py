@@ -16,7 +16,7 @@ from hydrofdi.report.modes import Mode, ModeGrid
 from hydrofdi.store import ExperimentData, names
 
 Margin = NDArray[np.float64]
-"""Percentage points, shape (n_reading,); NaN where a run is missing or failed."""
+"""Percentage points, shape (n_reading,); NaN where a run failed or is missing, or the healthy one is still."""
 
 D2, D3 = 1, 2
 """Positions of the two levels that the sentences speak of."""
@@ -63,7 +63,7 @@ class CheckResult:
 
     @property
     def holds(self) -> bool | None:
-        """Whether it holds; None where a run is missing or failed."""
+        """Whether it holds; None where that is not to be decided."""
         return None if self.margin != self.margin else self.margin > 0.0
 
 

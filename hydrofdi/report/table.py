@@ -17,6 +17,9 @@ from hydrofdi.store import ExperimentData, names
 EXTERNAL = "leakage.external_coefficient"
 """How the parameters of external leakage begin."""
 
+ROUNDING = 1e-9
+"""A healthy RMS below this share of the record's largest pressure is rounding: no δ is taken against it."""
+
 Levels = tuple[float, ...]
 """One number per wavelet level, d1 first; NaN where a run failed."""
 
@@ -223,13 +226,17 @@ def _changes(data: ExperimentData, name: str) -> list[LevelChanges]:
 
 
 def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> tuple[Any, Any]:
-    """δ [%] of all runs against the fixed and the matched baseline, each of shape (n_run, n_level)."""
+    """δ [%] of all runs against the fixed and the matched baseline, each of shape (n_run, n_level).
+
+    NaN where a run failed, or where the RMS of the healthy one is rounding.
+    """
     rms = data.columns[name]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return (
-            percentage_change(rms[data.columns[names.FIXED_BASELINE]], rms),
-            percentage_change(rms[data.columns[names.MATCHED_BASELINE]], rms),
-        )
+    rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE][:, None]
+    healthy = np.where(rms < rounding, np.nan, rms)
+    return (
+        percentage_change(healthy[data.columns[names.FIXED_BASELINE]], rms),
+        percentage_change(healthy[data.columns[names.MATCHED_BASELINE]], rms),
+    )
 
 
 def normal_bulk_modulus(data: ExperimentData) -> float:

@@ -60,6 +60,7 @@ MODE_DAMPING_RATIO = "hydraulic_mode_damping_ratio"
 INPUT_VOLTAGE, REFERENCE_POSITION, LOAD_FORCE = "input_voltage", "reference_position", "load_force"
 VALVE_SUPPLY_PRESSURE = "valve_supply_pressure"
 CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressure"
+LARGEST_CHAMBER_1_PRESSURE = "chamber_1_pressure_max"
 FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
 
 _SIGNALS = (
@@ -77,6 +78,7 @@ _SIGNALS = (
 
 DOUBTS = {
     "cavitating": "cavitating_share", "above_supply": "above_supply_share", "unsettled": "settling_change",
+    "clipped": "clipped_share", "still": "pressure_variation",
 }  # fmt: skip
 """Word of a verdict → variable with the number behind it."""
 
@@ -93,7 +95,7 @@ EXTREMES = (
     Variable("piston_position_min", (RUN,), "m", "least piston position"),
     Variable("piston_position_max", (RUN,), "m", "largest piston position"),
     Variable("chamber_1_pressure_min", (RUN,), "Pa", "least pressure of chamber 1"),
-    Variable("chamber_1_pressure_max", (RUN,), "Pa", "largest pressure of chamber 1"),
+    Variable(LARGEST_CHAMBER_1_PRESSURE, (RUN,), "Pa", "largest pressure of chamber 1"),
     Variable("chamber_2_pressure_min", (RUN,), "Pa", "least pressure of chamber 2"),
     Variable("chamber_2_pressure_max", (RUN,), "Pa", "largest pressure of chamber 2"),
 )
@@ -103,6 +105,8 @@ LATER_ADDED = (
     Variable(EXTERNAL_LEAKAGE_FLOWS[0], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 1"),
     Variable(EXTERNAL_LEAKAGE_FLOWS[1], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 2"),
     Variable(MEAN_CHAMBER_1_PRESSURE, (RUN,), "Pa", "mean pressure of chamber 1"),
+    Variable("clipped_share", (RUN,), "1", "share of samples of P_1 at an end of its sensor's range"),
+    Variable("pressure_variation", (RUN,), "1", "largest less least P_1, over the supply pressure"),
 )
 """Computed numbers that older files of this format version lack; they are read as NaN."""
 

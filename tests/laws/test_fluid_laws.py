@@ -129,6 +129,6 @@ def test_solver_agrees_on_a_clamped_record() -> None:
 
 def test_clamped_record_is_told_as_cavitating() -> None:
     record = simulate_batch([CLAMPED], [0.0])
-    verdicts = judge([CLAMPED], record)
+    verdicts = judge([CLAMPED], record, record)
     assert "cavitating" in str(verdicts.verdict[0]).split(", ")
     assert verdicts.cavitating_share[0] == np.mean(record.chamber_1_pressure == 1e4)

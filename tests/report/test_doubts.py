@@ -49,3 +49,25 @@ def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
     for form in ("text", "markdown", "latex"):
         assert "C cavitating" in printed(form)
     assert "4 of 4 runs have numbers" in printed("text")
+
+
+STILL = SMALL.replace("sweep:", "valve: {lap: 1 mm}\nsweep:")
+
+
+def test_no_change_and_no_claim_is_made_of_records_that_stand_still(tmp_path):
+    sweep = sweep_in(tmp_path, STILL)
+    result = run_hydrofdi("report", sweep.directory, "--out", "out", cwd=tmp_path)
+    assert "Warning" not in sweep.result.stderr + result.stderr
+    assert "left out spectrum: P_1 does not vary" in result.stderr
+    record = json.loads((tmp_path / "out" / "small.json").read_text())
+    assert {row["verdict"] for row in record["rows"]} == {"still"}
+    assert {value for row in record["rows"] for value in row["delta_fixed_percent"]} == {None}
+    assert "C1, C2, C3, C4, C5 and C6: open." in (tmp_path / "out" / "small.md").read_text()
+
+
+def test_a_clipped_sensor_is_marked_and_its_constant_record_gives_no_change(tmp_path):
+    text = SMALL.replace("sweep:", "pressure_1_sensor: {lowest: 0, highest: 1 MPa}\nsweep:")
+    printed = run_hydrofdi("report", sweep_in(tmp_path, text).directory, cwd=tmp_path).stdout
+    assert "clipped (R), 4 runs" in printed
+    assert "in up to 100 % of the samples" in printed
+    assert "not reproduced" not in printed

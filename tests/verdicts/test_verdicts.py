@@ -11,6 +11,7 @@ import pytest
 
 from hydrofdi.config import RunParameters
 from hydrofdi.execution import Job, compute_columns
+from hydrofdi.store import names
 
 SHORT = RunParameters().with_values({"run.duration": 2.0, "input.period": 0.5})
 SETTLED = {"run.duration": 4.0}
@@ -57,6 +58,43 @@ def test_record_of_one_period_cannot_tell_whether_it_is_settled() -> None:
     assert "unsettled" not in columns["verdict"][0]
 
 
+CLIPPED = {"pressure_1_sensor.lowest": 0.0, "pressure_1_sensor.highest": 9e6}
+
+
+def test_sensor_at_an_end_of_its_range_is_told_with_the_share_of_its_samples() -> None:
+    columns = _columns(SETTLED | CLIPPED, coefficient=4e-9)
+    at_end = columns["chamber_1_pressure"][0] == 9e6
+    assert columns["verdict"][0] == "clipped"
+    assert 0.1 < columns["clipped_share"][0] == np.mean(at_end) < 0.9
+
+
+@pytest.mark.parametrize("bits", [None, 12])
+def test_sensor_whose_range_holds_the_record_is_not_clipped(bits: int | None) -> None:
+    wide = {"lowest": 0.0, "highest": 25e6, "bits": bits}
+    columns = _columns(SETTLED | {f"pressure_1_sensor.{k}": v for k, v in wide.items()}, coefficient=4e-9)
+    assert columns["clipped_share"][0] == 0.0
+    assert columns["verdict"][0] == "ok"
+
+
+def test_converter_on_its_last_level_counts_as_clipped() -> None:
+    columns = _columns(SETTLED | CLIPPED | {"pressure_1_sensor.bits": 7}, coefficient=4e-9)
+    assert columns["verdict"][0] == "clipped"
+    assert columns["clipped_share"][0] >= _columns(SETTLED | CLIPPED, 4e-9)["clipped_share"][0] > 0.1
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rest", [{"valve.lap": 1e-3}, {"input.amplitude": 0.0}])
+def test_record_without_any_motion_is_still_and_settled(rest: dict[str, object]) -> None:
+    columns = _columns(SETTLED | rest)
+    assert columns["verdict"][0] == "still"
+    assert columns["settling_change"][0] == columns["pressure_variation"][0] == 0.0
+
+
+def test_smallest_motion_is_not_still() -> None:
+    columns = _columns(SETTLED | {"input.amplitude": 1e-4})
+    assert "still" not in columns["verdict"][0]
+
+
 @pytest.mark.parametrize(
     ("values", "status"),
     [
@@ -69,7 +107,8 @@ def test_failed_run_has_its_failure_for_a_verdict_and_no_numbers(
 ) -> None:
     columns = _columns(values)
     assert columns["status"][0] == columns["verdict"][0] == status
-    for name in ("detail_rms", "cavitating_share", "settling_change", "volume_residual", "energy_residual"):
+    judged = [variable for variable in names.JUDGED if not variable.is_text]
+    for name in ("detail_rms", "clipped_share", "pressure_variation", *(v.name for v in judged)):
         assert np.all(np.isnan(columns[name]))
 
 

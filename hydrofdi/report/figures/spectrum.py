@@ -4,44 +4,58 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
+from hydrofdi.errors import ReportError
 from hydrofdi.features.spectrum import power_spectrum
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.choice import run_position, shown_bulk_moduli
 from hydrofdi.report.figures.style import INK, series
+from hydrofdi.report.table import ROUNDING
 from hydrofdi.report.wording import megapascal, mode_name
 from hydrofdi.store import names
 
 
 def draw_spectrum(analysis: Analysis) -> Figure:
-    """Spectra of P_1, sealed and with the largest leakage, one line per EBM."""
+    """Spectra of P_1, sealed and with the largest leakage, one line per EBM; none where it is still."""
     grid = analysis.grid
     leakages = list(dict.fromkeys((0, len(grid.leakage_flows))))
     figure = Figure(figsize=(7.0, 0.8 + 2.6 * len(leakages)), layout="constrained")
     axes = figure.subplots(len(leakages), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
-    for axis, leakage in zip(axes, leakages, strict=True):
-        _draw_leakage(axis, analysis, leakage)
-    axes[0].legend(loc="lower left", ncols=1)
+    has_spectrum = [
+        _draw_leakage(axis, analysis, leakage) for axis, leakage in zip(axes, leakages, strict=True)
+    ]
+    if not any(has_spectrum):
+        raise ReportError("P_1 does not vary, so that it has no spectrum")
+    for axis in axes:
+        axis.set_yscale("log")
+    axes[has_spectrum.index(True)].legend(loc="lower left", ncols=1)
     axes[-1].set_xlabel("frequency [Hz]; dotted uprights: hydraulic mode $f_h$ of each EBM")
     return figure
 
 
-def _draw_leakage(axis: Any, analysis: Analysis, leakage: int) -> None:
+def _draw_leakage(axis: Any, analysis: Analysis, leakage: int) -> bool:
+    """Draw the spectra of one leakage; whether there is any."""
     grid, data = analysis.grid, analysis.data
     sampling_frequency = data.experiment.run.sampling_frequency
+    has_spectrum = False
     for number, beta in enumerate(shown_bulk_moduli(analysis)):
         position = run_position(analysis, leakage, beta)
         _, pressure = data.signal(names.CHAMBER_1_PRESSURE, position)
         frequency, density = power_spectrum(pressure, sampling_frequency)
         name = f"{megapascal(grid.bulk_moduli[beta])} MPa"
-        axis.semilogy(frequency[1:], 1e-6 * density[1:], label=name, **series(number))
+        stands_still = np.ptp(pressure) <= ROUNDING * np.abs(pressure).max()
+        if not stands_still:
+            axis.plot(frequency[1:], 1e-6 * density[1:], label=name, **series(number))
+            has_spectrum = True
         mode = float(data.columns[names.MODE_FREQUENCY][position])
         axis.axvline(mode, color=series(number)["color"], linewidth=1.2, linestyle=":")
     _mark_bands(axis, analysis)
     flow = grid.leakage_flows[leakage - 1] if leakage else 0.0
     axis.set_title(mode_name(flow, 0.0).partition(" at ")[0])
     axis.set_ylabel("PSD of $P_1$ [kPa²/Hz]")
+    return has_spectrum
 
 
 def _mark_bands(axis: Any, analysis: Analysis) -> None:

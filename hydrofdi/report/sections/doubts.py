@@ -7,13 +7,15 @@ from hydrofdi.report.document import Block, Cell
 from hydrofdi.report.table import SensitivityTable, TableRow
 from hydrofdi.report.wording import counted, row_name
 
-MARKS = {"cavitating": "C", "above_supply": "A", "unsettled": "U"}
+MARKS = {"cavitating": "C", "above_supply": "A", "unsettled": "U", "clipped": "R", "still": "S"}
 """Word of a verdict → its mark in tables."""
 
 _MEANINGS = {
-    "cavitating": "a chamber is at or below the vapour limit in up to {:.2g} % of the samples",
-    "above_supply": "a chamber is above the supply in up to {:.2g} % of the samples",
-    "unsettled": "P_1 changes by up to {:.2g} % from the last but one period to the last",
+    "cavitating": "a chamber is at or below the vapour limit in up to {} % of the samples",
+    "above_supply": "a chamber is above the supply in up to {} % of the samples",
+    "unsettled": "P_1 changes by up to {} % from the last but one period to the last",
+    "clipped": "the sensor of P_1 is at an end of its range in up to {} % of the samples",
+    "still": "P_1 varies by no more than {} % of the supply, which is rounding",
 }
 
 
@@ -33,8 +35,13 @@ def _line(word: str, rows: list[TableRow]) -> str:
     if not rows:
         return ""
     worst = max(rows, key=lambda row: row.doubt_numbers[word])
-    meaning = _MEANINGS[word].format(100.0 * worst.doubt_numbers[word])
+    meaning = _MEANINGS[word].format(_percent(worst.doubt_numbers[word]))
     return f"{word} ({MARKS[word]}), {counted(len(rows), 'run')}: {meaning} ({row_name(worst)})."
+
+
+def _percent(share: float) -> str:
+    """A share in percent with two digits, or more where it has no decimals."""
+    return f"{100.0 * share:.2g}" if share < 0.995 else f"{100.0 * share:.0f}"
 
 
 def doubt_headers(table: SensitivityTable) -> tuple[str, ...]:

@@ -63,7 +63,8 @@ def _claims_sheet(verdicts: tuple[Verdict, ...]) -> Sheet:
         rows=tuple(_claim_cells(verdict) for verdict in verdicts),
         text_columns=(0, 1, 2),
         note="Margin: how far the δ behind a claim could move before its verdict turns [percentage points];"
-        " negative where it does not hold. Open: a run is missing or failed, or there is no such mode.",
+        " negative where it does not hold. Open: a run is missing or failed, its healthy run stands still,"
+        " or there is no such mode.",
     )
 
 

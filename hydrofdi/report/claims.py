@@ -16,7 +16,7 @@ from hydrofdi.report.modes import Mode, ModeGrid
 from hydrofdi.store import ExperimentData, names
 
 Margin = NDArray[np.float64]
-"""Percentage points, shape (n_reading,); NaN where a run failed or is missing, or the healthy one is still."""
+"""Percentage points, shape (n_reading,); NaN where a run is missing or failed, or the healthy is still."""
 
 D2, D3 = 1, 2
 """Positions of the two levels that the sentences speak of."""

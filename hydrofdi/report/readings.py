@@ -94,6 +94,18 @@ class ReadingsStudy:
         mask: Mask = np.logical_and.reduce([self.feasible, *held])
         return mask
 
+    def decided(self, claims: tuple[str, ...]) -> Mask:
+        """Feasible readings that say whether all of these claims hold: they do, or one of them does not."""
+        with np.errstate(invalid="ignore"):
+            failed = [self.margins[claim] <= 0.0 for claim in claims]
+        mask: Mask = self.feasible & np.logical_or.reduce(failed)
+        return mask | self.reproducing(claims)
+
+    def is_open(self, claims: tuple[str, ...]) -> bool:
+        """Whether one of these claims cannot be tested in any feasible reading, and none fails in all."""
+        untested = [np.isnan(self.margins[claim][self.feasible]).all() for claim in claims]
+        return any(untested) and not np.array_equal(self.decided(claims), self.feasible)
+
     @property
     def claim_sets(self) -> dict[str, tuple[str, ...]]:
         """Name → claims: each by itself, then together."""

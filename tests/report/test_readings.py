@@ -4,6 +4,8 @@ import sys
 
 import pytest
 
+from tests.conftest import run_hydrofdi, sweep_in
+
 ENSEMBLE = """\
 name: readings
 run: {duration: 2 s}
@@ -106,3 +108,38 @@ def test_readings_that_differ_in_the_leak_alone_share_their_sealed_controls(ense
     alarms = [member["sealed_alarms"] for member in members]
     assert len(alarms) == 2
     assert alarms[0] == alarms[1] == [True]
+
+
+ONE_LEAK = """\
+name: one-leak
+run: {duration: 2 s}
+store: {signals: none}
+claims: [C2, C3]
+ensemble: {grid: {friction.viscous: [40, 60]}}
+sweep:
+  grid:
+    leakage.internal_flow: [0 L/min, 0.12 L/min]
+    fluid.bulk_modulus: [551 MPa, 689 MPa]
+"""
+
+
+def test_a_claim_that_no_reading_can_test_is_open(tmp_path):
+    report = sweep_in(tmp_path, ONE_LEAK).directory, "--format"
+    printed = run_hydrofdi("report", *report, "markdown", cwd=tmp_path).stdout
+    (untested,) = [line for line in printed.splitlines() if line.startswith("| C2 | At normal EBM")]
+    assert untested.endswith("| – | – |")
+    assert "C1–C4 open, C1–C5 open and C1–C6 open" in printed
+    assert "C1–C4 are open" in printed
+    assert "The experiment file requires C2 and C3: open for C2." in printed
+    study = json.loads(run_hydrofdi("report", *report, "json", cwd=tmp_path).stdout)["readings"]
+    assert study["reproducing"]["C2"] is study["reproducing"]["C1–C4"] is None
+    assert study["reproducing"]["C3"] == 2
+
+
+def test_claims_together_fail_where_one_of_them_fails_in_all_readings(tmp_path):
+    text = ONE_LEAK.replace("[0 L/min, 0.12 L/min]", "[0 L/min, 3 L/min]")
+    report = sweep_in(tmp_path, text).directory, "--json"
+    study = json.loads(run_hydrofdi("report", *report, cwd=tmp_path).stdout)["readings"]
+    assert study["reproducing"]["C1"] == 0
+    assert study["reproducing"]["C2"] is None
+    assert study["reproducing"]["C1–C4"] == 0

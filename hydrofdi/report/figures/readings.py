@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.style import BLUE, INK, ORANGE, RULE
-from hydrofdi.report.readings import CORE, ReadingsStudy
+from hydrofdi.report.readings import ReadingsStudy
 from hydrofdi.report.sections.readings import value_text
 from hydrofdi.report.table import label_header
 
@@ -34,9 +34,13 @@ def _draw_claims(axis: Any, study: ReadingsStudy) -> None:
     total = int(study.feasible.sum())
     names = list(study.claim_sets)
     counts = [int(study.reproducing(claims).sum()) for claims in study.claim_sets.values()]
+    texts = [
+        "open" if study.is_open(claims) else f"{count:,}"
+        for claims, count in zip(study.claim_sets.values(), counts, strict=True)
+    ]
     colors = [BLUE if len(claims) == 1 else ORANGE for claims in study.claim_sets.values()]
     bars = axis.barh(range(len(names)), [100.0 * count / total for count in counts], color=colors, height=0.7)
-    axis.bar_label(bars, [f"{count:,}" for count in counts], padding=3, fontsize=8, color=INK)
+    axis.bar_label(bars, texts, padding=3, fontsize=8, color=INK)
     axis.set_yticks(range(len(names)), names)
     axis.invert_yaxis()
     axis.set_xlim(0.0, 109.0)
@@ -50,23 +54,28 @@ def _groups(study: ReadingsStudy) -> list[tuple[str, ...]]:
 
 def _draw_values(axis: Any, study: ReadingsStudy) -> None:
     series = {
-        "C1–C4": (study.reproducing(CORE), {"color": ORANGE, "marker": "o"}),
-        "C1–C6": (study.reproducing(study.claim_sets["C1–C6"]), {"color": BLUE, "marker": "D"}),
+        "C1–C4": {"color": ORANGE, "marker": "o", "markersize": 7.5},
+        "C1–C6": {"color": BLUE, "marker": "D", "markersize": 4.0},
     }
     heights, labels = _layout(study)
-    for name, (mask, style) in series.items():
+    for name, style in series.items():
+        claims = study.claim_sets[name]
+        if study.is_open(claims):
+            continue
+        mask, decided = study.reproducing(claims), study.decided(claims)
         shares = []
         for value in study.value_shares:
-            feasible = int((value.members & study.feasible).sum())
-            shares.append(100.0 * int((value.members & mask).sum()) / feasible if feasible else float("nan"))
-        overall = 100.0 * mask.sum() / study.feasible.sum()
+            total = int((value.members & decided).sum())
+            shares.append(100.0 * int((value.members & mask).sum()) / total if total else float("nan"))
+        overall = 100.0 * mask.sum() / decided.sum()
         axis.axvline(overall, color=style["color"], linewidth=0.8, linestyle=":")
-        axis.plot(shares, heights, linestyle="none", markersize=4.5, clip_on=False, label=name, **style)
+        axis.plot(shares, heights, linestyle="none", clip_on=False, label=name, **style)
     axis.set_yticks(list(labels), list(labels.values()), fontsize=7.5)
     axis.invert_yaxis()
     axis.grid(color=RULE, axis="y")
     axis.set_title("the same by parameter value [% of the feasible readings with it]\ndotted: over all")
-    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+    if axis.get_legend_handles_labels()[0]:
+        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
     axis.set_xlim(left=0.0)
 
 

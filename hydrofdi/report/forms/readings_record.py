@@ -41,9 +41,12 @@ def _value_record(study: ReadingsStudy, value: ValueShare) -> dict[str, Any]:
     }
 
 
-def _counts(study: ReadingsStudy, members: Mask) -> dict[str, int]:
+def _counts(study: ReadingsStudy, members: Mask) -> dict[str, int | None]:
     sets = study.claim_sets.items()
-    return {name: int((members & study.reproducing(claims)).sum()) for name, claims in sets}
+    return {
+        name: None if study.is_open(claims) else int((members & study.reproducing(claims)).sum())
+        for name, claims in sets
+    }
 
 
 def _best_level_record(study: ReadingsStudy, mode: tuple[int, int], best: Any) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from hydrofdi.report.claims import CLAIMS
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.readings import CORE, Mask, ReadingsStudy, ValueShare
 from hydrofdi.report.table import label_header, level_name
-from hydrofdi.report.wording import counted, joined, megapascal, mode_name, plain, share
+from hydrofdi.report.wording import HOLE, counted, joined, megapascal, mode_name, plain, share
 
 
 def readings_block(study: ReadingsStudy) -> Block:
@@ -25,7 +25,12 @@ def readings_block(study: ReadingsStudy) -> Block:
 def readings_controls_block(study: ReadingsStudy) -> Block:
     """The controls over the readings that reproduce C1–C4."""
     core = study.reproducing(CORE)
-    sentences = _control_sentences(study, core) if core.any() else ("No feasible reading reproduces C1–C4.",)
+    none = (
+        "C1–C4 are open: no reading tests all."
+        if study.is_open(CORE)
+        else "No feasible reading reproduces C1–C4."
+    )
+    sentences = _control_sentences(study, core) if core.any() else (none,)
     sheets = (_alarms_sheet(study, core), _best_levels_sheet(study, core)) if core.any() else ()
     return Block("readings-controls", "Controls over the readings that reproduce C1–C4", sentences, sheets)
 
@@ -40,7 +45,7 @@ def _feasible_sentence(study: ReadingsStudy) -> str:
 def _together_sentence(study: ReadingsStudy) -> str:
     feasible = int(study.feasible.sum())
     parts = [
-        f"{name} in {int(study.reproducing(claims).sum())}"
+        f"{name} {'open' if study.is_open(claims) else f'in {int(study.reproducing(claims).sum())}'}"
         for name, claims in study.claim_sets.items()
         if len(claims) > 1
     ]
@@ -48,15 +53,12 @@ def _together_sentence(study: ReadingsStudy) -> str:
 
 
 def _claims_sheet(study: ReadingsStudy) -> Sheet:
-    feasible = int(study.feasible.sum())
     sentences = {claim.id: claim.sentence for claim in CLAIMS}
     rows = []
     for name, claims in study.claim_sets.items():
-        count = int(study.reproducing(claims).sum())
         sentence = sentences.get(name, "all of them")
-        rows.append(
-            (Cell(name), Cell(sentence), Cell(f"{count:,}", value=count), Cell(share(count, feasible)))
-        )
+        rows.append((Cell(name), Cell(sentence), *_count_cells(study, claims, study.feasible)))
+    is_undecided = any((study.decided(c) != study.feasible).any() for c in study.claim_sets.values())
     return Sheet(
         "readings-claims",
         "Readings that reproduce the claims",
@@ -64,12 +66,20 @@ def _claims_sheet(study: ReadingsStudy) -> Sheet:
         tuple(rows),
         breaks=(len(CLAIMS),),
         text_columns=(0, 1),
+        note="Shares: of the feasible readings that decide a claim; –: none does." if is_undecided else "",
     )
 
 
+def _count_cells(study: ReadingsStudy, claims: tuple[str, ...], members: Mask) -> tuple[Cell, Cell]:
+    """How many of these readings reproduce claims, and which share; holes where the claims are open."""
+    if study.is_open(claims):
+        return Cell(HOLE), Cell(HOLE)
+    count = int((members & study.reproducing(claims)).sum())
+    return Cell(f"{count:,}", value=count), Cell(share(count, int((members & study.decided(claims)).sum())))
+
+
 def _values_sheet(study: ReadingsStudy) -> Sheet:
-    core, every = study.reproducing(CORE), study.reproducing(study.claim_sets["C1–C6"])
-    rows = [_value_cells(study, value, core, every) for value in study.value_shares]
+    rows = [_value_cells(study, value) for value in study.value_shares]
     breaks = group_breaks([value.parameters for value in study.value_shares])
     rows = [row if position in (0, *breaks) else (Cell(""), *row[1:]) for position, row in enumerate(rows)]
     return Sheet(
@@ -83,19 +93,16 @@ def _values_sheet(study: ReadingsStudy) -> Sheet:
     )
 
 
-def _value_cells(study: ReadingsStudy, value: ValueShare, core: Mask, every: Mask) -> tuple[Cell, ...]:
+def _value_cells(study: ReadingsStudy, value: ValueShare) -> tuple[Cell, ...]:
     members = value.members
     feasible = int((members & study.feasible).sum())
-    n_core, n_every = int((members & core).sum()), int((members & every).sum())
     return (
         Cell(", ".join(label_header(name) for name in value.parameters)),
         Cell(value_text(value)),
         Cell(f"{int(members.sum()):,}"),
         Cell(f"{feasible:,}", value=feasible),
-        Cell(f"{n_core:,}", value=n_core),
-        Cell(share(n_core, feasible)),
-        Cell(f"{n_every:,}", value=n_every),
-        Cell(share(n_every, feasible)),
+        *_count_cells(study, CORE, members),
+        *_count_cells(study, study.claim_sets["C1–C6"], members),
     )
 
 

@@ -49,8 +49,11 @@ def guarded_block(analysis: Analysis) -> Block | None:
 
 
 def _guarded_sentence(analysis: Analysis) -> str:
-    broken = [v.claim.id for v in analysis.guarded if not v.reproduced]
-    held = f"not so for {joined(broken)}" if broken else "all of them hold"
+    broken = [v.claim.id for v in analysis.guarded if v.reproduced is False]
+    undecided = [v.claim.id for v in analysis.guarded if v.reproduced is None]
+    parts = [f"not so for {joined(broken)}"] if broken else []
+    parts += [f"open for {joined(undecided)}"] if undecided else []
+    held = "; ".join(parts) or "all of them hold"
     required = joined([v.claim.id for v in analysis.guarded])
     return f"The experiment file requires {required}: {held}."
 

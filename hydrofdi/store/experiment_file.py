@@ -213,8 +213,22 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
         MATCHED_BASELINE: np.array(table.matched_baseline),
     }
     for variable, parameter in zip(_axis_variables(table), _plain_axes(table), strict=True):
-        columns[variable.name] = np.array([run.parameters.told(parameter) for run in table.runs])
+        columns[variable.name] = _axis_values(table, parameter)
     return columns
+
+
+def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
+    """Values of a swept parameter; NaN where a number is not set; all as texts where some are texts."""
+    values = [run.parameters.told(parameter) for run in table.runs]
+    if any(isinstance(value, str) for value in values):
+        return np.array([_as_text(value, parameter_unit(parameter) or "") for value in values], dtype=object)
+    return np.array([np.nan if value is None else value for value in values])
+
+
+def _as_text(value: Any, unit: str) -> str:
+    if value is None:
+        return ""
+    return f"{value:.15g} {unit}".strip() if isinstance(value, float) else str(value)
 
 
 def _plain_axes(table: RunTable) -> list[str]:
@@ -227,7 +241,10 @@ def _plain_axes(table: RunTable) -> list[str]:
 
 
 def _axis_variables(table: RunTable) -> list[Variable]:
-    return [
-        Variable(axis_variable(name), (RUN,), parameter_unit(name) or "", f"swept parameter {name}")
-        for name in _plain_axes(table)
-    ]
+    return [_axis_variable(table, name) for name in _plain_axes(table)]
+
+
+def _axis_variable(table: RunTable, parameter: str) -> Variable:
+    is_text = _axis_values(table, parameter).dtype == object
+    units = "" if is_text else parameter_unit(parameter) or ""
+    return Variable(axis_variable(parameter), (RUN,), units, f"swept parameter {parameter}")

@@ -8,6 +8,7 @@ import xarray
 
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.features import detail_rms
+from tests.conftest import sweep_in
 
 SIGNALS = {
     "piston_position": "m", "piston_velocity": "m s-1", "spool_position": "m", "chamber_1_pressure": "Pa",
@@ -98,3 +99,30 @@ def test_signals_that_were_not_kept_are_computed_when_they_are_asked_for(hydrofd
     with h5py.File(tmp_path / "results/small/small.h5") as file, h5py.File(small_sweep.file) as whole:
         for name in SIGNALS:
             np.testing.assert_array_equal(file[name], whole[name])
+
+
+UNSET = """\
+name: unset
+input: {period: 0.5 s}
+run: {duration: 2 s}
+store: {signals: none}
+sweep:
+  zip:
+    valve.largest_speed: [null, 10 mm/s]
+    pressure_1_sensor.bandwidth: [null, 100 Hz]
+    pressure_1_sensor.order: [ideal, first]
+    run.discard: [0.5 s, 1 period]
+"""
+
+
+def test_a_number_that_is_not_set_is_nan_and_texts_have_no_unit(tmp_path):
+    with h5py.File(sweep_in(tmp_path, UNSET).file) as file:
+        for name, values, units in (
+            ("valve_largest_speed", [np.nan, 0.01], "m/s"),
+            ("pressure_1_sensor_bandwidth", [np.nan, 100.0], "Hz"),
+        ):
+            np.testing.assert_array_equal(file[name][:], values)
+            assert file[name].attrs["units"] == units
+        assert list(file["run_discard"].asstr()[:]) == ["0.5 s", "1 period"]
+        assert list(file["pressure_1_sensor_order"].asstr()[:]) == ["ideal", "first"]
+        assert file["run_discard"].attrs["units"] == ""

@@ -11,7 +11,9 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.conftest import run_hydrofdi, sweep_in
+from hydrofdi.pipeline import read_results
+from hydrofdi.report.table import summarize_table
+from tests.conftest import REPOSITORY, run_hydrofdi, sweep_in, swept
 
 SWEEP = """\
 name: measured
@@ -80,3 +82,16 @@ def test_noisy_input_voltage_is_kept_for_every_run(tmp_path: Path) -> None:
     assert rows.shape == (4, 1000)
     assert len({row.tobytes() for row in rows}) == 4
     np.testing.assert_allclose(np.std(rows - np.round(rows), axis=1), 0.01, rtol=0.1)
+
+
+def test_ready_sweep_over_noise_shows_the_spread_of_the_healthy_actuator(tmp_path: Path) -> None:
+    config = REPOSITORY / "configs" / "sensor-noise.yaml"
+    sweep = swept(tmp_path, config, "--set", "run.duration=2 s")
+    table = summarize_table(read_results(sweep.directory))
+    spreads: dict[float, list[float]] = {}
+    for row in table.rows:
+        if row.is_sealed and row.labels["measurement.seed"] < 8:
+            spreads.setdefault(row.labels["pressure_1_sensor.noise"], []).append(row.delta_fixed[0])
+    assert [len(values) for values in spreads.values()] == [8, 8, 8]
+    deviations = [np.std(spreads[noise]) for noise in (1e3, 5e3, 20e3)]
+    assert 0.0 < deviations[0] < deviations[1] < deviations[2]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.assessment.forewarnings import NEAR_BAND_EDGE, period_count, place_in_bands, record_warnings
-from hydrofdi.assessment.selection import computed_rows
+from hydrofdi.assessment.selection import Selection, computed_rows
 from hydrofdi.assessment.sensor_noise import MUCH_NOISE, NoiseOfLevel, noise_of_levels
 from hydrofdi.assessment.step_limits import step_limits
 from hydrofdi.config import RunParameters
@@ -28,10 +28,12 @@ FULL_STROKE = 0.9
 
 @dataclass(frozen=True)
 class ModeOfRun:
-    """One EBM and leakage.
+    """One run.
 
     Attributes
     ----------
+    labels : dict
+        Further varied parameters → their values in SI.
     bulk_modulus, leakage_coefficient : float
         β [Pa] and K_i [m^3.5/kg^0.5].
     mean_leakage_flow, leakage_flow_at_reference : float
@@ -49,6 +51,7 @@ class ModeOfRun:
     status, verdict : str
     """
 
+    labels: dict[str, Any]
     bulk_modulus: float
     leakage_coefficient: float
     mean_leakage_flow: float
@@ -83,6 +86,8 @@ class Inspection:
         Share of each level's coefficients that depend on the extension of the record [-].
     noise : tuple of NoiseOfLevel
         Noise of the chamber-1 pressure sensor; empty where it has none.
+    n_left_out : int
+        Distinct runs of the experiment that are not among the modes.
     """
 
     step: float
@@ -93,6 +98,7 @@ class Inspection:
     n_period: float
     boundary_shares: tuple[float, ...]
     noise: tuple[NoiseOfLevel, ...]
+    n_left_out: int = 0
 
     @property
     def binding(self) -> str:
@@ -102,29 +108,30 @@ class Inspection:
     @property
     def problems(self) -> list[str]:
         """What makes results wrong."""
-        return list(_problems(self))
+        return list(dict.fromkeys(_problems(self)))
 
     @property
     def warnings(self) -> list[str]:
         """What results have to be read with."""
-        return list(_warnings(self))
+        return list(dict.fromkeys(_warnings(self)))
 
 
-def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) -> Inspection:
+def inspect_experiment(selection: Selection, runs: Iterable[RunParameters] = ()) -> Inspection:
     """Inspect the runs of an experiment; all are simulated once.
 
     Parameters
     ----------
-    jobs : sequence of Job
-        At least one, such as `select_jobs` gives.
+    selection : Selection
+        At least one run.
     runs : iterable of RunParameters
         Further runs, whose step limits and sensors count as well; they are not simulated.
     """
+    jobs = selection.jobs
     runs, rows = list(runs), computed_rows(jobs)
     nominal = jobs[0].parameters
     run, wavelet = nominal.run, nominal.wavelet
     bands = tuple(level_bands(run.sampling_frequency, wavelet.levels))
-    modes = [_mode_of_run(job, row, bands) for job, row in zip(jobs, rows, strict=True)]
+    modes = [_mode_of_run(job, row, bands, selection.labels) for job, row in zip(jobs, rows, strict=True)]
     limits = [_limits(job, mode) for job, mode in zip(jobs, modes, strict=True)]
     limits += [step_limits(parameters) for parameters in runs]
     return Inspection(
@@ -136,6 +143,7 @@ def inspect_experiment(jobs: Sequence[Job], runs: Iterable[RunParameters] = ()) 
         n_period=period_count(nominal),
         boundary_shares=tuple(boundary_shares(nominal.n_kept, wavelet)),
         noise=noise_of_levels([*(job.parameters for job in jobs), *runs], rows),
+        n_left_out=selection.n_left_out,
     )
 
 
@@ -153,7 +161,9 @@ def _limits(job: Job, mode: ModeOfRun) -> dict[str, float]:
     )
 
 
-def _mode_of_run(job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, float]]) -> ModeOfRun:
+def _mode_of_run(
+    job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, float]], labels: Sequence[str]
+) -> ModeOfRun:
     actuator = job.parameters.actuator
     stroke = actuator.chamber_volume / actuator.piston_area
     mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
@@ -161,6 +171,7 @@ def _mode_of_run(job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, 
     furthest = max(abs(float(row[f"piston_position_{end}"])) for end in ("min", "max"))
     level, octaves = place_in_bands(frequency, bands)
     return ModeOfRun(
+        labels={name: job.parameters.told(name) for name in labels},
         bulk_modulus=job.parameters.fluid.bulk_modulus,
         leakage_coefficient=job.leakage_coefficient,
         mean_leakage_flow=mean,
@@ -190,7 +201,11 @@ def _problems(found: Inspection) -> Iterator[str]:
 
 
 def _warnings(found: Inspection) -> Iterator[str]:
-    near = {mode.frequency: mode for mode in found.modes if mode.octaves_to_edge < NEAR_BAND_EDGE}
+    near = {
+        (f"{mode.frequency:.1f}", mode.bulk_modulus): mode
+        for mode in found.modes
+        if mode.octaves_to_edge < NEAR_BAND_EDGE
+    }
     for mode in near.values():
         yield (
             f"f_h = {mode.frequency:.1f} Hz at EBM {mode.bulk_modulus / 1e6:g} MPa is"

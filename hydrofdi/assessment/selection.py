@@ -1,8 +1,9 @@
-"""The runs of an experiment that are looked at: one for each EBM and leakage."""
+"""The runs of an experiment that are looked at before it is run."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,24 +15,75 @@ from hydrofdi.simulation.lanes import WIDTH
 
 Jobs = list[Job]
 
+MOST_RUNS = 60
+"""Runs of an experiment that are looked at; the others are left out."""
 
-def select_jobs(experiment: ExperimentConfig) -> Jobs:
-    """The first run of every EBM × leakage of an experiment, with its K_i and ideal sensors.
+
+@dataclass(frozen=True)
+class Selection:
+    """Runs to look at.
+
+    Attributes
+    ----------
+    jobs : list of Job
+        Distinct runs with their K_i and ideal sensors.
+    labels : tuple of str
+        Varied parameters, besides EBM, internal leakage and sensors.
+    n_left_out : int
+        Number of further distinct runs.
+    """
+
+    jobs: Jobs
+    labels: tuple[str, ...]
+    n_left_out: int
+
+
+def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selection:
+    """The runs of an experiment that differ in more than their sensors, up to a number.
+
+    Where there are more, the first run of every EBM × leakage is chosen, then the first of every
+    value of what varies besides. In an ensemble, a leakage that cannot be reached is a run without K_i.
 
     Raises
     ------
     ConfigError
         A leakage flow cannot be reached.
     """
-    chosen: dict[Any, RunSpec] = {}
-    for run in expand_runs(experiment).runs:
-        chosen.setdefault((run.parameters.fluid, run.parameters.leakage), run)
-    runs = list(chosen.values())
-    coefficients = leakage_coefficients(runs, InProcessEngine(), {})
+    table = expand_runs(experiment)
+    distinct: dict[Any, RunSpec] = {}
+    for run in table.runs:
+        distinct.setdefault(run.parameters.with_ideal_sensors(), run)
+    labels = tuple(name for name in table.axes if _is_label(name))
+    chosen = set(_most_different(list(distinct), labels)[:most])
+    return Selection(
+        _jobs([run for parameters, run in distinct.items() if parameters in chosen], experiment),
+        labels,
+        len(distinct) - len(chosen),
+    )
+
+
+def _most_different(distinct: list[RunParameters], labels: tuple[str, ...]) -> list[RunParameters]:
+    """Runs in the order in which they are chosen."""
+    modes: dict[Any, RunParameters] = {}
+    others: dict[Any, RunParameters] = {}
+    for parameters in distinct:
+        modes.setdefault((parameters.fluid, parameters.leakage), parameters)
+        others.setdefault(tuple(parameters.told(name) for name in labels), parameters)
+    return list(dict.fromkeys([*modes.values(), *others.values(), *distinct]))
+
+
+def _jobs(runs: Sequence[RunSpec], experiment: ExperimentConfig) -> Jobs:
+    coefficients = leakage_coefficients(runs, InProcessEngine(), {}, keep_unreachable=experiment.has_readings)
     return [
         Job(str(position), run.parameters.with_ideal_sensors(), coefficient)
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
     ]
+
+
+def _is_label(name: str) -> bool:
+    section = name.partition(".")[0]
+    usual = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
+    return name not in usual and section != "measurement" and not section.endswith("_sensor")
 
 
 def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:

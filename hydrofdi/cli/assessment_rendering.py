@@ -12,6 +12,7 @@ from rich.text import Text
 
 from hydrofdi.assessment import Convergence, Inspection, LeakageTarget
 from hydrofdi.cli.rendering import terminal
+from hydrofdi.report.wording import labels_text
 from hydrofdi.units import convert
 
 
@@ -26,6 +27,11 @@ def print_inspection(found: Inspection) -> None:
     console.print(f"{convert(found.step, 'ms'):g} ms; {found.binding} binds; stable up to [ms]: {limits}\n")
     console.print(Text("Hydraulic mode", style="bold"))
     console.print(_mode_table(found))
+    for text, number in _condition_marks(found).items():
+        if text:
+            console.print(f"({number}) {text}")
+    if found.n_left_out:
+        console.print(f"{found.n_left_out:,} further runs are left out")
     console.print()
     console.print(Text("Record", style="bold"))
     shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
@@ -44,10 +50,13 @@ def print_inspection(found: Inspection) -> None:
 
 
 def _mode_table(found: Inspection) -> Table:
+    marks = _condition_marks(found)
     table = _table(
         "EBM\nMPa", "K_i\nm³/s/√Pa", "leakage\nL/min", "of piston\nflow", "at 10 MPa\nL/min", "f_h\nHz",
         "ζ\n", "band\n", "octaves\nto edge", "stroke\nused",
     )  # fmt: skip
+    if len(marks) > 1:
+        table.add_column("see\nbelow", justify="right")
     for mode in found.modes:
         table.add_row(
             f"{convert(mode.bulk_modulus, 'MPa'):g}",
@@ -60,8 +69,15 @@ def _mode_table(found: Inspection) -> Table:
             _band_name(mode.level, len(found.bands)) if mode.status == "ok" else mode.status,
             _cell(mode.octaves_to_edge, ".2f"),
             _cell(mode.stroke_share, ".0%"),
+            *([f"({marks[labels_text(mode.labels)]})"] if len(marks) > 1 else []),
         )
     return table
+
+
+def _condition_marks(found: Inspection) -> dict[str, int]:
+    """Further parameters as text → the number that stands for them, in order of appearance."""
+    texts = dict.fromkeys(labels_text(mode.labels) for mode in found.modes)
+    return {text: number for number, text in enumerate(texts, 1)}
 
 
 def _noise_table(found: Inspection) -> Table:

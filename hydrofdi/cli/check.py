@@ -27,21 +27,21 @@ def check(
 
     Step, hydraulic mode and bands, record, leakage, stroke, sensor noise.
 
-    Every EBM and leakage is simulated once; step limits are those of all runs. Exit code 1 where results
-    would be wrong.
+    All runs that differ in more than their sensors are simulated, up to 60; step limits are those of all
+    runs. Exit code 1 where results would be wrong.
     """
     from hydrofdi.assessment import converge as halve_step
     from hydrofdi.assessment import inspect_experiment
-    from hydrofdi.assessment.selection import select_jobs
+    from hydrofdi.assessment.selection import select_runs
     from hydrofdi.cli.assessment_rendering import inspection_record, print_convergence, print_inspection
     from hydrofdi.cli.rendering import print_json, tell_unusual_values
     from hydrofdi.config import expand_runs, load_experiment
 
     experiment = load_experiment(config, settings or ())
     tell_unusual_values(experiment)
-    jobs = select_jobs(experiment)
-    inspection = inspect_experiment(jobs, (run.parameters for run in expand_runs(experiment).runs))
-    convergence = halve_step(jobs, tolerance) if converge else None
+    selection = select_runs(experiment)
+    inspection = inspect_experiment(selection, (run.parameters for run in expand_runs(experiment).runs))
+    convergence = halve_step(selection.jobs, tolerance) if converge else None
     if json:
         print_json(inspection_record(inspection, convergence))
     else:

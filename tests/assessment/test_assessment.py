@@ -14,7 +14,7 @@ import pywt
 
 from hydrofdi.assessment import calibrate_flows, converge, inspect_experiment
 from hydrofdi.assessment.forewarnings import place_in_bands
-from hydrofdi.assessment.selection import computed_rows, select_jobs
+from hydrofdi.assessment.selection import computed_rows, select_runs
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.wavelet import WaveletConfig
 from hydrofdi.features.wavelet import boundary_shares
@@ -59,26 +59,49 @@ def test_frequency_is_placed_in_its_band_with_the_distance_to_the_nearest_edge()
     assert place_in_bands(10.0, bands)[0] == 4
 
 
-def test_every_bulk_modulus_and_leakage_is_inspected_once(tmp_path: Path) -> None:
+def test_every_distinct_run_is_inspected_once(tmp_path: Path) -> None:
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP)
-    inspection = inspect_experiment(select_jobs(load_experiment(file)))
-    seen = {(mode.bulk_modulus, mode.leakage_coefficient) for mode in inspection.modes}
-    assert len(seen) == len(inspection.modes) == 6  # two leakages and the sealed baseline, at two EBM
+    inspection = inspect_experiment(select_runs(load_experiment(file)))
+    seen = {(m.bulk_modulus, m.leakage_coefficient, m.labels["friction.viscous"]) for m in inspection.modes}
+    assert (
+        len(seen) == len(inspection.modes) == 12
+    )  # two leakages and the sealed baseline, two EBM, two frictions
+    assert inspection.n_left_out == 0
     assert inspection.n_period == 2.0
 
 
+def test_runs_beyond_a_number_are_left_out_but_every_leakage_and_bulk_modulus_is_kept(tmp_path: Path) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(SWEEP)
+    selection = select_runs(load_experiment(file), most=7)
+    seen = {(job.parameters.fluid, job.parameters.leakage) for job in selection.jobs}
+    assert (len(seen), len(selection.jobs), selection.n_left_out) == (6, 7, 5)
+    assert {job.parameters.friction.viscous for job in selection.jobs} == {50.0, 60.0}
+
+
+def test_check_names_what_runs_differ_in_and_warns_once(tmp_path: Path) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(SWEEP.replace("friction.viscous: [50, 60]", "friction.law: [threshold, smooth]"))
+    printed = _run("check", str(file)).stdout
+    assert "(1) friction.law = threshold\n(2) friction.law = smooth\n" in printed
+    rows = re.findall(r"^(?:551|827) .*\((\d)\)$", printed, re.MULTILINE)
+    assert sorted(rows) == ["1"] * 6 + ["2"] * 6
+    warnings = [line for line in printed.splitlines() if line.startswith("warning")]
+    assert len(warnings) == len(set(warnings)) > 0
+
+
 def test_mode_near_a_band_edge_is_warned_of() -> None:
-    near = inspect_experiment(select_jobs(load_experiment(settings=SHORT)))
+    near = inspect_experiment(select_runs(load_experiment(settings=SHORT)))
     far = inspect_experiment(
-        select_jobs(load_experiment(settings=(*SHORT, "actuator.chamber_volume=150 cm^3")))
+        select_runs(load_experiment(settings=(*SHORT, "actuator.chamber_volume=150 cm^3")))
     )
     assert any("edge of a band" in warning and "59.6 Hz" in warning for warning in near.warnings)
     assert not any("at EBM 551 MPa" in w and "edge of a band" in w for w in far.warnings)
 
 
 def test_broken_period_is_warned_of() -> None:
-    jobs = select_jobs(load_experiment(settings=("run.duration=2 s", "input.period=1.6 s")))
+    jobs = select_runs(load_experiment(settings=("run.duration=2 s", "input.period=1.6 s")))
     assert any("1.25 periods" in warning for warning in inspect_experiment(jobs).warnings)
 
 
@@ -92,7 +115,7 @@ def test_check_says_no_where_the_step_is_unstable() -> None:
 
 
 def test_convergence_names_the_longest_step_whose_halving_changes_nothing_beyond_the_tolerance() -> None:
-    jobs = select_jobs(load_experiment(settings=SHORT))
+    jobs = select_runs(load_experiment(settings=SHORT)).jobs
     loose, tight = converge(jobs, 0.05), converge(jobs, 1e-4)
     assert loose.good_enough == pytest.approx(1e-4)
     assert tight.good_enough is not None
@@ -154,14 +177,14 @@ def test_sensor_noise_is_set_against_each_level_of_the_weakest_run(tmp_path: Pat
     file.write_text(SWEEP)
     quiet, noisy = (load_experiment(file, settings) for settings in ((), (NOISE,)))
     runs = [run.parameters for run in expand_runs(noisy).runs]
-    found = inspect_experiment(select_jobs(noisy), runs)
-    weakest = np.min([row["detail_rms"] for row in computed_rows(select_jobs(quiet))], axis=0)
+    found = inspect_experiment(select_runs(noisy), runs)
+    weakest = np.min([row["detail_rms"] for row in computed_rows(select_runs(quiet).jobs)], axis=0)
     np.testing.assert_allclose([level.weakest_rms for level in found.noise], weakest, rtol=1e-12)
     np.testing.assert_allclose([level.noise for level in found.noise], np.sqrt(9e6 + 16e6 / 12), rtol=1e-9)
     told = [warning for warning in found.warnings if "sensor noise" in warning]
     assert len(told) == sum(0.1 * weakest < 3214.55) > 0
     assert "weakest run's d1" in told[0]
-    assert inspect_experiment(select_jobs(quiet)).noise == ()
+    assert inspect_experiment(select_runs(quiet)).noise == ()
 
 
 def test_noisiest_sensor_of_a_sweep_counts() -> None:
@@ -172,7 +195,7 @@ def test_noisiest_sensor_of_a_sweep_counts() -> None:
             "pressure_2_sensor.noise=9 MPa",
         )
     )
-    found = inspect_experiment(select_jobs(swept), [run.parameters for run in expand_runs(swept).runs])
+    found = inspect_experiment(select_runs(swept), [run.parameters for run in expand_runs(swept).runs])
     np.testing.assert_allclose([level.noise for level in found.noise], 20e3)
 
 
@@ -184,7 +207,7 @@ def test_sensors_do_not_touch_what_is_inspected_or_calibrated() -> None:
         "measurement.jitter=0.1 ms",
     )
     plain, loud = (load_experiment(settings=settings) for settings in (SHORT, noisy))
-    assert inspect_experiment(select_jobs(plain)).modes == inspect_experiment(select_jobs(loud)).modes
+    assert inspect_experiment(select_runs(plain)).modes == inspect_experiment(select_runs(loud)).modes
     assert calibrate_flows(plain, [0.0, 1.5e-5]) == calibrate_flows(loud, [0.0, 1.5e-5])
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.features.wavelet import detail_coefficients
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.choice import run_position, shown_leakage
-from hydrofdi.report.figures.style import BLUE, ORANGE
+from hydrofdi.report.figures.style import BLUE, INK, ORANGE
 from hydrofdi.report.wording import mode_name
 from hydrofdi.store import Columns, names
 from hydrofdi.units import convert
@@ -50,25 +50,43 @@ def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
     panels = _PANELS + tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
     signals = {name: (columns[names.TIME], columns[name][0]) for name, _, _ in panels}
     figure = _draw([_lines(panels, signals, wavelet)], [title], [BLUE], _labels(panels, wavelet))
-    reference = columns[names.REFERENCE_POSITION][0]
-    if np.isfinite(reference).any():
-        stroke = figure.axes[[name for name, _, _ in panels].index("piston_position")]
-        stroke.plot(columns[names.TIME], 1e3 * reference, color=ORANGE, linewidth=0.7, label="reference")
-        stroke.legend(loc="upper right", frameon=False)
+    _draw_reference(
+        _stroke_axes(figure, 1)[0], columns[names.TIME], columns[names.REFERENCE_POSITION][0], ORANGE
+    )
     return figure
+
+
+def _stroke_axes(figure: Figure, n_column: int) -> list[Any]:
+    """The panels of the piston position, from left to right."""
+    row = [name for name, _, _ in _PANELS].index("piston_position")
+    return list(figure.axes[row * n_column : (row + 1) * n_column])
+
+
+def _draw_reference(axis: Any, time: NDArray[np.float64], reference: NDArray[np.float64], color: str) -> None:
+    """The position that a controller is to follow; nothing in open loop."""
+    if np.isfinite(reference).any():
+        axis.plot(time, 1e3 * reference, color=color, linewidth=0.7, linestyle="--", label="reference")
+        axis.legend(loc="upper right", frameon=True, edgecolor="none", framealpha=0.8)
 
 
 def draw_figure_2(analysis: Analysis) -> Figure:
     """Figure 2: (a) normal and (b) with the small leakage, both at the normal EBM."""
     grid, wavelet = analysis.grid, analysis.data.experiment.wavelet
-    titles, columns = [], []
+    titles, columns, references = [], [], []
     for letter, leakage in zip("ab", dict.fromkeys((0, shown_leakage(analysis))), strict=False):
         position = run_position(analysis, leakage, grid.normal)
         signals = {name: analysis.data.signal(name, position) for name, _, _ in _PANELS}
         columns.append(_lines(_PANELS, signals, wavelet))
+        is_closed = analysis.data.table.runs[position].parameters.control.is_closed
+        shown = analysis.data.signal(names.REFERENCE_POSITION, position) if is_closed else None
+        references.append(shown)
         flow = grid.leakage_flows[leakage - 1] if leakage else 0.0
         titles.append(f"({letter}) {mode_name(flow, grid.bulk_moduli[grid.normal])}")
-    return _draw(columns, titles, [BLUE, ORANGE], _labels(_PANELS, wavelet))
+    figure = _draw(columns, titles, [BLUE, ORANGE], _labels(_PANELS, wavelet))
+    for axis, shown in zip(_stroke_axes(figure, len(references)), references, strict=True):
+        if shown is not None:
+            _draw_reference(axis, *shown, INK)
+    return figure
 
 
 def _labels(panels: Panels, wavelet: Any) -> list[str]:

@@ -32,7 +32,7 @@ SIDEWAYS = {
 
 HOMES = {
     "h5py": ("store/",),
-    "pywt": ("features/wavelet.py", "config/wavelet.py", "config/parameters.py"),
+    "pywt": ("features/wavelet.py", "config/wavelet.py", "config/fit.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
     "yaml": ("config/yaml_source.py", "config/loading.py"),

@@ -188,7 +188,7 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
 
 
 def _job(run: RunSpec, run_id: str) -> Job:
-    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {}, keep_unreachable=True)
+    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {}, required="none")
     return Job(run_id, run.parameters, coefficient)
 
 

@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.pipeline.inspecting import Explanation
 from hydrofdi.report.document import Block, Cell, Document, Sheet
@@ -32,9 +33,9 @@ def tell(message: str) -> None:
     print(message, file=sys.stderr)
 
 
-def tell_unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> None:
-    """Warn of values that are far from the usual ones."""
-    for sentence in unusual_values(experiment, with_sweep=with_sweep):
+def tell_doubtful_settings(experiment: ExperimentConfig, *, with_sweep: bool = True) -> None:
+    """Warn of values that are far from the usual ones, and of parameters without effect."""
+    for sentence in unusual_values(experiment, with_sweep=with_sweep) + idle_parameters(experiment):
         tell(f"warning: {sentence}")
 
 

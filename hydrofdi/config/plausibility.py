@@ -36,10 +36,11 @@ def _stated_values(experiment: ExperimentConfig, with_sweep: bool) -> Iterator[t
             yield name, experiment.value(name)
     yield from experiment.baseline.items()
     for block in blocks:
-        yield from _block_values(block)
+        yield from block_values(block)
 
 
-def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
+def block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
+    """The parameters that vary in a block, each with every value or end of its distribution."""
     for axes in (block.grid, block.zip):
         for name, values in axes.items():
             yield from ((name, value) for value in values)
@@ -47,7 +48,7 @@ def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
         for kind, arguments in distribution.items():
             yield from ((name, value) for value in (arguments[:1] if kind == "normal" else arguments))
     for part in block.union:
-        yield from _block_values(part)
+        yield from block_values(part)
 
 
 def _sentences(name: str, values: Iterable[float]) -> Iterator[str]:

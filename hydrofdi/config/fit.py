@@ -60,7 +60,10 @@ def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> No
         return
     quantity = parse_rows(drive.file).quantity
     if control.is_closed and quantity != "position":
-        raise ValueError(f"input.file holds voltages; with control.law = {control.law} it is a position [m]")
+        raise ValueError(
+            f"input.file holds voltages; with control.law = {control.law} it is a position,"
+            " with a header such as 'time [s], position [mm]'"
+        )
     if not control.is_closed and quantity != "voltage":
         raise ValueError("input.file holds positions; in open loop the input is a voltage")
 

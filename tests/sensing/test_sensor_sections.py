@@ -40,7 +40,7 @@ def test_mistake_is_told(setting: str, sentence: str) -> None:
 def test_impossible_point_of_a_sweep_is_told_with_its_values() -> None:
     settings = ["sweep.grid.run.sampling_frequency=[500, 1000]", "measurement.jitter=0.4 ms"]
     experiment = load_experiment(None, [*settings, "store.signals=none"])
-    with pytest.raises(ConfigError, match=r"sampling_frequency = 1000: measurement.jitter = 0.0004 s"):
+    with pytest.raises(ConfigError, match=r"sampling_frequency = 1000 Hz: measurement.jitter = 0.0004 s"):
         expand_runs(experiment)
 
 

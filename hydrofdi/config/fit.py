@@ -6,10 +6,12 @@ from functools import lru_cache
 
 from hydrofdi.config.control import ControlConfig
 from hydrofdi.config.csv_input import parse_rows
+from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.load import LoadConfig
 from hydrofdi.config.run import RunConfig, is_whole, require_whole_discard
 from hydrofdi.config.sensor import MeasurementConfig
+from hydrofdi.config.supply import SupplyConfig
 from hydrofdi.config.wavelet import WaveletConfig
 
 MOST_OF_STEP_RATE = 0.05
@@ -41,6 +43,16 @@ def require_input_fits(drive: InputConfig, control: ControlConfig, run: RunConfi
         raise ValueError(
             f"harmonic {drive.harmonics} of input.period = {drive.period:g} s"
             f" is too fast for run.step = {run.step:g} s"
+        )
+
+
+def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
+    """The chambers do not start cavitating."""
+    start = 0.5 * (supply.pressure + supply.return_pressure)
+    if fluid.vapour_pressure >= start:
+        raise ValueError(
+            f"fluid.vapour_pressure = {fluid.vapour_pressure:g} Pa must be below the {start:g} Pa at which"
+            " the chambers start, the mean of supply and return pressure"
         )
 
 

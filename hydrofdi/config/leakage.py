@@ -61,7 +61,7 @@ class LeakageConfig(Section):
     onset_duration: Annotated[float, SI("s", above=0, usual=("1 ms", "24 h"))] = 1.0
     """Rise time of a ramp, or period of an intermittent leak [s]."""
 
-    onset_duty: Annotated[float, SI("1", least=0)] = 0.5
+    onset_duty: Annotated[float, SI("1", least=0, most=1)] = 0.5
     """Share of its period for which an intermittent leak is open [-]."""
 
     @model_validator(mode="after")

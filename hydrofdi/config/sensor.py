@@ -57,7 +57,12 @@ class SensorConfig(Section, Generic[Value, Deviation, Rate]):
         if self.bits is not None and (self.lowest is None or self.highest is None):
             raise ValueError("bits needs a range to divide; give lowest and highest")
         if self.lowest is not None and self.highest is not None and not self._span > 0.0:
-            raise ValueError(f"lowest = {self.lowest:g} must be below highest = {self.highest:g}")
+            unit = next(
+                part.unit for part in type(self).model_fields["bias"].metadata if isinstance(part, SI)
+            )
+            raise ValueError(
+                f"lowest = {self.lowest:g} {unit} must be below highest = {self.highest:g} {unit}"
+            )
         return self
 
     @cached_property

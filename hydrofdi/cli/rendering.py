@@ -123,6 +123,8 @@ def print_explanation(explanation: Explanation) -> None:
     console = terminal()
     console.print(Text(f"run {explanation.run_id}, row {explanation.position}", style="bold"))
     console.print(f"status    {explanation.status} {explanation.message}".rstrip())
+    for cause in explanation.causes:
+        console.print(f"because   {cause}")
     console.print(f"stored in {explanation.shard or 'nothing'}")
     grid = Table(title="differs from the fixed baseline in", title_justify="left", box=None, pad_edge=False)
     for header in ("parameter", "baseline", "run"):

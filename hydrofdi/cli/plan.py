@@ -92,8 +92,14 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
 def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
     from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 
-    parameters = plan.table.runs[position].parameters
-    values = {name: parameters.told(name) for name in plan.table.axes}
+    """What a point sets; of what varies elsewhere in a union only, what differs from the nominal run."""
+    experiment, parameters = plan.experiment, plan.table.runs[position].parameters
+    throughout = experiment.ensemble.names_throughout | experiment.sweep.names_throughout
+    values = {
+        name: parameters.told(name)
+        for name in plan.table.axes
+        if name in throughout or parameters.value(name) != experiment.value(name)
+    }
     sealed = {name: 0.0 for name in INTERNAL_LEAKAGE_FORMS if name in values and values[name] is None}
     return values | sealed
 
@@ -102,9 +108,12 @@ def _lines(record: dict[str, Any]) -> list[str]:
     from hydrofdi.report.table import label_header
 
     def point(values: dict[str, Any]) -> str:
-        return ", ".join(
-            f"{label_header(name)} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
-            for name, value in values.items()
+        return (
+            ", ".join(
+                f"{label_header(name)} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
+                for name, value in values.items()
+            )
+            or "nominal"
         )
 
     lines = [

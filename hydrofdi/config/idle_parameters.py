@@ -10,7 +10,6 @@ from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.parameters import RunParameters, parameter_names
 from hydrofdi.config.plausibility import block_values
 from hydrofdi.config.sensor import SensorConfig
-from hydrofdi.config.sweep import SweepConfig
 
 
 @dataclass(frozen=True)
@@ -102,14 +101,9 @@ def _sentence(name: str, needs: tuple[_Needs, ...], experiment: ExperimentConfig
 def _occurring_values(option: str, experiment: ExperimentConfig) -> Iterator[Any]:
     """The values that an option may have in some run."""
     blocks = [experiment.ensemble, experiment.sweep]
-    if not any(option in _varied_throughout(block) for block in blocks):
+    if not any(option in block.names_throughout for block in blocks):
         yield experiment.value(option)
     if option in experiment.baseline:
         yield experiment.baseline[option]
     for block in blocks:
         yield from (value for name, value in block_values(block) if name == option)
-
-
-def _varied_throughout(block: SweepConfig) -> set[str]:
-    """Parameters that vary in every point of a block, so that their nominal value never occurs."""
-    return {*block.grid, *block.zip, *(block.sample.over if block.sample else ())}

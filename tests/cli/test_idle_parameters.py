@@ -73,3 +73,13 @@ def test_the_table_names_parameters_and_values_that_exist():
         for need in needs:
             for value in need.only + need.but:
                 assert validate_parameter(need.option, value) == value
+
+
+LEAKY = "run: {duration: 2 s}\nleakage: {internal_coefficient: 1e-8}\n"
+UNION = "sweep: {union: [{grid: {friction.law: [smooth]}}, {grid: {leakage.law: [laminar]}}]}\n"
+
+
+def test_plan_shows_of_a_union_what_each_point_sets(hydrofdi, experiment_file):
+    lines = hydrofdi("plan", experiment_file(f"{LEAKY}{UNION}")).stdout.splitlines()
+    assert "first point  friction.law = smooth" in lines
+    assert "last point   leakage.law = laminar" in lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -12,6 +13,8 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+
+os.environ.pop("COLUMNS", None)  # the width of a terminal is none of the tests' business
 
 REPOSITORY = Path(__file__).parent.parent
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from hydrofdi.assessment.step_limits import step_warnings
 from hydrofdi.config import RunParameters
+from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import is_whole
 from hydrofdi.features.wavelet import boundary_shares, level_bands
 from hydrofdi.physics.hydraulic_mode import mode_frequency
@@ -29,7 +30,8 @@ def forewarnings(runs: Iterable[RunParameters]) -> list[str]:
     records = dict.fromkeys(
         (period_count(run), run.n_kept, run.wavelet) for run in distinct
     )  # many runs, few records
-    sentences = step_warnings(distinct) + band_warnings(distinct) + _onset_warnings(distinct)
+    sentences = step_warnings(distinct) + band_warnings(distinct)
+    sentences += _onset_warnings(distinct) + input_warnings(distinct)
     for n_period, n_kept, wavelet in records:
         sentences += record_warnings(n_period, boundary_shares(n_kept, wavelet))
     return list(dict.fromkeys(sentences))
@@ -59,6 +61,26 @@ def _onset_warnings(runs: Iterable[RunParameters]) -> list[str]:
         if run.leakage.onset == "intermittent"
         and run.leakage.onset_duration * run.run.sampling_frequency < FEW_SAMPLES
     ]
+
+
+def input_warnings(runs: Iterable[RunParameters]) -> list[str]:
+    """A sentence on each input that is faster than what a record shows."""
+    inputs = dict.fromkeys((run.input, run.run.sampling_frequency) for run in runs)
+    return [
+        f"{sentence} more than half of run.sampling_frequency = {sampling:g} Hz"
+        for drive, sampling in inputs
+        if (sentence := _fast_input(drive, 0.5 * sampling))
+    ]
+
+
+def _fast_input(drive: InputConfig, limit: float) -> str:
+    """What is faster than a limit [Hz]; empty where nothing is."""
+    if drive.shape == "sweep" and drive.end_frequency > limit:
+        return f"input.end_frequency = {drive.end_frequency:g} Hz is"
+    highest = drive.harmonics / drive.period
+    if drive.shape == "multisine" and highest > limit:
+        return f"input.harmonics = {drive.harmonics} reach {highest:g} Hz,"
+    return ""
 
 
 def record_warnings(n_period: float, boundary: Sequence[float]) -> Iterator[str]:

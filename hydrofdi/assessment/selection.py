@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +73,8 @@ def _most_different(distinct: list[RunParameters], labels: tuple[str, ...]) -> l
 
 
 def _jobs(runs: Sequence[RunSpec], experiment: ExperimentConfig) -> Jobs:
-    coefficients = leakage_coefficients(runs, InProcessEngine(), {}, keep_unreachable=experiment.has_readings)
+    required: Literal["any", "none"] = "none" if experiment.has_readings else "any"
+    coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)
     return [
         Job(str(position), run.parameters.with_ideal_sensors(), coefficient)
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))

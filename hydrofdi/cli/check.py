@@ -34,11 +34,11 @@ def check(
     from hydrofdi.assessment import inspect_experiment
     from hydrofdi.assessment.selection import select_runs
     from hydrofdi.cli.assessment_rendering import inspection_record, print_convergence, print_inspection
-    from hydrofdi.cli.rendering import print_json, tell_unusual_values
+    from hydrofdi.cli.rendering import print_json, tell_doubtful_settings
     from hydrofdi.config import expand_runs, load_experiment
 
     experiment = load_experiment(config, settings or ())
-    tell_unusual_values(experiment)
+    tell_doubtful_settings(experiment)
     selection = select_runs(experiment)
     inspection = inspect_experiment(selection, (run.parameters for run in expand_runs(experiment).runs))
     convergence = halve_step(selection.jobs, tolerance) if converge else None

@@ -45,11 +45,11 @@ def show_plan(
     experiment: ExperimentConfig, directory: Path, workers: int | None, *, retry_failed: bool, json: bool
 ) -> int:
     """Print the plan of a sweep."""
-    from hydrofdi.cli.rendering import print_json, tell_unusual_values, write_out
+    from hydrofdi.cli.rendering import print_json, tell_doubtful_settings, write_out
     from hydrofdi.execution import available_cores
     from hydrofdi.pipeline import plan_sweep, predict
 
-    tell_unusual_values(experiment)
+    tell_doubtful_settings(experiment)
     workers = workers or available_cores()
     sweep_plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
     record = _record(sweep_plan, predict(sweep_plan, workers), workers)
@@ -62,6 +62,7 @@ def show_plan(
 
 def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, Any]:
     from hydrofdi.config.csv_input import brief
+    from hydrofdi.config.idle_parameters import idle_parameters
     from hydrofdi.config.plausibility import unusual_values
 
     n_run = len(plan.run_ids)
@@ -84,14 +85,21 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "free_bytes": prediction.free_bytes,
         "warnings": plan.warnings(prediction),
         "unusual_values": unusual_values(plan.experiment),
+        "idle_parameters": idle_parameters(plan.experiment),
     }
 
 
 def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
     from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 
-    parameters = plan.table.runs[position].parameters
-    values = {name: parameters.told(name) for name in plan.table.axes}
+    """What a point sets; of what varies elsewhere in a union only, what differs from the nominal run."""
+    experiment, parameters = plan.experiment, plan.table.runs[position].parameters
+    throughout = experiment.ensemble.names_throughout | experiment.sweep.names_throughout
+    values = {
+        name: parameters.told(name)
+        for name in plan.table.axes
+        if name in throughout or parameters.value(name) != experiment.value(name)
+    }
     sealed = {name: 0.0 for name in INTERNAL_LEAKAGE_FORMS if name in values and values[name] is None}
     return values | sealed
 
@@ -100,9 +108,12 @@ def _lines(record: dict[str, Any]) -> list[str]:
     from hydrofdi.report.table import label_header
 
     def point(values: dict[str, Any]) -> str:
-        return ", ".join(
-            f"{label_header(name)} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
-            for name, value in values.items()
+        return (
+            ", ".join(
+                f"{label_header(name)} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
+                for name, value in values.items()
+            )
+            or "nominal"
         )
 
     lines = [

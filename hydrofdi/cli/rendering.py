@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.pipeline.inspecting import Explanation
 from hydrofdi.report.document import Block, Cell, Document, Sheet
@@ -23,6 +27,17 @@ _PLAIN_WIDTH = 100
 """Columns of text where the output is no terminal."""
 
 
+_ANY_WIDTH, _SENTENCE_WIDTH = 10_000, 30
+_UNIT, _WORD, _DOT, _UNDERSCORE = r" (?=\[)", " ", r"(?<=\w\.)", r"(?<=\w_)(?=\w\w)"
+_HEADER_FORMS = (
+    (r"(?!)", 2),
+    (_UNIT, 2),
+    (f"{_WORD}|{_DOT}", 2),
+    (f"{_WORD}|{_DOT}|{_UNDERSCORE}", 2),
+    (f"{_WORD}|{_DOT}|{_UNDERSCORE}", 1),
+)
+"""Where headings are broken, and the gap between columns; the narrowest last."""
+
 _FILES_ONLY = ("provenance", "signals", "checks")
 """Sections and tables that the terminal leaves out."""
 
@@ -32,9 +47,9 @@ def tell(message: str) -> None:
     print(message, file=sys.stderr)
 
 
-def tell_unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> None:
-    """Warn of values that are far from the usual ones."""
-    for sentence in unusual_values(experiment, with_sweep=with_sweep):
+def tell_doubtful_settings(experiment: ExperimentConfig, *, with_sweep: bool = True) -> None:
+    """Warn of values that are far from the usual ones, and of parameters without effect."""
+    for sentence in unusual_values(experiment, with_sweep=with_sweep) + idle_parameters(experiment):
         tell(f"warning: {sentence}")
 
 
@@ -57,8 +72,12 @@ class _PipedConsole(Console):
 
 
 def terminal() -> Console:
-    """The console on standard output, of fixed width where it is no terminal."""
-    return _PipedConsole(width=None if sys.stdout.isatty() else _PLAIN_WIDTH, highlight=False, markup=False)
+    """The console on standard output; where it is no terminal, as wide as ``COLUMNS`` says, or 100."""
+    stated = os.environ.get("COLUMNS", "")
+    width = int(stated) if stated.isdecimal() and int(stated) > 0 else None
+    if width is None and not sys.stdout.isatty():
+        width = _PLAIN_WIDTH
+    return _PipedConsole(width=width, highlight=False, markup=False)
 
 
 def print_run(summary: RunSummary) -> None:
@@ -93,18 +112,34 @@ def _print_block(console: Console, block: Block) -> None:
         if sheet.key not in _FILES_ONLY:
             console.print()
             console.print(Text(sheet.title, style="italic"))
-            console.print(_grid(sheet))
+            console.print(_fitting_grid(sheet, console))
             if sheet.note:
                 console.print(Text(sheet.note, style="dim"))
 
 
-def _grid(sheet: Sheet) -> Table:
-    grid = Table(box=None, pad_edge=False)
-    for column, header in enumerate(sheet.headers):
+def _fitting_grid(sheet: Sheet, console: Console) -> Table:
+    """A table whose headings are broken at units, dots and underscores as far as its width asks for."""
+    unlimited = console.options.update(width=_ANY_WIDTH)
+    room = console.width + sum(_foldable(sheet, column) for column in sheet.text_columns)
+    for breaks, gap in _HEADER_FORMS:
+        grid = _grid(sheet, [re.sub(breaks, "\n", header) for header in sheet.headers], gap)
+        if console.measure(grid, options=unlimited).maximum <= room:
+            break
+    return grid
+
+
+def _foldable(sheet: Sheet, column: int) -> int:
+    """Characters of a column of sentences that go into further lines."""
+    return max([0, *(len(row[column].text) + 1 - _SENTENCE_WIDTH for row in sheet.rows)])
+
+
+def _grid(sheet: Sheet, headers: Sequence[str], gap: int) -> Table:
+    grid = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0))
+    for column, header in enumerate(headers):
         if column in sheet.text_columns:
             grid.add_column(header, overflow="fold")
         else:
-            grid.add_column(f"{header} ", justify="right", overflow="fold")
+            grid.add_column(header.replace("\n", " \n") + " ", justify="right", overflow="fold")
     for position, row in enumerate(sheet.rows):
         if position in sheet.breaks:
             grid.add_row()
@@ -122,6 +157,8 @@ def print_explanation(explanation: Explanation) -> None:
     console = terminal()
     console.print(Text(f"run {explanation.run_id}, row {explanation.position}", style="bold"))
     console.print(f"status    {explanation.status} {explanation.message}".rstrip())
+    for cause in explanation.causes:
+        console.print(f"because   {cause}")
     console.print(f"stored in {explanation.shard or 'nothing'}")
     grid = Table(title="differs from the fixed baseline in", title_justify="left", box=None, pad_edge=False)
     for header in ("parameter", "baseline", "run"):

@@ -38,14 +38,14 @@ def simulate(
     A sweep in the file is left aside.
     """
     from hydrofdi.assessment import forewarnings
-    from hydrofdi.cli.rendering import print_json, print_run, tell, tell_unusual_values
+    from hydrofdi.cli.rendering import print_json, print_run, tell, tell_doubtful_settings
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import simulate_nominal, write_single_run
     from hydrofdi.report.run_summary import run_record, summarize_run
     from hydrofdi.store.files import require_replaceable
 
     experiment = load_experiment(config, settings or ())
-    tell_unusual_values(experiment, with_sweep=False)
+    tell_doubtful_settings(experiment, with_sweep=False)
     if out is not None:
         require_replaceable(out)
     single = simulate_nominal(experiment, None if solver is None else solver.value)

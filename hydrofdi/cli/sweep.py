@@ -54,7 +54,7 @@ def sweep(
     from dataclasses import asdict
 
     from hydrofdi.cli.plan import show_plan
-    from hydrofdi.cli.rendering import print_json, tell, tell_unusual_values
+    from hydrofdi.cli.rendering import print_json, tell, tell_doubtful_settings
     from hydrofdi.cli.watching import SweepWatcher
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import experiment_directory, run_sweep
@@ -64,7 +64,7 @@ def sweep(
     directory = experiment_directory(experiment, out)
     if dry_run:
         return show_plan(experiment, directory, workers, retry_failed=retry_failed, json=json)
-    tell_unusual_values(experiment)
+    tell_doubtful_settings(experiment)
     chosen = make_engine(engine.value, workers, scheduler, shared_directory=shared_directory)
     with SweepWatcher() as watcher:
         summary = run_sweep(experiment, directory, chosen, watcher, retry_failed=retry_failed)

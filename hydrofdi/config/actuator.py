@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
+
+from pydantic import model_validator
 
 from hydrofdi.config.quantities import SI, Section
 
@@ -33,3 +35,13 @@ class ActuatorConfig(Section):
 
     end_stop_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 kN/m", "100 GN/m"))] = 20e6
     """Stiffness of an end stop [N/m]. A choice, well above that of the fluid."""
+
+    @model_validator(mode="after")
+    def _end_stops_lie_within_the_cylinder(self) -> Self:
+        stroke = self.chamber_volume / self.piston_area
+        if self.end_stops == "elastic" and self.end_stop_position >= stroke:
+            raise ValueError(
+                f"end_stop_position = {self.end_stop_position:g} m must be below V/A = {stroke:.4g} m,"
+                " where a chamber vanishes"
+            )
+        return self

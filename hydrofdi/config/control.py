@@ -21,11 +21,11 @@ class ControlConfig(Section):
     proportional_gain: Annotated[float, SI("V/m", least=0, usual=("0.01 V/m", "1000000 V/m"))] = 100.0
     """Gain K_p [V/m]. A choice: a crossover near 1 Hz, well below the hydraulic mode."""
 
-    integral_gain: Annotated[float, SI("V/(m*s)", least=0)] = 100.0
+    integral_gain: Annotated[float, SI("V/(m*s)", least=0, usual=("0.01 V/(m*s)", "1e7 V/(m*s)"))] = 100.0
     """Gain K_I of the laws ``pi`` and ``pid`` [V/(m·s)]. A choice. The integral is held while the voltage
     is limited and the error would drive it further."""
 
-    derivative_gain: Annotated[float, SI("V*s/m", least=0)] = 0.5
+    derivative_gain: Annotated[float, SI("V*s/m", least=0, usual=("1e-5 V*s/m", "10000 V*s/m"))] = 0.5
     """Gain K_D of the law ``pid`` [V·s/m]. A choice."""
 
     sample_time: Annotated[float, SI("s", above=0, usual=("1 µs", "1 s"))] = 2e-3

@@ -33,6 +33,9 @@ _MOST_BYTES = 100 * MOST_ROWS
 _TOLD_MISTAKES = 5
 _UNITS = {"voltage": "V", "position": "m"}
 _TITLE = re.compile(r"\s*([^\[\]()]*?)\s*(?:\[([^\[\]]*)\])?\s*")
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+_DIGITS = re.compile(r"\s*[-+]?\d+\s*")
+_POINT = "decimals take a point, not a comma"
 _ONE = Fraction(1)
 
 
@@ -118,9 +121,9 @@ def parse_rows(text: str) -> HeldRows:
     if not lines:
         raise CsvError([(0, "holds no rows of time and voltage")])
     separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
-    cells = [(n, line.split(separator)) for n, line in lines]
+    cells = [(n, [_unquoted(cell) for cell in line.split(separator)]) for n, line in lines]
     quantity, units = "voltage", (parse_unit("s"), parse_unit("V"))
-    if not _is_number(cells[0][1][0]):
+    if not _is_number(first := cells[0][1][0]) and not _DECIMAL_COMMA.fullmatch(first):
         quantity, units = _header(*cells.pop(0))
     if not 1 <= len(cells) <= MOST_ROWS:
         raise CsvError([(0, f"holds {len(cells)} rows; needs 1 to {MOST_ROWS}")])
@@ -191,13 +194,19 @@ def _header(line: int, titles: list[str]) -> tuple[str, tuple[Unit, Unit]]:
     raise CsvError([(line, message)])
 
 
+def _unquoted(cell: str) -> str:
+    inner = cell.strip()
+    return inner[1:-1] if len(inner) > 1 and inner[0] == inner[-1] and inner[0] in "\"'" else cell
+
+
 def _require_two(line: int, cells: list[str]) -> None:
     if len(cells) != 2:
         raise CsvError([(line, _columns_message(cells))])
 
 
 def _columns_message(cells: list[str]) -> str:
-    return f"expected two columns, time and voltage; found {len(cells)}"
+    hint = f"; {_POINT}" if len(cells) in (3, 4) and all(map(_DIGITS.fullmatch, cells)) else ""
+    return f"expected two columns, time and voltage; found {len(cells)}{hint}"
 
 
 def _numbers(
@@ -219,7 +228,8 @@ def _numbers(
 def _number(text: str, factor: Fraction) -> float:
     """A finite number in SI."""
     if not _is_number(text):
-        raise ValueError(f"{text.strip()[:40]!r} is not a number")
+        hint = f"; {_POINT}" if _DECIMAL_COMMA.fullmatch(text) else ""
+        raise ValueError(f"{text.strip()[:40]!r} is not a number{hint}")
     value = float(text)
     if not math.isfinite(value):
         raise ValueError(f"{text.strip()[:40]!r} is not a finite number")

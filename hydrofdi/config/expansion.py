@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -14,7 +14,7 @@ from hydrofdi.config.csv_input import brief
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.leakage import LeakageConfig
 from hydrofdi.config.mistakes import describe_error
-from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.parameters import RunParameters, parameter_names, parameter_unit
 from hydrofdi.config.points import Point, sweep_points
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import ConfigError, Mistake
@@ -170,10 +170,29 @@ def _with_values(parameters: RunParameters, values: Mapping[str, Any]) -> RunPar
     try:
         return parameters.with_values(values)
     except ValueError as error:
-        point = ", ".join(f"{name} = {value:g}" if isinstance(value, float) else f"{name} = {brief(value)}"
-                          for name, value in values.items())  # fmt: skip
         reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
-        raise ConfigError([Mistake(f"at {point}: {reason}", "sweep")]) from None
+        raise ConfigError([Mistake(f"at {told_values(values)}: {reason}", "sweep")]) from None
+
+
+def told_values(values: Mapping[str, Any]) -> str:
+    """Values of dotted parameters in SI, for people: ``valve.lap = 5e-05 m, fluid.law = free_air``."""
+    return ", ".join(f"{name} = {told_value(name, value)}" for name, value in values.items())
+
+
+def told_value(name: str, value: Any) -> str:
+    """A value of a dotted parameter in SI, for people."""
+    unit = parameter_unit(name)
+    if not isinstance(value, float) or unit is None:
+        return str(brief(value))
+    return f"{value:g}" if unit == "1" else f"{value:g} {unit.replace('*', '·')}"
+
+
+def varied_parameters(runs: Iterable[RunParameters]) -> list[str]:
+    """The dotted parameters that are not the same in all runs."""
+    first, *others = list(dict.fromkeys(runs))
+    return [
+        name for name in parameter_names() if any(other.value(name) != first.value(name) for other in others)
+    ]
 
 
 def _with_plain_sealed_state(parameters: RunParameters) -> RunParameters:

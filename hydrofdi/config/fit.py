@@ -6,10 +6,12 @@ from functools import lru_cache
 
 from hydrofdi.config.control import ControlConfig
 from hydrofdi.config.csv_input import parse_rows
+from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.load import LoadConfig
 from hydrofdi.config.run import RunConfig, is_whole, require_whole_discard
 from hydrofdi.config.sensor import MeasurementConfig
+from hydrofdi.config.supply import SupplyConfig
 from hydrofdi.config.wavelet import WaveletConfig
 
 MOST_OF_STEP_RATE = 0.05
@@ -44,6 +46,16 @@ def require_input_fits(drive: InputConfig, control: ControlConfig, run: RunConfi
         )
 
 
+def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
+    """The chambers do not start cavitating."""
+    start = 0.5 * (supply.pressure + supply.return_pressure)
+    if fluid.vapour_pressure >= start:
+        raise ValueError(
+            f"fluid.vapour_pressure = {fluid.vapour_pressure:g} Pa must be below the {start:g} Pa at which"
+            " the chambers start, the mean of supply and return pressure"
+        )
+
+
 def require_load_fits(load: LoadConfig, run: RunConfig) -> None:
     """The levels of a pseudo-random load are held for whole steps."""
     if load.random_force:
@@ -60,7 +72,10 @@ def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> No
         return
     quantity = parse_rows(drive.file).quantity
     if control.is_closed and quantity != "position":
-        raise ValueError(f"input.file holds voltages; with control.law = {control.law} it is a position [m]")
+        raise ValueError(
+            f"input.file holds voltages; with control.law = {control.law} it is a position,"
+            " with a header such as 'time [s], position [mm]'"
+        )
     if not control.is_closed and quantity != "voltage":
         raise ValueError("input.file holds positions; in open loop the input is a voltage")
 

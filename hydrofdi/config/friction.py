@@ -22,7 +22,7 @@ class FrictionConfig(Section):
     transition: Annotated[float, SI("s/m", least=0, usual=("0.01 s/m", "100000 s/m"))] = 40.0
     """Transition coefficient c_v from breakaway to Coulomb friction [s/m]. Table 1, legible as "4"."""
 
-    scale: Annotated[float, SI("1", least=0)] = 1.0
+    scale: Annotated[float, SI("1", least=0, usual=("0.001", "1000"))] = 1.0
     """Factor on the dry friction, F_c and F_brk (and σ_0, σ_1) together [-]. 1 is the paper; what dry
     friction does to the indicator is named there as future work."""
 

@@ -55,13 +55,13 @@ class LeakageConfig(Section):
     """K_i over time. ``constant``: from the start (paper). ``step``: from ``onset_time`` on. ``ramp``: rising
     over ``onset_duration``. ``intermittent``: open for a share ``onset_duty`` of every ``onset_duration``."""
 
-    onset_time: Annotated[float, SI("s", least=0)] = 0.0
+    onset_time: Annotated[float, SI("s", least=0, usual=("1 µs", "24 h"))] = 0.0
     """Time at which the internal leakage sets in [s]."""
 
-    onset_duration: Annotated[float, SI("s", above=0)] = 1.0
+    onset_duration: Annotated[float, SI("s", above=0, usual=("1 ms", "24 h"))] = 1.0
     """Rise time of a ramp, or period of an intermittent leak [s]."""
 
-    onset_duty: Annotated[float, SI("1", least=0)] = 0.5
+    onset_duty: Annotated[float, SI("1", least=0, most=1)] = 0.5
     """Share of its period for which an intermittent leak is open [-]."""
 
     @model_validator(mode="after")

@@ -13,6 +13,7 @@ from hydrofdi.config.actuator import ActuatorConfig
 from hydrofdi.config.control import ControlConfig
 from hydrofdi.config.csv_input import brief
 from hydrofdi.config.fit import (
+    require_fluid_fits,
     require_input_fits,
     require_jitter_fits,
     require_load_fits,
@@ -120,11 +121,14 @@ class RunParameters(Section):
             The sections do not fit each other.
         """
         moved = self.model_copy(update=sections)
+        if not sections.keys().isdisjoint(("fluid", "supply")):
+            require_fluid_fits(moved.fluid, moved.supply)
         if not sections.keys().isdisjoint(("input", "control", "load", "run", "wavelet", "measurement")):
             moved._require_fit()
         return moved
 
     def _require_fit(self) -> None:
+        require_fluid_fits(self.fluid, self.supply)
         require_input_fits(self.input, self.control, self.run)
         require_load_fits(self.load, self.run)
         require_record_fits(self.n_kept, self.wavelet)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from hydrofdi.config.csv_input import parse_rows
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.parameters import parameter_names, parameter_quantity
 from hydrofdi.config.quantities import SI
@@ -21,11 +22,14 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
     with_sweep : bool
         Whether values of ``sweep`` and ``ensemble`` count; without them, the nominal run is looked at.
     """
-    values: dict[str, set[float]] = {}
+    values: dict[str, dict[Any, None]] = {}
     for name, value in _stated_values(experiment, with_sweep):
-        if isinstance(value, float) and value != 0.0:
-            values.setdefault(name, set()).add(value)
-    return [sentence for name in values for sentence in _sentences(name, values[name])]
+        values.setdefault(name, {})[value] = None
+    sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
+    longest = max(value for value in values["run.duration"] if isinstance(value, float))
+    for file in values["input.file"]:
+        sentences += _file_sentences(file, longest) if isinstance(file, str) else ()
+    return sentences
 
 
 def _stated_values(experiment: ExperimentConfig, with_sweep: bool) -> Iterator[tuple[str, Any]]:
@@ -36,10 +40,11 @@ def _stated_values(experiment: ExperimentConfig, with_sweep: bool) -> Iterator[t
             yield name, experiment.value(name)
     yield from experiment.baseline.items()
     for block in blocks:
-        yield from _block_values(block)
+        yield from block_values(block)
 
 
-def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
+def block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
+    """The parameters that vary in a block, each with every value or end of its distribution."""
     for axes in (block.grid, block.zip):
         for name, values in axes.items():
             yield from ((name, value) for value in values)
@@ -47,14 +52,15 @@ def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
         for kind, arguments in distribution.items():
             yield from ((name, value) for value in (arguments[:1] if kind == "normal" else arguments))
     for part in block.union:
-        yield from _block_values(part)
+        yield from block_values(part)
 
 
-def _sentences(name: str, values: Iterable[float]) -> Iterator[str]:
+def _sentences(name: str, stated: Iterable[Any]) -> Iterator[str]:
     quantity = parameter_quantity(name)
     if quantity is None or quantity.usual is None:
         return
     low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
+    values = [value for value in stated if isinstance(value, float) and value != 0.0]
     below = sorted((value for value in values if abs(value) < low), key=abs)
     above = sorted((value for value in values if abs(value) > high), key=abs, reverse=True)
     for side, found in (("below", below), ("above", above)):
@@ -69,4 +75,20 @@ def _sentence(name: str, quantity: SI, side: str, found: list[float]) -> str:
         value = f"{value} {quantity.unit.replace('*', '·')}"
         reason = "; a number without a unit is in SI"
     low, high = (bound.replace("*", "·") for bound in quantity.usual or ())
-    return f"{name} = {value}{others} is far {side} the usual {low} … {high}{reason}"
+    place = side if found[0] > 0.0 else {"above": "beyond", "below": "short of"}[side]
+    return f"{name} = {value}{others} is far {place} the usual {low} … {high}{reason}"
+
+
+def _file_sentences(text: str, duration: float) -> Iterator[str]:
+    """What is strange about the rows of a file, for the longest record."""
+    file, rows = text.partition("\n")[0].removeprefix("# "), parse_rows(text)
+    n_late = int((rows.times > duration).sum())
+    if n_late:
+        yield (
+            f"input.file = {file}: {n_late} of {len(rows.times)} rows lie beyond"
+            f" run.duration = {duration:g} s, the last at {rows.times[-1]:g} s"
+        )
+    amplitude = "input.amplitude" if rows.quantity == "voltage" else "control.amplitude"
+    largest = float(abs(rows.values).max())
+    for sentence in _sentences(amplitude, [largest]):
+        yield f"input.file = {file}: the largest {rows.quantity}{sentence.removeprefix(amplitude)}"

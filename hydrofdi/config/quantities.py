@@ -42,7 +42,7 @@ class SI:
     Attributes
     ----------
     unit : str
-    above, least : float, optional
+    above, least, most : float, optional
         Limits of what is allowed, in the unit.
     usual : tuple of (str, str), optional
         Generous ends of what actuators have; a size beyond them, other than zero, is probably a slip.
@@ -51,11 +51,12 @@ class SI:
     unit: str
     above: float | None = None
     least: float | None = None
+    most: float | None = None
     usual: tuple[str, str] | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Parse, then check the limits."""
-        number = core_schema.float_schema(gt=self.above, ge=self.least, allow_inf_nan=False)
+        number = core_schema.float_schema(gt=self.above, ge=self.least, le=self.most, allow_inf_nan=False)
         return core_schema.no_info_before_validator_function(self.parse, number)
 
     def __get_pydantic_json_schema__(

@@ -23,11 +23,11 @@ class SensorConfig(Section, Generic[Value, Deviation, Rate]):
     """Dynamics. ``ideal``: follows at once. ``first``: first-order lag. ``second``: second-order lag with
     ``damping_ratio``. Either starts at rest at the record's first value."""
 
-    bandwidth: Annotated[float, SI("Hz", above=0)] | None = None
+    bandwidth: Annotated[float, SI("Hz", above=0, usual=("0.01 Hz", "1 MHz"))] | None = None
     """Corner frequency of a first-order sensor, where its gain is −3 dB, or undamped natural frequency of a
     second-order one, where its gain is 1/(2 ``damping_ratio``) [Hz]."""
 
-    damping_ratio: Annotated[float, SI("1", above=0)] = 0.7
+    damping_ratio: Annotated[float, SI("1", above=0, usual=("0.05", "5"))] = 0.7
     """Damping ratio of a second-order sensor [-]. A choice: about the flattest gain."""
 
     noise: Deviation = _NONE_OF_IT
@@ -57,7 +57,12 @@ class SensorConfig(Section, Generic[Value, Deviation, Rate]):
         if self.bits is not None and (self.lowest is None or self.highest is None):
             raise ValueError("bits needs a range to divide; give lowest and highest")
         if self.lowest is not None and self.highest is not None and not self._span > 0.0:
-            raise ValueError(f"lowest = {self.lowest:g} must be below highest = {self.highest:g}")
+            unit = next(
+                part.unit for part in type(self).model_fields["bias"].metadata if isinstance(part, SI)
+            )
+            raise ValueError(
+                f"lowest = {self.lowest:g} {unit} must be below highest = {self.highest:g} {unit}"
+            )
         return self
 
     @cached_property
@@ -79,28 +84,40 @@ class SensorConfig(Section, Generic[Value, Deviation, Rate]):
 
 class PressureSensorConfig(
     SensorConfig[
-        Annotated[float, SI("Pa")], Annotated[float, SI("Pa", least=0)], Annotated[float, SI("Pa/s")]
+        Annotated[float, SI("Pa", usual=("100 Pa", "1 GPa"))],
+        Annotated[float, SI("Pa", least=0, usual=("10 Pa", "10 MPa"))],
+        Annotated[float, SI("Pa/s", usual=("0.01 Pa/s", "10 MPa/s"))],
     ]
 ):
     """Pressure sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
 
 
 class LengthSensorConfig(
-    SensorConfig[Annotated[float, SI("m")], Annotated[float, SI("m", least=0)], Annotated[float, SI("m/s")]]
+    SensorConfig[
+        Annotated[float, SI("m", usual=("10 nm", "10 m"))],
+        Annotated[float, SI("m", least=0, usual=("1 nm", "10 mm"))],
+        Annotated[float, SI("m/s", usual=("0.1 nm/s", "1 m/s"))],
+    ]
 ):
     """Position sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
 
 
 class VelocitySensorConfig(
     SensorConfig[
-        Annotated[float, SI("m/s")], Annotated[float, SI("m/s", least=0)], Annotated[float, SI("m/s^2")]
+        Annotated[float, SI("m/s", usual=("1 µm/s", "100 m/s"))],
+        Annotated[float, SI("m/s", least=0, usual=("0.1 µm/s", "1 m/s"))],
+        Annotated[float, SI("m/s^2", usual=("0.01 µm/s^2", "10 m/s^2"))],
     ]
 ):
     """Velocity sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
 
 
 class VoltageSensorConfig(
-    SensorConfig[Annotated[float, SI("V")], Annotated[float, SI("V", least=0)], Annotated[float, SI("V/s")]]
+    SensorConfig[
+        Annotated[float, SI("V", usual=("10 µV", "1 kV"))],
+        Annotated[float, SI("V", least=0, usual=("1 µV", "10 V"))],
+        Annotated[float, SI("V/s", usual=("0.1 µV/s", "100 V/s"))],
+    ]
 ):
     """Voltage sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
 
@@ -112,6 +129,6 @@ class MeasurementConfig(Section):
     """Seed of noise and jitter. Each run and each sensor draws its own; another seed gives another replicate
     of every run."""
 
-    jitter: Annotated[float, SI("s", least=0)] = 0.0
+    jitter: Annotated[float, SI("s", least=0, usual=("1 ns", "10 ms"))] = 0.0
     """Standard deviation of the sampling instants about their nominal ones [s]; one clock samples all
     signals. At most a quarter of the sampling interval."""

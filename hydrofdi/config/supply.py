@@ -22,7 +22,9 @@ class SupplyConfig(Section):
     """What the supply pressure does under flow. ``none``: it is constant (paper). ``first_order``: it falls
     by ``droop_resistance`` times the flow, with a lag of ``droop_time_constant``."""
 
-    droop_resistance: Annotated[float, SI("Pa*s/m^3", least=0)] = 2e10
+    droop_resistance: Annotated[float, SI("Pa*s/m^3", least=0, usual=("1e7 Pa*s/m^3", "1e13 Pa*s/m^3"))] = (
+        2e10
+    )
     """Fall of the supply pressure per flow R_s [Pa·s/m³]. A choice: 2 MPa at 6 L/min."""
 
     droop_time_constant: Annotated[float, SI("s", above=0, usual=("0.1 ms", "100 s"))] = 0.05

@@ -106,6 +106,11 @@ class SweepConfig(Section):
         return [set(self.grid), set(self.zip), over, in_union]
 
     @property
+    def names_throughout(self) -> set[str]:
+        """Parameters that vary in every point of the block, so that their nominal values play no part."""
+        return {*self.grid, *self.zip, *(self.sample.over if self.sample else ())}
+
+    @property
     def names(self) -> list[str]:
         """All parameters that vary in the block, in the order of the file."""
         over = self.sample.over if self.sample else {}

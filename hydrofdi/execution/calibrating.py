@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
+from hydrofdi.config.expansion import told_values, varied_parameters
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.execution.engine import Engine
 from hydrofdi.physics import PHYSICS_VERSION
@@ -15,10 +17,15 @@ from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.units import convert
 
 _MOST_CONDITIONS = 8 * WIDTH
+_TOLD_MISTAKES = 10
 
 
 def leakage_coefficients(
-    runs: Sequence[RunSpec], engine: Engine, known: dict[str, float], *, keep_unreachable: bool = False
+    runs: Sequence[RunSpec],
+    engine: Engine,
+    known: dict[str, float],
+    *,
+    required: Literal["all", "any", "none"] = "all",
 ) -> list[float]:
     """K_i of each run [m^3.5/kg^0.5]: as given, or solved from the leakage flow.
 
@@ -29,30 +36,30 @@ def leakage_coefficients(
         Solves what is not known.
     known : dict
         Identity of a calibration → K_i; what is solved is added as it comes.
-    keep_unreachable : bool
-        Whether a flow that no K_i reaches gives NaN, instead of an error.
+    required : {"all", "any", "none"}
+        How many of the leaks have to be possible; beyond these, a flow that no K_i reaches gives NaN.
 
     Raises
     ------
     ConfigError
-        Some leakage flows cannot be reached.
+        Leakage flows cannot be reached that have to be.
     """
     conditions = {calibration_identity(run.calibration): run.calibration for run in runs if run.calibration}
     unsolved = {identity: condition for identity, condition in conditions.items() if identity not in known}
     identities = list(unsolved)
-    solved: list[tuple[RunParameters, Calibration]] = []
+    reachable: dict[str, float] = {}
     for first, group in _solved_groups(list(unsolved.values()), engine):
         for identity, solution in zip(identities[first:], group, strict=False):
-            known[identity] = solution.coefficient
-            solved.append((unsolved[identity], solution))
-    if not keep_unreachable:
-        _require_reachable(solved)
-    return [
+            known[identity], reachable[identity] = solution.coefficient, solution.reachable_flow
+    coefficients = [
         known[calibration_identity(run.calibration)]
         if run.calibration
         else run.parameters.leakage.internal_coefficient or 0.0
         for run in runs
     ]
+    if required == "all" or (required == "any" and not any(value > 0.0 for value in coefficients)):
+        _require_reachable(conditions, known, reachable)
+    return coefficients
 
 
 def calibration_identity(condition: RunParameters) -> str:
@@ -86,20 +93,28 @@ def _solve_group(group: tuple[int, tuple[RunParameters, ...]]) -> tuple[int, lis
     return first, solve_leakage_coefficients(conditions)
 
 
-def _require_reachable(solved: Sequence[tuple[RunParameters, Calibration]]) -> None:
-    unreachable = {
-        (condition.leakage.internal_flow or 0.0, calibration.reachable_flow)
-        for condition, calibration in solved
-        if math.isnan(calibration.coefficient)
-    }
-    if unreachable:
-        raise ConfigError(
-            [
-                Mistake(
-                    f"no K_i gives a mean leakage of {convert(flow, 'L/min'):.4g} L/min;"
-                    f" the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min",
-                    "leakage.internal_flow",
-                )
-                for flow, most in sorted(unreachable)
-            ]
+def _require_reachable(
+    conditions: dict[str, RunParameters], known: dict[str, float], reachable: dict[str, float]
+) -> None:
+    unreachable = [identity for identity in conditions if math.isnan(known[identity])]
+    if not unreachable:
+        return
+    varied = [name for name in varied_parameters(conditions.values()) if name != "leakage.internal_flow"]
+    sentences = list(
+        dict.fromkeys(
+            _unreachable_sentence(conditions[identity], varied, reachable.get(identity))
+            for identity in unreachable
         )
+    )
+    more = len(sentences) - _TOLD_MISTAKES
+    told = [*sentences[:_TOLD_MISTAKES], f"and {more} more like these"] if more > 0 else sentences
+    raise ConfigError([Mistake(sentence, "leakage.internal_flow") for sentence in told])
+
+
+def _unreachable_sentence(condition: RunParameters, varied: Sequence[str], most: float | None) -> str:
+    flow = convert(condition.leakage.internal_flow or 0.0, "L/min")
+    place = told_values({name: condition.value(name) for name in varied})
+    sentence = f"no K_i gives a mean leakage of {flow:.4g} L/min{' at ' if place else ''}{place}"
+    if most is None:
+        return sentence
+    return f"{sentence}; the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min"

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.assessment.step_limits import step_warnings
 from hydrofdi.config import RunSpec
 from hydrofdi.config.parameters import RunParameters, parameter_names
 from hydrofdi.errors import StoreError
@@ -45,6 +46,8 @@ class Explanation:
     Attributes
     ----------
     run_id, status, message, log : str
+    causes : list of str
+        The step limits that a diverged run exceeds.
     position : int
         Row in the experiment file.
     request : dict
@@ -63,6 +66,7 @@ class Explanation:
     status: str
     message: str
     log: str
+    causes: list[str]
     position: int
     request: dict[str, Any]
     differences: dict[str, tuple[Any, Any]]
@@ -144,6 +148,7 @@ def explain(directory: Path, wanted: str) -> Explanation:
         status=stored.status if stored else failure.status if failure else "missing",
         message=failure.message if failure and not stored else message,
         log=failure.log if failure and not stored else "",
+        causes=step_warnings([run.parameters]) if stored and stored.status == "diverged" else [],
         position=position,
         request=run.parameters.told_sections(),
         differences=_differences(baseline, run.parameters),
@@ -188,7 +193,7 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
 
 
 def _job(run: RunSpec, run_id: str) -> Job:
-    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {}, keep_unreachable=True)
+    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {}, required="none")
     return Job(run_id, run.parameters, coefficient)
 
 

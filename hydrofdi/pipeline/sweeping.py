@@ -128,7 +128,7 @@ def run_sweep(
     Raises
     ------
     ConfigError
-        The sweep is impossible or a leakage flow cannot be reached; nothing is written then.
+        The sweep is impossible, or none of its leakage flows can be reached; nothing is written then.
     StoreError
         The folder is in use by another sweep, or cannot be written.
     """
@@ -194,7 +194,7 @@ def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Wat
         watcher.tell(f"solving the leakage coefficients of {n_unsolved} conditions first")
     try:
         coefficients = leakage_coefficients(
-            runs, engine, known, keep_unreachable=plan.experiment.has_readings
+            runs, engine, known, required="none" if _may_lack_leaks(plan) else "any"
         )
     except KeyboardInterrupt:
         solved = {identity: value for identity, value in known.items() if not math.isnan(value)}
@@ -208,6 +208,15 @@ def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Wat
         Job(plan.run_ids[position], run.parameters, coefficient)
         for position, run, coefficient in zip(plan.missing, runs, coefficients, strict=True)
     ]
+
+
+def _may_lack_leaks(plan: SweepPlan) -> bool:
+    """Whether a sweep makes sense even if none of its missing leaks is possible."""
+    stored = set(range(len(plan.run_ids))) - set(plan.missing)
+    return plan.experiment.has_readings or any(
+        run.calibration or run.parameters.leakage.internal_coefficient
+        for run in (plan.table.runs[position] for position in stored)
+    )
 
 
 def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watcher) -> None:

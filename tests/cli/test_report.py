@@ -189,3 +189,26 @@ def test_a_grid_over_the_coefficient_itself_gives_the_same_table(table3_rows, tm
     for row, other in zip(sorted(rows, key=key), sorted(table3_rows, key=key), strict=True):
         for name in ("detail_rms_Pa", "delta_fixed_percent", "delta_matched_percent"):
             assert row[name] == other[name]
+
+
+NARROW = """\
+name: narrow
+run: {duration: 2 s}
+store: {signals: none}
+sweep:
+  grid:
+    leakage.internal_coefficient: [0, 1e-8]
+    pressure_1_sensor.noise: [0, 5 kPa]
+    friction.breakaway: [250]
+"""
+
+
+def test_headings_break_at_dots_and_underscores_alone(hydrofdi, experiment_file):
+    hydrofdi("sweep", experiment_file(NARROW), "--workers", "1")
+    wide = hydrofdi("report", env=os.environ | {"COLUMNS": "140"}).stdout
+    assert "pressure_1_sensor.noise [Pa]" in wide
+    narrow = hydrofdi("report", env=os.environ | {"COLUMNS": "80"}).stdout.splitlines()
+    assert max(map(len, narrow)) <= 80
+    words = " ".join(narrow).split()
+    for piece in ("pressure_", "1_", "sensor.", "noise", "friction.", "breakaway", "f_h"):
+        assert piece in words, piece

@@ -86,6 +86,7 @@ def test_a_run_that_diverges_is_stored_with_a_sentence_and_exit_code_1(hydrofdi,
     assert printed["status"] == "diverged"
     assert printed["detail_rms_Pa"] == [None] * 5
     assert "the state grew without bound" in result.stderr
+    assert "warning: the step of 0.0001 s is too long for the hydraulic mode" in result.stderr
     with h5py.File(tmp_path / "run.h5") as file:
         assert file["status"].asstr()[0] == "diverged"
 

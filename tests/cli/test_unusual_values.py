@@ -52,9 +52,15 @@ def test_commands_warn_of_swept_values(hydrofdi, experiment_file, command):
         (["sweep.sample.over.fluid.bulk_modulus={normal: [551e6, 1e7]}", "sweep.sample.count=2"], []),
         (["leakage.internal_flow=0"], []),
         (["input.amplitude=-2"], []),
-        (["input.amplitude=-2000"], ["input.amplitude = -2000 V is far above the usual 1 mV … 100 V; a number without a unit is in SI"]),
+        (["input.amplitude=-2000"], ["input.amplitude = -2000 V is far beyond the usual 1 mV … 100 V; a number without a unit is in SI"]),
         (["valve.damping_ratio=0.001"], ["valve.damping_ratio = 0.001 is far below the usual 0.05 … 5"]),
         (["run.discard=1 period"], []),
+        (["valve.lap=-1e-12"], ["valve.lap = -1e-12 m is far short of the usual 10 nm … 1 mm; a number without a unit is in SI"]),
+        (["fluid.free_air=5"], ["fluid.free_air = 5 is far above the usual 1e-6 … 0.5"]),
+        (["pressure_1_sensor.noise=0.02"], ["pressure_1_sensor.noise = 0.02 Pa is far below the usual 10 Pa … 10 MPa; a number without a unit is in SI"]),
+        (["position_sensor.bias=-20"], ["position_sensor.bias = -20 m is far beyond the usual 10 nm … 10 m; a number without a unit is in SI"]),
+        (["sweep.grid.voltage_sensor.highest=[10 V, 1 MV]"], ["voltage_sensor.highest = 1e+06 V is far above the usual 10 µV … 1 kV; a number without a unit is in SI"]),
+        (["velocity_sensor={order: first, bandwidth: 10 MHz}"], ["velocity_sensor.bandwidth = 1e+07 Hz is far above the usual 0.01 Hz … 1 MHz; a number without a unit is in SI"]),
     ],
 )  # fmt: skip
 def test_every_stated_value_counts(settings, sentences):
@@ -83,4 +89,32 @@ def test_bounds_are_an_order_of_magnitude_around_the_nominal_value():
             assert low * 100 <= high, name
             assert not value or 7 * low <= value <= high / 7, name
             n_bound += 1
-    assert n_bound > 25
+    assert n_bound > 35
+
+
+def test_most_quantities_have_bounds():
+    unbounded = {
+        name for name in parameter_names() if (quantity := parameter_quantity(name)) and not quantity.usual
+    }
+    assert unbounded == {"run.discard", "leakage.onset_duty"}
+
+
+LATE = "input.file = drive.csv: 1 of 3 rows lie beyond run.duration = 2 s, the last at 500 s"
+LARGE = "input.file = drive.csv: the largest voltage = 2000 V is far above the usual 1 mV … 100 V; a number without a unit is in SI"
+
+
+def test_rows_beyond_the_record_and_strange_values_of_a_file_are_told(hydrofdi, tmp_path):
+    (tmp_path / "drive.csv").write_text("0,2\n1,-2000\n500,2\n")
+    settings = ["run.duration=2 s", "input.shape=csv", f"input.file={tmp_path / 'drive.csv'}"]
+    result = hydrofdi("simulate", *(part for setting in settings for part in ("--set", setting)))
+    assert result.stderr.splitlines()[:2] == [f"warning: {LATE}", f"warning: {LARGE}"]
+    assert unusual(*settings, "sweep.grid.run.duration=[2 s, 500 s]") == [LARGE]
+
+
+def test_positions_of_a_file_are_held_against_the_usual_reference(tmp_path):
+    (tmp_path / "drive.csv").write_text("time [s],position [m]\n0,0\n1,20\n")
+    settings = ["control.law=p", "input.shape=csv", f"input.file={tmp_path / 'drive.csv'}"]
+    (sentence,) = unusual(*settings)
+    assert sentence.startswith(
+        "input.file = drive.csv: the largest position = 20 m is far above the usual 1 µm"
+    )

@@ -174,6 +174,8 @@ MISTAKES = {
     "same time": ("0,1\n0,1\n", "{file}:2: input.file: time 0 s does not come after 0 s"),
     "late start": ("0.1,1\n", "{file}:1: input.file: the first time must be zero or less; found 0.1 s"),
     "one column": ("0\n", "{file}:1: input.file: expected two columns, time and voltage; found 1"),
+    "decimal comma": ("0,5;1\n", "{file}:1: input.file: '0,5' is not a number; decimals take a point, not a comma"),
+    "decimal commas": ("0,0,1,5\n", "{file}:1: input.file: expected two columns, time and voltage; found 4; decimals take a point"),
     "three columns": ("0,1\n1,2,3\n", "{file}:2: input.file: expected two columns"),
     "wrong unit": ("t [s],u [A]\n0,1\n", "{file}:1: input.file: the second column is a voltage (or a position)"),
     "wrong time": ("t [V],u [V]\n0,1\n", "{file}:1: input.file: the first column is a time"),
@@ -200,6 +202,18 @@ def test_mistake_in_a_file_is_one_line_with_its_place(
     (line,) = str(caught.value).splitlines()
     assert expected.format(file=file) in line
     assert len(line) < 300
+
+
+def test_quoted_headers_and_cells_are_read() -> None:
+    quoted = '"time [ms]","voltage [mV]"\n"0","2000"\n500,-2000\n1000,"2000"\n1500,-2000\n'
+    assert held_text("drive.csv", quoted) == held_text("drive.csv", SQUARE)
+
+
+def test_a_file_without_header_in_closed_loop_is_told_of_one(hydrofdi: Command, tmp_path: Path) -> None:
+    _folder(tmp_path, "drive.csv", text="0,1\n")
+    settings = ["--set", "input.shape=csv", "--set", "input.file=drive.csv", "--set", "control.law=p"]
+    result = hydrofdi("simulate", *settings)
+    assert (result.returncode, "a header such as 'time [s], position [mm]'" in result.stderr) == (2, True)
 
 
 def test_all_mistakes_are_told_but_no_flood(tmp_path: Path) -> None:

@@ -167,5 +167,7 @@ def test_swept_discard_is_stored_and_reported(hydrofdi: Command, experiment_file
 
 def test_period_that_leaves_nothing_names_its_point() -> None:
     settings = ["run.duration=4 s", "run.discard=1 period", "sweep.grid.input.period=[1 s, 4 s]"]
-    with pytest.raises(ConfigError, match=r"at input\.period = 4: discard = 1 period of 4 s leaves nothing"):
+    with pytest.raises(
+        ConfigError, match=r"at input\.period = 4 s: discard = 1 period of 4 s leaves nothing"
+    ):
         expand_runs(load_experiment(settings=settings))

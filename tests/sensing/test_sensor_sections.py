@@ -14,7 +14,7 @@ from hydrofdi.errors import ConfigError
     [
         ("pressure_1_sensor.bits=12", "bits needs a range to divide; give lowest and highest"),
         ("pressure_1_sensor={bits: 12, lowest: 0}", "bits needs a range to divide"),
-        ("spool_sensor={lowest: 2 mm, highest: 1 mm}", "lowest = 0.002 must be below highest = 0.001"),
+        ("spool_sensor={lowest: 2 mm, highest: 1 mm}", "lowest = 0.002 m must be below highest = 0.001 m"),
         ("spool_sensor={lowest: 1 mm, highest: 1 mm}", "must be below"),
         ("voltage_sensor.order=first", "a sensor of first order needs a bandwidth"),
         ("voltage_sensor.bandwidth=100 Hz", "an ideal sensor has no bandwidth; set order to first or second"),
@@ -40,7 +40,7 @@ def test_mistake_is_told(setting: str, sentence: str) -> None:
 def test_impossible_point_of_a_sweep_is_told_with_its_values() -> None:
     settings = ["sweep.grid.run.sampling_frequency=[500, 1000]", "measurement.jitter=0.4 ms"]
     experiment = load_experiment(None, [*settings, "store.signals=none"])
-    with pytest.raises(ConfigError, match=r"sampling_frequency = 1000: measurement.jitter = 0.0004 s"):
+    with pytest.raises(ConfigError, match=r"sampling_frequency = 1000 Hz: measurement.jitter = 0.0004 s"):
         expand_runs(experiment)
 
 

@@ -1,0 +1,109 @@
+"""Parameters of an option that is off: stated, but without effect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.parameters import RunParameters, parameter_names
+from hydrofdi.config.plausibility import block_values
+from hydrofdi.config.sensor import SensorConfig
+
+
+@dataclass(frozen=True)
+class _Needs:
+    """The values of an option with which a parameter has an effect: some alone, or all but some."""
+
+    option: str
+    only: tuple[Any, ...] = ()
+    but: tuple[Any, ...] = ()
+
+    def are_met_by(self, value: Any) -> bool:
+        return value in self.only if self.only else value not in self.but
+
+
+_OPEN_LOOP = _Needs("control.law", only=("open",))
+_CLOSED_LOOP = _Needs("control.law", but=("open",))
+_NO_FILE = _Needs("input.shape", but=("csv",))
+_FREE_AIR = _Needs("fluid.law", only=("free_air",))
+_BRISTLES = _Needs("friction.law", only=("lugre",))
+_END_STOPS = _Needs("actuator.end_stops", only=("elastic",))
+_DROOP = _Needs("supply.droop", only=("first_order",))
+_ONSET = _Needs("leakage.onset", but=("constant",))
+_RANDOM_FORCE = _Needs("load.random_force", but=(0.0,))
+
+_NEEDS: dict[str, tuple[_Needs, ...]] = {
+    "actuator.end_stop_position": (_END_STOPS,),
+    "actuator.end_stop_stiffness": (_END_STOPS,),
+    "supply.droop_resistance": (_DROOP,),
+    "supply.droop_time_constant": (_DROOP,),
+    "fluid.free_air": (_FREE_AIR,),
+    "fluid.polytropic_exponent": (_FREE_AIR,),
+    "fluid.atmospheric_pressure": (_FREE_AIR,),
+    "friction.velocity_threshold": (_Needs("friction.law", but=("lugre",)),),
+    "friction.bristle_stiffness": (_BRISTLES,),
+    "friction.bristle_damping": (_BRISTLES,),
+    "leakage.laminar_reference": (_Needs("leakage.law", only=("laminar",)),),
+    "leakage.blending_pressure": (_Needs("leakage.law", only=("blended",)),),
+    "leakage.onset_time": (_ONSET,),
+    "leakage.onset_duration": (_Needs("leakage.onset", only=("ramp", "intermittent")),),
+    "leakage.onset_duty": (_Needs("leakage.onset", only=("intermittent",)),),
+    "input.amplitude": (_OPEN_LOOP, _NO_FILE),
+    "input.period": (_NO_FILE,),
+    "input.end_frequency": (_Needs("input.shape", only=("sweep",)),),
+    "input.harmonics": (_Needs("input.shape", only=("multisine",)),),
+    "input.seed": (_Needs("input.shape", only=("steps",)),),
+    "control.amplitude": (_CLOSED_LOOP, _NO_FILE),
+    "control.proportional_gain": (_CLOSED_LOOP,),
+    "control.integral_gain": (_Needs("control.law", only=("pi", "pid")),),
+    "control.derivative_gain": (_Needs("control.law", only=("pid",)),),
+    "control.sample_time": (_CLOSED_LOOP,),
+    "control.voltage_limit": (_CLOSED_LOOP,),
+    "load.random_period": (_RANDOM_FORCE,),
+    "load.seed": (_RANDOM_FORCE,),
+} | {
+    f"{section}.damping_ratio": (_Needs(f"{section}.order", only=("second",)),)
+    for section, info in RunParameters.model_fields.items()
+    if isinstance(info.default, SensorConfig)
+}
+"""Parameter → what it needs for an effect, all of it; parameters that always have one are left out."""
+
+
+def idle_parameters(experiment: ExperimentConfig) -> list[str]:
+    """A sentence on each parameter that is stated, or varies, but has no effect in any run."""
+    stated = _stated_parameters(experiment)
+    return [
+        sentence
+        for name, needs in _NEEDS.items()
+        if name in stated and (sentence := _sentence(name, needs, experiment))
+    ]
+
+
+def _stated_parameters(experiment: ExperimentConfig) -> set[str]:
+    """Parameters that differ from their defaults, or vary."""
+    default = RunParameters()
+    nominal = {name for name in parameter_names() if experiment.value(name) != default.value(name)}
+    baseline = {name for name, value in experiment.baseline.items() if value != default.value(name)}
+    return nominal | baseline | {*experiment.ensemble.names, *experiment.sweep.names}
+
+
+def _sentence(name: str, needs: tuple[_Needs, ...], experiment: ExperimentConfig) -> str:
+    for need in needs:
+        values = list(dict.fromkeys(_occurring_values(need.option, experiment)))
+        if not any(need.are_met_by(value) for value in values):
+            told = " or ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+            return f"{name} has no effect: {need.option} is {told} in every run"
+    return ""
+
+
+def _occurring_values(option: str, experiment: ExperimentConfig) -> Iterator[Any]:
+    """The values that an option may have in some run."""
+    blocks = [experiment.ensemble, experiment.sweep]
+    if not any(option in block.names_throughout for block in blocks):
+        yield experiment.value(option)
+    if option in experiment.baseline:
+        yield experiment.baseline[option]
+    for block in blocks:
+        yield from (value for name, value in block_values(block) if name == option)

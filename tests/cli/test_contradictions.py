@@ -1,0 +1,62 @@
+"""Values that contradict each other, or themselves: told as mistakes, by the command itself."""
+
+import pytest
+
+CONTRADICTIONS = {
+    "duty": (["leakage.onset_duty=1.5"], "leakage.onset_duty: must be at most 1; found 1.5"),
+    "stop outside": (
+        ["actuator.end_stops=elastic", "actuator.end_stop_position=0.5"],
+        "actuator: end_stop_position = 0.5 m must be below V/A = 0.4423 m, where a chamber vanishes",
+    ),
+    "boiling": (
+        ["fluid.vapour_pressure=9 MPa"],
+        "fluid.vapour_pressure = 9e+06 Pa must be below the 8.6e+06 Pa at which the chambers start",
+    ),
+    "boiling in a sweep": (
+        ["sweep.grid.supply.pressure=[17.2 MPa, 1 MPa]", "fluid.vapour_pressure=0.8 MPa"],
+        "at supply.pressure = 1e+06 Pa: fluid.vapour_pressure = 800000 Pa must be below",
+    ),
+    "negative periods": (
+        ["run.discard=-1 period"],
+        "run.discard: must be a number of periods from zero on, such as '1 period'; found '-1 period'",
+    ),
+    "range": (
+        ["pressure_1_sensor={lowest: 10 MPa, highest: 0}"],
+        "pressure_1_sensor: lowest = 1e+07 Pa must be below highest = 0 Pa",
+    ),
+}
+
+
+@pytest.mark.parametrize(("settings", "expected"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
+def test_a_contradiction_is_one_line(hydrofdi, experiment_file, settings, expected):
+    config = experiment_file("run: {duration: 2 s}\n")
+    options = [part for setting in settings for part in ("--set", setting)]
+    command = "plan" if "sweep" in settings[0] else "simulate"
+    result = hydrofdi(command, config, *options)
+    assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
+    assert expected in result.stderr
+
+
+def test_what_is_off_contradicts_nothing(hydrofdi):
+    result = hydrofdi("simulate", "--set", "run.duration=2 s", "--set", "actuator.end_stop_position=0.5")
+    assert result.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"),
+    [
+        (
+            ["input.shape=sweep", "input.end_frequency=60", "run.sampling_frequency=100"],
+            "input.end_frequency = 60 Hz is more than half of run.sampling_frequency = 100 Hz",
+        ),
+        (
+            ["input.shape=multisine", "input.harmonics=120", "run.sampling_frequency=100"],
+            "input.harmonics = 120 reach 60 Hz, more than half of run.sampling_frequency = 100 Hz",
+        ),
+    ],
+)
+def test_an_input_that_is_faster_than_the_record_shows_is_told(hydrofdi, settings, expected):
+    settings = ["run.duration=4 s", "wavelet.levels=3", *settings]
+    options = [part for setting in settings for part in ("--set", setting)]
+    assert f"warning: {expected}\n" in hydrofdi("simulate", *options).stderr
+    assert expected in " ".join(hydrofdi("check", *options).stdout.split())

@@ -1,0 +1,85 @@
+"""Warnings of parameters that are stated but have no effect: their option is off."""
+# ruff: noqa: E501
+
+from pathlib import Path
+
+import pytest
+
+from hydrofdi.config import load_experiment
+from hydrofdi.config.idle_parameters import _NEEDS, idle_parameters
+from hydrofdi.config.parameters import parameter_names, validate_parameter
+
+CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
+AIR = "fluid.free_air has no effect: fluid.law is constant in every run"
+
+
+def idle(*settings):
+    return idle_parameters(load_experiment(settings=settings))
+
+
+def test_simulate_warns_and_goes_on(hydrofdi):
+    result = hydrofdi("simulate", "--set", "run.duration=2 s", "--set", "fluid.free_air=0.05")
+    assert (result.returncode, result.stderr.splitlines()[0]) == (0, f"warning: {AIR}")
+
+
+@pytest.mark.parametrize("command", ["plan", "check", "sweep"])
+def test_commands_warn_of_swept_parameters(hydrofdi, experiment_file, command):
+    config = experiment_file("run: {duration: 2 s}\nsweep: {grid: {fluid.free_air: [0.005, 0.05]}}\n")
+    result = hydrofdi(command, config)
+    assert result.stderr.splitlines()[0] == f"warning: {AIR}"
+    assert result.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentences"),
+    [
+        (["friction.bristle_stiffness=1e6", "friction.law=smooth"], ["friction.bristle_stiffness has no effect: friction.law is smooth in every run"]),
+        (["friction.bristle_stiffness=1e6", "sweep.grid.friction.law=[threshold, smooth]"], ["friction.bristle_stiffness has no effect: friction.law is threshold or smooth in every run"]),
+        (["friction.bristle_stiffness=1e6", "sweep.grid.friction.law=[threshold, lugre]"], []),
+        (["friction.bristle_stiffness=1e6", "sweep.union=[{grid: {friction.law: [lugre]}}]"], []),
+        (["control.integral_gain=1", "control.law=p"], ["control.integral_gain has no effect: control.law is p in every run"]),
+        (["control.proportional_gain=1"], ["control.proportional_gain has no effect: control.law is open in every run"]),
+        (["control.integral_gain=1", "control.law=pi"], []),
+        (["control.proportional_gain=1", "baseline.control.law=p"], []),
+        (["input.amplitude=1", "control.law=p"], ["input.amplitude has no effect: control.law is p in every run"]),
+        (["load.seed=1"], ["load.seed has no effect: load.random_force is 0 in every run"]),
+        (["load.seed=1", "ensemble.sample={count: 2, over: {load.random_force: {uniform: [0, 10]}}}"], []),
+        (["leakage.onset_duration=2", "leakage.onset=step"], ["leakage.onset_duration has no effect: leakage.onset is step in every run"]),
+        (["fluid.free_air=0.005"], []),
+        (["supply_sensor={order: first, bandwidth: 100, damping_ratio: 0.5}"], ["supply_sensor.damping_ratio has no effect: supply_sensor.order is first in every run"]),
+    ],
+)  # fmt: skip
+def test_a_parameter_has_an_effect_in_some_run_or_is_told(settings, sentences):
+    assert idle(*settings) == sentences
+
+
+def test_the_rows_of_a_file_have_no_amplitude(tmp_path):
+    (tmp_path / "drive.csv").write_text("0,1\n")
+    file = [f"input.file={tmp_path / 'drive.csv'}", "input.shape=csv"]
+    assert idle(*file, "input.amplitude=1") == [
+        "input.amplitude has no effect: input.shape is csv in every run"
+    ]
+
+
+@pytest.mark.parametrize("config", CONFIGS, ids=lambda path: path.stem)
+def test_what_comes_with_hydrofdi_has_an_effect(config):
+    assert idle_parameters(load_experiment(config)) == []
+
+
+def test_the_table_names_parameters_and_values_that_exist():
+    names = set(parameter_names())
+    for parameter, needs in _NEEDS.items():
+        assert parameter in names
+        for need in needs:
+            for value in need.only + need.but:
+                assert validate_parameter(need.option, value) == value
+
+
+LEAKY = "run: {duration: 2 s}\nleakage: {internal_coefficient: 1e-8}\n"
+UNION = "sweep: {union: [{grid: {friction.law: [smooth]}}, {grid: {leakage.law: [laminar]}}]}\n"
+
+
+def test_plan_shows_of_a_union_what_each_point_sets(hydrofdi, experiment_file):
+    lines = hydrofdi("plan", experiment_file(f"{LEAKY}{UNION}")).stdout.splitlines()
+    assert "first point  friction.law = smooth" in lines
+    assert "last point   leakage.law = laminar" in lines

@@ -11,6 +11,7 @@ from hydrofdi.physics.friction import friction_force
 from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
 from hydrofdi.simulation.compilation import compiled
+from hydrofdi.simulation.kernel import take_spools
 from hydrofdi.simulation.lanes import HALF_WIDTH
 
 
@@ -48,8 +49,9 @@ def weighted(a, b, c, d):
 
 
 @compiled
-def advance(lanes, spool, step, steps_per_sample, samples):
-    """Advance all lanes by the steps of `spool` (n_step, 4, n_drive); all share the first drive."""
+def advance(lanes, spool, drive_of_lane, step, steps_per_sample, samples):
+    """Advance all lanes by the steps of `spool` (n_step, 4, n_drive)."""
+    first, share_drive = drive_of_lane[0], drive_of_lane.min() == drive_of_lane.max()
     left, right = lanes[0].left, lanes[0].right
     for i in range(spool.shape[0]):
         if i % steps_per_sample == 0:
@@ -59,11 +61,18 @@ def advance(lanes, spool, step, steps_per_sample, samples):
                 sample[1, k], sample[1, HALF_WIDTH + k] = left.velocity[k], right.velocity[k]
                 sample[2, k], sample[2, HALF_WIDTH + k] = left.pressure_1[k], right.pressure_1[k]
                 sample[3, k], sample[3, HALF_WIDTH + k] = left.pressure_2[k], right.pressure_2[k]
-        for k in range(HALF_WIDTH):
-            left.spool_1[k] = right.spool_1[k] = spool[i, 0, 0]
-            left.spool_2[k] = right.spool_2[k] = spool[i, 1, 0]
-            left.spool_3[k] = right.spool_3[k] = spool[i, 2, 0]
-            left.spool_4[k] = right.spool_4[k] = spool[i, 3, 0]
+        stages = spool[i]
+        if share_drive:
+            stage_1, stage_2 = stages[0, first], stages[1, first]
+            stage_3, stage_4 = stages[2, first], stages[3, first]
+            for k in range(HALF_WIDTH):
+                left.spool_1[k] = right.spool_1[k] = stage_1
+                left.spool_2[k] = right.spool_2[k] = stage_2
+                left.spool_3[k] = right.spool_3[k] = stage_3
+                left.spool_4[k] = right.spool_4[k] = stage_4
+        else:
+            take_spools(left, stages, drive_of_lane, 0)
+            take_spools(right, stages, drive_of_lane, HALF_WIDTH)
         for k in range(HALF_WIDTH):
             y = (left.position[k], left.velocity[k], left.pressure_1[k], left.pressure_2[k])
             z = (right.position[k], right.velocity[k], right.pressure_1[k], right.pressure_2[k])

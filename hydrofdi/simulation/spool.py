@@ -60,10 +60,11 @@ def move_spool(spools: Any, k: int, step: float, is_limited: Chosen) -> None:
     )
     most, fastest = spools.spool_limit[k], spools.spool_speed_limit[k]
     x, v = spools.spool_position[k], spools.spool_velocity[k]
+    half_step, sixth_step = 0.5 * step, step / 6.0
     r1, a1 = spool_rates(x, v, u, w, xi, k_v, most, fastest, is_limited)
-    x2, v2 = x + 0.5 * step * r1, v + 0.5 * step * a1
+    x2, v2 = x + half_step * r1, v + half_step * a1
     r2, a2 = spool_rates(x2, v2, u, w, xi, k_v, most, fastest, is_limited)
-    x3, v3 = x + 0.5 * step * r2, v + 0.5 * step * a2
+    x3, v3 = x + half_step * r2, v + half_step * a2
     r3, a3 = spool_rates(x3, v3, u, w, xi, k_v, most, fastest, is_limited)
     x4, v4 = x + step * r3, v + step * a3
     r4, a4 = spool_rates(x4, v4, u, w, xi, k_v, most, fastest, is_limited)
@@ -71,8 +72,8 @@ def move_spool(spools: Any, k: int, step: float, is_limited: Chosen) -> None:
     spools.spool_2[k] = valve_opening(x2, most, is_limited)
     spools.spool_3[k] = valve_opening(x3, most, is_limited)
     spools.spool_4[k] = valve_opening(x4, most, is_limited)
-    spools.spool_position[k] = x + step / 6.0 * (r1 + 2.0 * (r2 + r3) + r4)
-    spools.spool_velocity[k] = v + step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
+    spools.spool_position[k] = x + sixth_step * (r1 + 2.0 * (r2 + r3) + r4)
+    spools.spool_velocity[k] = v + sixth_step * (a1 + 2.0 * (a2 + a3) + a4)
 
 
 @compiled

@@ -67,7 +67,8 @@ def test_no_change_and_no_claim_is_made_of_records_that_stand_still(tmp_path):
 
 def test_a_clipped_sensor_is_marked_and_its_constant_record_gives_no_change(tmp_path):
     text = SMALL.replace("sweep:", "pressure_1_sensor: {lowest: 0, highest: 1 MPa}\nsweep:")
-    printed = run_hydrofdi("report", sweep_in(tmp_path, text).directory, cwd=tmp_path).stdout
+    report = run_hydrofdi("report", sweep_in(tmp_path, text).directory, cwd=tmp_path)
+    printed = " ".join(report.stdout.split())
     assert "clipped (R), 4 runs" in printed
     assert "in up to 100 % of the samples" in printed
     assert "not reproduced" not in printed

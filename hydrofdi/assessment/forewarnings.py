@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from hydrofdi.assessment.step_limits import step_warnings
+from hydrofdi.assessment.step_limits import step_warnings, undamped_frequency
 from hydrofdi.config import RunParameters
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import is_whole
 from hydrofdi.features.wavelet import boundary_shares, level_bands
-from hydrofdi.physics.hydraulic_mode import mode_frequency
 
 NEAR_BAND_EDGE = 0.25
 """A mode within so many octaves of a band's edge may answer in either level."""
@@ -39,7 +38,7 @@ def forewarnings(runs: Iterable[RunParameters]) -> list[str]:
 
 def band_warnings(runs: Iterable[RunParameters]) -> list[str]:
     """A sentence on the EBM whose mode is near the edge of a band; none where there are no such."""
-    modes = {(_mode_frequency(run), run.fluid.bulk_modulus): run for run in runs}
+    modes = {(undamped_frequency(run) / (2.0 * math.pi), run.fluid.bulk_modulus): run for run in runs}
     near = [
         (frequency, modulus)
         for (frequency, modulus), run in modes.items()
@@ -112,13 +111,3 @@ def place_in_bands(frequency: float, bands: Bands) -> tuple[int, float]:
     if not frequency > 0.0:
         return level, math.nan
     return level, min(abs(math.log2(frequency / edge)) for edge in edges)
-
-
-def _mode_frequency(run: RunParameters) -> float:
-    """f_h [Hz], piston centred, without air in the fluid."""
-    actuator = run.actuator
-    omega = mode_frequency(
-        run.fluid.bulk_modulus, actuator.piston_area, actuator.chamber_volume, actuator.mass,
-        actuator.load_stiffness,
-    )  # fmt: skip
-    return omega / (2.0 * math.pi)

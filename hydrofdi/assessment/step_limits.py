@@ -6,7 +6,12 @@ import math
 from collections.abc import Iterable
 
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.friction import SMALLEST_FORCE, friction_force, smooth_friction_force
+from hydrofdi.physics.friction import (
+    SMALLEST_FORCE,
+    friction_force,
+    smooth_friction_force,
+    stribeck_force,
+)
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
 from hydrofdi.simulation.no_load import largest_opening, no_load_speed
@@ -31,10 +36,7 @@ def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[s
     """
     actuator, friction, valve = run.actuator, run.friction, run.valve
     limits = {"valve": _lag_limit(valve.angular_frequency, valve.damping_ratio)}
-    omega = mode_frequency(
-        run.fluid.bulk_modulus, actuator.piston_area, actuator.chamber_volume, actuator.mass,
-        actuator.load_stiffness,
-    )  # fmt: skip
+    omega = undamped_frequency(run)
     if mode is None:
         limits["hydraulic mode"] = _lag_limit(omega, 0.0)
     else:
@@ -50,6 +52,15 @@ def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[s
     if run.supply.droop == "first_order":
         limits |= _decay_limit("supply", _supply_rate(run))
     return limits
+
+
+def undamped_frequency(run: RunParameters) -> float:
+    """ω_h of the hydraulic mode [rad/s], piston centred, without air in the fluid."""
+    actuator = run.actuator
+    return mode_frequency(
+        run.fluid.bulk_modulus, actuator.piston_area, actuator.chamber_volume, actuator.mass,
+        actuator.load_stiffness,
+    )  # fmt: skip
 
 
 def _decay_limit(part: str, rate: float) -> dict[str, float]:
@@ -93,8 +104,7 @@ def _bristle_limit(run: RunParameters) -> float:
         return math.inf
     frequency, speed = math.sqrt(stiffness / mass), no_load_speed(run)
     ratio = (damping + friction.viscous) / (2.0 * mass * frequency)
-    decay = math.exp(-friction.transition * speed)
-    stribeck = friction.dry_coulomb + (friction.dry_breakaway - friction.dry_coulomb) * decay
+    stribeck = stribeck_force(speed, friction.dry_coulomb, friction.dry_breakaway, friction.transition)
     sliding = (2.0 * damping + friction.viscous) / mass + stiffness * speed / max(stribeck, SMALLEST_FORCE)
     return min(_lag_limit(frequency, ratio), largest_stable_step(complex(-sliding)))
 

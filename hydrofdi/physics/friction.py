@@ -31,6 +31,12 @@ def decaying_exponential(exponent: float) -> float:
 
 
 @equation
+def stribeck_force(speed: float, coulomb: float, breakaway: float, transition: float) -> float:
+    """Size of the dry friction at a speed [m/s]: F_c + (F_brk − F_c) e^(−c_v·speed) [N]; c_v in s/m."""
+    return coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)
+
+
+@equation
 def friction_force(
     velocity: float,
     coulomb: float,
@@ -61,7 +67,7 @@ def friction_force(
         Stribeck force at max(abs(v_p), v_th) times v_p/v_th limited to ±1.
     """
     speed = max(abs(velocity), velocity_threshold)
-    stribeck = coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)
+    stribeck = stribeck_force(speed, coulomb, breakaway, transition)
     direction = min(max(velocity / velocity_threshold, -1.0), 1.0)
     return viscous * velocity + stribeck * direction
 
@@ -88,7 +94,7 @@ def smooth_friction_force(
         F_f = [F_c + (F_brk − F_c) e^(−c_v·abs(v_p))] tanh(v_p/v_th) + f v_p [N].
     """
     speed = abs(velocity)
-    stribeck = coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)
+    stribeck = stribeck_force(speed, coulomb, breakaway, transition)
     decay = decaying_exponential(2.0 * speed / velocity_threshold)
     size = stribeck * (1.0 - decay) / (1.0 + decay)
     direction: float = np.copysign(1.0, velocity)
@@ -120,7 +126,7 @@ def bristle_rate(
         z' = v_p − σ_0 abs(v_p) z/g [m/s], with g = F_c + (F_brk − F_c) e^(−c_v·abs(v_p)).
     """
     speed = abs(velocity)
-    stribeck = coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)
+    stribeck = stribeck_force(speed, coulomb, breakaway, transition)
     return velocity - stiffness * speed * deflection / max(stribeck, SMALLEST_FORCE)
 
 

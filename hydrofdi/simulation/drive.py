@@ -15,6 +15,7 @@ from hydrofdi.config.csv_input import parse_rows
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import RunConfig
 from hydrofdi.simulation.lanes import SPOOL_WIDTH, SPOOLS
+from hydrofdi.simulation.random_levels import random_levels
 from hydrofdi.simulation.spool import advance_spools
 
 _STEP_ROUNDING = 1e-6
@@ -70,7 +71,7 @@ def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) 
             half_period = round(drive.period / (2.0 * run.step))
             return np.where((steps // half_period) % 2 == 0, drive.amplitude, -drive.amplitude)
         case "steps":
-            return _random_steps(drive, run, steps)
+            return drive.amplitude * random_levels(drive.seed, drive.period, run, steps)
         case "csv":
             return _held_rows(drive, run, steps)
         case "sine":
@@ -106,13 +107,6 @@ def _held_rows(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> 
     rows = parse_rows(drive.file or "")
     first_steps = np.ceil(rows.times / run.step - _STEP_ROUNDING)
     return rows.values[np.searchsorted(first_steps, steps, side="right") - 1]
-
-
-def _random_steps(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
-    hold = round(drive.period / run.step)
-    levels = np.random.default_rng(drive.seed).uniform(-1.0, 1.0, -(-run.n_step // hold))
-    voltage: NDArray[np.float64] = drive.amplitude * levels[steps // hold]
-    return voltage
 
 
 def _multisine(phase: NDArray[np.float64], harmonics: int) -> NDArray[np.float64]:

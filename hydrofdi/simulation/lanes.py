@@ -8,6 +8,7 @@ one record have constant distances, which lets the compiler prove that they do n
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -86,6 +87,9 @@ _HALF = np.dtype([(name, "f8", (HALF_WIDTH,)) for name in (*PARAMETERS, *STATES,
 LANES = np.dtype([("left", _HALF), ("right", _HALF)])
 """Record of all lanes."""
 
+_PACKED = {field: name for field, name in PARAMETERS.items() if field != "internal_leakage"}
+_packed_values = attrgetter(*_PACKED.values())
+
 SINGLE = np.dtype([(name, "f8", (1,)) for name in PARAMETERS])
 """Record of the parameters of one run, a single lane wide."""
 
@@ -130,9 +134,8 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
 def pack_singles(parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> NDArray[Any]:
     """Parameters of runs by name, in SI: ndarray of SINGLE, shape (n_run,)."""
     singles = np.zeros(len(parameters), SINGLE)
-    for field, name in PARAMETERS.items():
-        if field == "internal_leakage":
-            singles[field][:, 0] = leakage_coefficients
-        else:
-            singles[field][:, 0] = [run.value(name) for run in parameters]
+    values = np.array([_packed_values(run) for run in parameters])
+    for column, field in enumerate(_PACKED):
+        singles[field][:, 0] = values[:, column]
+    singles["internal_leakage"][:, 0] = leakage_coefficients
     return singles

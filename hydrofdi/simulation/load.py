@@ -7,6 +7,10 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.load import LoadConfig
 from hydrofdi.config.run import RunConfig
+from hydrofdi.simulation.random_levels import random_levels
+
+_STREAM = 1
+"""Keeps the load independent of an input that is drawn from the same seed."""
 
 
 def load_force(load: LoadConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -27,7 +31,5 @@ def load_force(load: LoadConfig, run: RunConfig, steps: NDArray[np.int64]) -> ND
     """
     if not load.random_force:
         return np.full(steps.shape, load.constant_force)
-    hold = round(load.random_period / run.step)
-    levels = np.random.default_rng(load.seed).uniform(-1.0, 1.0, -(-run.n_step // hold))
-    force: NDArray[np.float64] = load.constant_force + load.random_force * levels[steps // hold]
-    return force
+    levels = random_levels((load.seed, _STREAM), load.random_period, run, steps)
+    return load.constant_force + load.random_force * levels

@@ -1,0 +1,34 @@
+"""Seeded pseudo-random levels, each held for some time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.run import RunConfig
+
+
+def random_levels(
+    seed: int | Sequence[int], period: float, run: RunConfig, steps: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Levels at the given steps.
+
+    Parameters
+    ----------
+    seed : int or sequence of int
+    period : float
+        Time that a level is held, a multiple of the step [s].
+    run : RunConfig
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Uniform in −1 … 1 [-].
+    """
+    hold = round(period / run.step)
+    levels = np.random.default_rng(seed).uniform(-1.0, 1.0, -(-run.n_step // hold))
+    return levels[steps // hold]

@@ -10,6 +10,9 @@ from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 
 
+WRITE_A_NAME = "write at least a name, such as 'name: nominal' for the actuator of the paper"
+
+
 def mistakes(config=None, *settings):
     with pytest.raises(ConfigError) as caught:
         load_experiment(config, settings)
@@ -29,8 +32,18 @@ def test_what_is_left_out_keeps_its_nominal_value(experiment_file):
     assert experiment.actuator == load_experiment().actuator
 
 
-def test_an_empty_file_is_the_nominal_experiment(experiment_file):
-    assert load_experiment(experiment_file("# nothing\n")) == load_experiment()
+@pytest.mark.parametrize("text", ["", "\n", "# nothing\n", "---\n", "null\n", "{}\n"])
+def test_a_file_that_states_nothing_is_a_mistake(experiment_file, tmp_path, text):
+    config = experiment_file(text)
+    assert mistakes(config) == [f"{config}: states nothing; {WRITE_A_NAME}"]
+    child = tmp_path / "child.yaml"
+    child.write_text("name: child\nextends: experiment.yaml\n")
+    assert mistakes(child) == [f"{config}: states nothing; {WRITE_A_NAME}"]
+
+
+@pytest.mark.parametrize("text", ["name: nominal\n", "fluid: {}\n"])
+def test_a_file_that_states_little_is_nominal_besides(experiment_file, text):
+    assert load_experiment(experiment_file(text)) == load_experiment()
 
 
 def test_settings_win_over_the_file(experiment_file):

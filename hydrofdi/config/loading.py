@@ -24,6 +24,8 @@ _DOTTED_MAPPINGS: tuple[Path, ...] = (
 _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
 
+_NOTHING = "states nothing; write at least a name, such as 'name: nominal' for the actuator of the paper"
+
 
 def load_experiment(file: str | FilePath | None = None, settings: Sequence[str] = ()) -> ExperimentConfig:
     """The experiment that a YAML file and ``KEY=VALUE`` settings describe.
@@ -56,6 +58,8 @@ def _compose(file: FilePath, extending: tuple[FilePath, ...]) -> Source:
     own = parse_yaml(_read_text(file), str(file))
     if own.mistakes and own.data is None:
         raise ConfigError(own.mistakes)
+    if own.data is None or own.data == {}:
+        raise ConfigError([Mistake(_NOTHING, origin=str(file))])
     if not isinstance(own.data, dict):
         raise ConfigError([own.mistake((), "an experiment file holds 'key: value' pairs")])
     parents = own.data.pop("extends", [])

@@ -70,11 +70,11 @@ def dotted(path: Path) -> str:
 
 
 def parse_yaml(text: str, file: str) -> Source:
-    """The data in a YAML text; its mistakes are collected, not raised."""
+    """The data in a YAML text, None where it holds none; its mistakes are collected, not raised."""
     source = Source()
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
-        source.data = {} if node is None else _construct(node, (), file, source)
+        source.data = None if node is None else _construct(node, (), file, source)
     except RecursionError:
         source.mistakes.append(Mistake("nested too deeply, or too large", origin=file))
     except yaml.MarkedYAMLError as error:

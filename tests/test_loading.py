@@ -9,7 +9,6 @@ import pytest
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 
-
 WRITE_A_NAME = "write at least a name, such as 'name: nominal' for the actuator of the paper"
 
 

@@ -63,7 +63,7 @@ def show_plan(
 def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, Any]:
     from hydrofdi.config.csv_input import brief
     from hydrofdi.config.idle_parameters import idle_parameters
-    from hydrofdi.config.plausibility import unusual_values
+    from hydrofdi.config.plausibility import distant_baseline, unusual_values
 
     n_run = len(plan.run_ids)
     return {
@@ -84,7 +84,7 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "predicted_file_bytes": prediction.file_bytes,
         "free_bytes": prediction.free_bytes,
         "warnings": plan.warnings(prediction),
-        "unusual_values": unusual_values(plan.experiment),
+        "unusual_values": unusual_values(plan.experiment) + distant_baseline(plan.experiment),
         "idle_parameters": idle_parameters(plan.experiment),
     }
 

@@ -16,7 +16,7 @@ from rich.text import Text
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.idle_parameters import idle_parameters
-from hydrofdi.config.plausibility import unusual_values
+from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.pipeline.inspecting import Explanation
 from hydrofdi.report.document import Block, Cell, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
@@ -48,8 +48,10 @@ def tell(message: str) -> None:
 
 
 def tell_doubtful_settings(experiment: ExperimentConfig, *, with_sweep: bool = True) -> None:
-    """Warn of values that are far from the usual ones, and of parameters without effect."""
-    for sentence in unusual_values(experiment, with_sweep=with_sweep) + idle_parameters(experiment):
+    """Warn of strange values, of a baseline far from its runs, and of parameters without effect."""
+    sentences = unusual_values(experiment, with_sweep=with_sweep)
+    sentences += distant_baseline(experiment) if with_sweep else []
+    for sentence in sentences + idle_parameters(experiment):
         tell(f"warning: {sentence}")
 
 

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from hydrofdi.config.condition import parse_condition
 from hydrofdi.config.csv_input import brief
-from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, complete_baseline
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.mistakes import describe_error, nearest
 from hydrofdi.config.parameters import parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.yaml_source import Path, Source, dotted
@@ -23,14 +23,15 @@ _DISTRIBUTIONS = ("uniform", "loguniform", "normal", "choice")
 
 
 def normalize_baseline(source: Source) -> None:
-    """The ``baseline`` of a source in SI, completed by normal conditions."""
+    """The ``baseline`` of a source in SI."""
     baseline = source.data.get("baseline")
     if baseline is None:
-        source.data["baseline"] = baseline = {}
+        source.data.pop("baseline", None)
     if not isinstance(baseline, dict):
         return
-    values = {name: _parameter(source, ("baseline", name), name, value) for name, value in baseline.items()}
-    source.data["baseline"] = complete_baseline(values)
+    source.data["baseline"] = {
+        name: _parameter(source, ("baseline", name), name, value) for name, value in baseline.items()
+    }
     _refuse_both_forms(source, ("baseline",), baseline)
 
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from hydrofdi.config.claims import ClaimId
+from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.limits import LimitsConfig
 from hydrofdi.config.parameters import RunParameters
 from hydrofdi.config.reference import ReferenceConfig
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.config.sweep import SweepConfig
-
-NORMAL_CONDITIONS = {"fluid.bulk_modulus": 551e6, "leakage.internal_flow": 0.0}
-"""The paper's normal operating mode: EBM of 551 MPa and a sealed piston."""
 
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""
@@ -27,9 +25,10 @@ class ExperimentConfig(RunParameters):
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")] = "nominal"
     """Name of the experiment and of its folder below ``results/``."""
 
-    baseline: dict[str, Any] = Field(default_factory=lambda: dict(NORMAL_CONDITIONS))
+    baseline: dict[str, Any] = Field(default_factory=dict, validate_default=True)
     """Dotted parameters that, put into a run, make it the healthy run that δ compares with. The internal
-    leakage flow is solved for K_i under the same conditions."""
+    leakage flow is solved for K_i under the same conditions. What is left out: ``fluid.bulk_modulus`` is that
+    of the experiment itself, and the piston is sealed."""
 
     sweep: SweepConfig = SweepConfig()
     """What varies."""
@@ -49,6 +48,15 @@ class ExperimentConfig(RunParameters):
     reference: ReferenceConfig = ReferenceConfig()
     """Published values to compare with."""
 
+    @field_validator("baseline")
+    @classmethod
+    def _healthy_actuator(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        """The baseline as given, with the experiment's own EBM and a sealed piston for what it leaves out."""
+        fluid = info.data.get("fluid")  # lacks where it is mistaken itself
+        healthy = {"fluid.bulk_modulus": fluid.bulk_modulus} if isinstance(fluid, FluidConfig) else {}
+        sealed = {} if given.keys() & set(INTERNAL_LEAKAGE_FORMS) else {"leakage.internal_flow": 0.0}
+        return healthy | sealed | given
+
     @model_validator(mode="after")
     def _readings_leave_the_sweep_alone(self) -> Self:
         if twice := set(self.ensemble.names) & set(self.sweep.names):
@@ -66,11 +74,3 @@ class ExperimentConfig(RunParameters):
         return RunParameters.model_construct(
             **{name: getattr(self, name) for name in RunParameters.model_fields}
         )
-
-
-def complete_baseline(given: dict[str, Any]) -> dict[str, Any]:
-    """The baseline as given, with normal conditions for what it leaves out."""
-    normal = dict(NORMAL_CONDITIONS)
-    if any(form in given for form in INTERNAL_LEAKAGE_FORMS):
-        del normal["leakage.internal_flow"]
-    return normal | given

@@ -111,6 +111,13 @@ class SweepConfig(Section):
         return {*self.grid, *self.zip, *(self.sample.over if self.sample else ())}
 
     @property
+    def unbounded_names(self) -> set[str]:
+        """Parameters that are drawn from a distribution without limits."""
+        over = self.sample.over if self.sample else {}
+        own = {name for name, distribution in over.items() if "normal" in distribution}
+        return own.union(*(block.unbounded_names for block in self.union))
+
+    @property
     def names(self) -> list[str]:
         """All parameters that vary in the block, in the order of the file."""
         over = self.sample.over if self.sample else {}

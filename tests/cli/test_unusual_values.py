@@ -68,9 +68,14 @@ def test_every_stated_value_counts(settings, sentences):
 
 
 def test_nominal_value_that_a_sweep_replaces_does_not_count():
-    settings = "fluid.bulk_modulus=551", "sweep.grid.fluid.bulk_modulus=[551 MPa]"
+    settings = "friction.viscous=5e9", "sweep.grid.friction.viscous=[50]"
     assert unusual(*settings) == []
-    assert unusual(*settings, with_sweep=False) == [MODULUS]
+    (sentence,) = unusual(*settings, with_sweep=False)
+    assert sentence.startswith("friction.viscous = 5e+09 N·s/m is far above")
+
+
+def test_a_nominal_bulk_modulus_counts_as_that_of_the_baseline():
+    assert unusual("fluid.bulk_modulus=551", "sweep.grid.fluid.bulk_modulus=[551 MPa]") == [MODULUS]
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,9 @@
-"""Fixtures that several test files share: the real command, and sweeps that are run once."""
+"""Fixtures that several test files share: the command, and sweeps that are run once."""
 
 from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +12,8 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from tests.commands import Completed, run_hydrofdi
+
 os.environ.pop("COLUMNS", None)  # the width of a terminal is none of the tests' business
 
 REPOSITORY = Path(__file__).parent.parent
@@ -21,20 +21,14 @@ REPOSITORY = Path(__file__).parent.parent
 settings.register_profile("hydrofdi", deadline=None)
 settings.load_profile("hydrofdi")
 
-Command = Callable[..., subprocess.CompletedProcess[str]]
-
-
-def run_hydrofdi(*arguments: str | Path, cwd: Path, **options: Any) -> subprocess.CompletedProcess[str]:
-    """The real entry point in a process of its own."""
-    command = [sys.executable, "-m", "hydrofdi", *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, **options)
+Command = Callable[..., Completed]
 
 
 @pytest.fixture
 def hydrofdi(tmp_path: Path) -> Command:
-    """Runs the command in an empty folder."""
+    """Runs the command in an empty folder; in a process of its own where options of one are given."""
 
-    def run(*arguments: str | Path, **options: Any) -> subprocess.CompletedProcess[str]:
+    def run(*arguments: str | Path, **options: Any) -> Completed:
         return run_hydrofdi(*arguments, cwd=options.pop("cwd", tmp_path), **options)
 
     return run
@@ -58,7 +52,7 @@ def sweep_in(folder: Path, text: str, *arguments: str) -> SimpleNamespace:
 
 
 def swept(folder: Path, config: Path, *arguments: str) -> SimpleNamespace:
-    result = run_hydrofdi("sweep", config, "--json", "--workers", "1", *arguments, cwd=folder)
+    result = run_hydrofdi("sweep", config, "--json", "--engine", "in-process", *arguments, cwd=folder)
     assert result.returncode in (0, 1), result.stderr
     summary = json.loads(result.stdout)
     file = folder / summary["file"]

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.commands import run
+
 ROOT = Path(__file__).parent.parent
 
 
@@ -54,19 +56,14 @@ def test_the_cluster_on_one_machine_runs(tmp_path):
 
 
 def test_every_command_has_help_and_stands_in_the_documentation():
-    help_text = subprocess.run(
-        [sys.executable, "-m", "hydrofdi", "--help"], capture_output=True, text=True, check=True
-    ).stdout
+    help_text = run("--help", check=0).stdout
     for code in ("0 done", "1 done, but runs failed", "2 something", "3 a fault", "130 interrupted"):
         assert code in " ".join(help_text.replace("\n", " ").split())
     commands = re.findall(r"^  ([a-z]+)  +\S", help_text.partition("Commands:")[2], re.MULTILINE)
     assert len(commands) >= 10
     documentation = "".join(file.read_text() for file in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
     for command in commands:
-        told = subprocess.run(
-            [sys.executable, "-m", "hydrofdi", command, "--help"], capture_output=True, text=True, check=True
-        )
-        assert len(told.stdout.splitlines()) > 4
+        assert len(run(command, "--help", check=0).stdout.splitlines()) > 4
         assert re.search(rf"`hydrofdi {command}\b|`{command}[ `]", documentation), command
 
 

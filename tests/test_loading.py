@@ -220,7 +220,7 @@ def test_a_bad_request_leaves_what_is_stored_as_it_is(hydrofdi, small_sweep, tmp
     before = [(path, path.read_bytes(), path.stat().st_mtime_ns) for path in files]
     config = tmp_path / "experiment.yaml"
     for setting in ("fluid.bulk_modulus=3 s", "sweep.grid.leakage.internal_flow=[500 L/min]"):
-        assert hydrofdi("sweep", config, "--workers", "1", "--set", setting).returncode == 2
+        assert hydrofdi("sweep", config, "--engine", "in-process", "--set", setting).returncode == 2
     files = sorted(path for path in tmp_path.rglob("*") if path.is_file())
     assert [(path, path.read_bytes(), path.stat().st_mtime_ns) for path in files] == before
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +18,7 @@ from hydrofdi.config.wavelet import WaveletConfig
 from hydrofdi.features.wavelet import boundary_shares
 from hydrofdi.physics.leakage import internal_leakage_flow
 from hydrofdi.simulation import simulate_batch
+from tests.commands import run_hydrofdi
 
 SHORT = ("run.duration=2 s", "input.period=1 s")
 SWEEP = """
@@ -31,12 +30,6 @@ sweep:
     fluid.bulk_modulus: [551 MPa, 827 MPa]
     friction.viscous: [50, 60]
 """
-
-
-def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "hydrofdi", *arguments], capture_output=True, text=True, check=False
-    )
 
 
 @pytest.mark.parametrize("n_sample", [1000, 1333])
@@ -83,7 +76,7 @@ def test_runs_beyond_a_number_are_left_out_but_every_leakage_and_bulk_modulus_is
 def test_check_names_what_runs_differ_in_and_warns_once(tmp_path: Path) -> None:
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP.replace("friction.viscous: [50, 60]", "friction.law: [threshold, smooth]"))
-    printed = _run("check", str(file)).stdout
+    printed = run_hydrofdi("check", str(file)).stdout
     assert "(1) friction.law = threshold\n(2) friction.law = smooth\n" in printed
     rows = re.findall(r"^(?:551|827) .*\((\d)\)$", printed, re.MULTILINE)
     assert sorted(rows) == ["1"] * 6 + ["2"] * 6
@@ -107,7 +100,7 @@ def test_broken_period_is_warned_of() -> None:
 
 def test_check_says_no_where_the_step_is_unstable() -> None:
     settings = [part for setting in (*SHORT, "run.step=1 ms") for part in ("--set", setting)]
-    done = _run("check", "--json", *settings)
+    done = run_hydrofdi("check", "--json", *settings)
     record = json.loads(done.stdout)
     assert done.returncode == 1
     assert record["binding"] == "friction zone"
@@ -139,7 +132,7 @@ def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for() -> None:
 
 def test_calibrate_command_prints_its_targets_as_json() -> None:
     settings = [part for setting in SHORT for part in ("--set", setting)]
-    done = _run("calibrate", "--json", "--flow", "0.12 L/min", "--flow", "0.89 L/min", *settings)
+    done = run_hydrofdi("calibrate", "--json", "--flow", "0.12 L/min", "--flow", "0.89 L/min", *settings)
     assert done.returncode == 0
     first, second = json.loads(done.stdout)["targets"]
     assert 0.0 < first["coefficient"] < second["coefficient"]
@@ -152,7 +145,7 @@ def test_calibrate_command_prints_its_targets_as_json() -> None:
 )
 def test_impossible_flow_is_the_users_to_mend(flow: str, sentence: str) -> None:
     settings = [part for setting in SHORT for part in ("--set", setting)]
-    done = _run("calibrate", "--flow", flow, *settings)
+    done = run_hydrofdi("calibrate", "--flow", flow, *settings)
     assert done.returncode == 2
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
@@ -162,7 +155,7 @@ def test_step_limit_is_that_of_the_stiffest_run_of_a_sweep() -> None:
     settings = [part for setting in SHORT for part in ("--set", setting)]
     axis = ("--set", "sweep.grid={friction.scale: [1, 2]}")
     limits = [
-        json.loads(_run("check", "--json", *settings, *more).stdout)["step_limits"]["friction zone"]
+        json.loads(run_hydrofdi("check", "--json", *settings, *more).stdout)["step_limits"]["friction zone"]
         for more in ((), axis)
     ]
     assert limits[1] == pytest.approx(0.5 * limits[0], rel=1e-2)
@@ -172,7 +165,7 @@ NOISE = "pressure_1_sensor={noise: 3 kPa, lowest: 0, highest: 16.38 MPa, bits: 1
 """Levels 4 kPa apart."""
 
 
-def test_sensor_noise_is_set_against_each_level_of_the_weakest_run(tmp_path: Path) -> None:
+def test_sensor_noise_is_set_against_each_level_of_the_weakestrun_hydrofdi(tmp_path: Path) -> None:
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP)
     quiet, noisy = (load_experiment(file, settings) for settings in ((), (NOISE,)))
@@ -213,9 +206,9 @@ def test_sensors_do_not_touch_what_is_inspected_or_calibrated() -> None:
 
 def test_check_prints_the_noise(tmp_path: Path) -> None:
     arguments = ("check", "--set", "run.duration=2 s", "--set", NOISE)
-    printed = _run(*arguments)
+    printed = run_hydrofdi(*arguments)
     assert "Noise of the chamber-1 pressure sensor" in printed.stdout
     assert re.search(r"d1 +3\.21 +\d\.\d+ +\d\d\.\d%", printed.stdout)
-    record = json.loads(_run(*arguments, "--json").stdout)
+    record = json.loads(run_hydrofdi(*arguments, "--json").stdout)
     assert [level["noise"] for level in record["noise"]] == [pytest.approx(3214.55, rel=1e-5)] * 5
-    assert "Noise" not in _run("check", "--set", "run.duration=2 s").stdout
+    assert "Noise" not in run_hydrofdi("check", "--set", "run.duration=2 s").stdout

@@ -7,7 +7,8 @@ import shutil
 
 import pytest
 
-from tests.conftest import run_hydrofdi, sweep_in
+from tests.commands import run_hydrofdi
+from tests.conftest import sweep_in
 
 LEAKAGES = (0.12, 0.89, 2.0)
 BULK_MODULI = (551.0, 689.0, 827.0)
@@ -204,7 +205,7 @@ sweep:
 
 
 def test_headings_break_at_dots_and_underscores_alone(hydrofdi, experiment_file):
-    hydrofdi("sweep", experiment_file(NARROW), "--workers", "1")
+    hydrofdi("sweep", experiment_file(NARROW), "--engine", "in-process")
     wide = hydrofdi("report", env=os.environ | {"COLUMNS": "140"}).stdout
     assert "pressure_1_sensor.noise [Pa]" in wide
     narrow = hydrofdi("report", env=os.environ | {"COLUMNS": "80"}).stdout.splitlines()

@@ -19,7 +19,7 @@ sweep:
 def test_check_ends_with_0_where_the_listed_claims_hold_and_with_1_where_one_does_not(
     hydrofdi, experiment_file
 ):
-    hydrofdi("sweep", experiment_file(CLAIMS), "--workers", "1")
+    hydrofdi("sweep", experiment_file(CLAIMS), "--engine", "in-process")
     claims = json.loads(hydrofdi("report", "--json").stdout)["claims"]
     outcomes = {claim["id"]: claim["reproduced"] for claim in claims}
     assert outcomes["C2"] is True
@@ -27,7 +27,7 @@ def test_check_ends_with_0_where_the_listed_claims_hold_and_with_1_where_one_doe
     held = hydrofdi("report", "--check")
     assert (held.returncode, held.stdout) == (0, "")
     assert held.stderr.startswith("C2 holds: ")
-    hydrofdi("sweep", experiment_file(CLAIMS.replace("[C2]", f"[C2, {broken}]")), "--workers", "1")
+    hydrofdi("sweep", experiment_file(CLAIMS.replace("[C2]", f"[C2, {broken}]")), "--engine", "in-process")
     failed = hydrofdi("report", "--check")
     assert failed.returncode == 1
     assert f"{broken} does not hold: " in failed.stderr
@@ -90,7 +90,9 @@ def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(hydrofdi, small_swee
 
 
 def test_claims_that_change_need_no_run_again(hydrofdi, experiment_file):
-    hydrofdi("sweep", experiment_file(CLAIMS), "--workers", "1")
-    again = hydrofdi("sweep", experiment_file(CLAIMS.replace("[C2]", "[C1]")), "--workers", "1", "--json")
+    hydrofdi("sweep", experiment_file(CLAIMS), "--engine", "in-process")
+    again = hydrofdi(
+        "sweep", experiment_file(CLAIMS.replace("[C2]", "[C1]")), "--engine", "in-process", "--json"
+    )
     assert json.loads(again.stdout)["completed"] == 0
     assert json.loads(hydrofdi("report", "--json").stdout)["guarded_claims"] == ["C1"]

@@ -9,7 +9,7 @@ import hydrofdi as package
 from hydrofdi.config import load_experiment
 from hydrofdi.pipeline import simulate_nominal
 from hydrofdi.report.run_summary import run_record, summarize_run
-from tests.conftest import run_hydrofdi
+from tests.commands import run_hydrofdi
 
 NEAR_EDGE = (
     "warning: f_h is near the edge of a band, where two levels answer: 59.6 Hz at EBM 551 MPa"

@@ -5,6 +5,7 @@ import shutil
 import h5py
 import numpy as np
 
+from tests.commands import run_process
 from tests.conftest import SMALL
 
 NO_NETWORK = """
@@ -49,21 +50,21 @@ def test_a_changed_grid_computes_what_is_new_and_drops_what_is_gone(hydrofdi, sm
     bulk_moduli = [([551e6, 700e6], 2), ([551e6], 0)]
     for values, completed in bulk_moduli:
         setting = f"sweep.grid.fluid.bulk_modulus={values}"
-        result = hydrofdi("sweep", "experiment.yaml", "--json", "--workers", "1", "--set", setting)
+        result = hydrofdi("sweep", "experiment.yaml", "--json", "--engine", "in-process", "--set", setting)
         assert json.loads(result.stdout)["completed"] == completed
         with h5py.File(tmp_path / small_sweep.summary["file"]) as file:
             np.testing.assert_array_equal(file["bulk_modulus"], values * 2)
 
 
-def test_the_experiment_file_does_not_depend_on_the_number_of_workers(hydrofdi, small_sweep, tmp_path):
-    result = hydrofdi("sweep", small_sweep.config, "--workers", "3")
+def test_the_experiment_file_does_not_depend_on_the_number_of_workers(small_sweep, tmp_path):
+    result = run_process("sweep", small_sweep.config, "--workers", "3", cwd=tmp_path)
     assert result.returncode == 0
     assert (tmp_path / "results/small/small.h5").read_bytes() == small_sweep.file.read_bytes()
 
 
 def test_results_go_where_out_says(hydrofdi, experiment_file, tmp_path):
     config = experiment_file("run: {duration: 2 s}\nstore: {signals: none}\n")
-    result = hydrofdi("sweep", config, "--out", "else/where", "--workers", "1", "--json")
+    result = hydrofdi("sweep", config, "--out", "else/where", "--engine", "in-process", "--json")
     assert json.loads(result.stdout)["file"] == "else/where/nominal.h5"
     assert (tmp_path / "else" / "where" / "nominal.h5").exists()
     assert not (tmp_path / "results").exists()
@@ -107,7 +108,7 @@ AXES = {
 def test_any_parameter_can_be_swept(hydrofdi, experiment_file):
     blocks = "".join(f"    - grid: {{{axis}: {json.dumps(values)}}}\n" for axis, values in AXES.items())
     config = experiment_file(f"run: {{duration: 2 s}}\nsweep:\n  union:\n{blocks}")
-    result = hydrofdi("sweep", config, "--workers", "1")
+    result = hydrofdi("sweep", config, "--engine", "in-process")
     assert result.returncode == 0, result.stderr
     rows = json.loads(hydrofdi("report", "--json").stdout)["rows"]
     assert all(row["status"] == "ok" for row in rows)
@@ -117,10 +118,10 @@ def test_any_parameter_can_be_swept(hydrofdi, experiment_file):
 
 def test_records_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, experiment_file):
     config = experiment_file("sweep: {grid: {run.duration: [2 s, 4 s]}}\n")
-    result = hydrofdi("sweep", config, "--workers", "1")
+    result = hydrofdi("sweep", config, "--engine", "in-process")
     assert result.returncode == 2
     assert "store: {signals: none}" in result.stderr
-    assert hydrofdi("sweep", config, "--workers", "1", "--set", "store.signals=none").returncode == 0
+    assert hydrofdi("sweep", config, "--engine", "in-process", "--set", "store.signals=none").returncode == 0
 
 
 def test_why_names_the_part_of_the_model_for_which_the_step_is_too_long(failing_sweep, hydrofdi):

@@ -14,13 +14,13 @@ SENTENCE = "hydrofdi: leakage.internal_flow: no K_i gives a mean leakage of 2 L/
 
 
 def test_one_leak_out_of_reach_is_a_row_and_the_others_go_on(hydrofdi, experiment_file, tmp_path):
-    result = hydrofdi("sweep", experiment_file(LAPS % "[0, 50 um]"), "--workers", "1")
+    result = hydrofdi("sweep", experiment_file(LAPS % "[0, 50 um]"), "--engine", "in-process")
     assert result.returncode == 1
     with h5py.File(tmp_path / "results/laps/laps.h5") as file:
         assert file["status"].asstr()[:].tolist() == ["ok", "ok", "ok", "unreachable_leakage"]
         assert file["message"].asstr()[3] == "no K_i gives a mean leakage of 2 L/min"
     more = experiment_file(LAPS % "[0, 50 um, 70 um]")
-    assert hydrofdi("sweep", more, "--workers", "1").returncode == 1, "the possible leak is stored"
+    assert hydrofdi("sweep", more, "--engine", "in-process").returncode == 1, "the possible leak is stored"
     report = hydrofdi("report", "results/laps")
     assert (report.returncode, "2 unreachable_leakage" in report.stdout) == (0, True)
 
@@ -29,7 +29,7 @@ def test_a_sweep_without_any_possible_leak_names_each_condition_and_stores_nothi
     hydrofdi, experiment_file, tmp_path
 ):
     config = experiment_file(LAPS % "[60 um, 50 um]")
-    result = hydrofdi("sweep", config, "--workers", "1")
+    result = hydrofdi("sweep", config, "--engine", "in-process")
     most = "; the most that this actuator leaks is 0 L/min"
     assert result.stderr.splitlines() == [
         f"{SENTENCE} at valve.lap = 6e-05 m{most}",

@@ -262,7 +262,7 @@ def test_results_hold_the_file_and_never_print_its_rows(tmp_path: Path, hydrofdi
     )
     told = [hydrofdi("plan", config), hydrofdi("plan", config, "--json")]
     assert json.loads(told[1].stdout)["axes"]["input.file"][0].startswith("long.csv (10000 rows, ")
-    swept = hydrofdi("sweep", config, "--workers", "1")
+    swept = hydrofdi("sweep", config, "--engine", "in-process")
     assert swept.returncode == 0, swept.stderr
     told.append(swept)
     for name in ("long.csv", "short.csv"):

@@ -158,7 +158,7 @@ def test_swept_discard_is_stored_and_reported(hydrofdi: Command, experiment_file
         "sweep: {grid: {run.discard: [0 s, 1 period, 2 periods], leakage.internal_coefficient: [0, 1e-9]}}\n"
     )
     assert "run.discard [s]: 3 values\n" in hydrofdi("plan", config).stdout
-    assert hydrofdi("sweep", config, "--workers", "1").returncode == 0
+    assert hydrofdi("sweep", config, "--engine", "in-process").returncode == 0
     assert hydrofdi("rerun", "results/late", "3").stdout.endswith("the same bits\n")
     rows = json.loads(hydrofdi("report", "--json").stdout)["rows"]
     assert {row["labels"]["run.discard"] for row in rows} == {0.0, "1 period", "2 periods"}

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from functools import cache
 from typing import Any, Literal
 
@@ -16,6 +13,7 @@ from hydrofdi.features import detail_rms
 from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.simulation.options import ModelOptions
 from hydrofdi.simulation.second_opinion import simulate_with_solver
+from tests.commands import run_json
 
 RANGES = {
     "actuator.chamber_volume": (160e-6, 470e-6),
@@ -104,13 +102,8 @@ def test_solver_that_gives_up_is_a_failed_run() -> None:
 
 
 def test_second_opinion_on_the_command_line_says_whose_it_is() -> None:
-    command = [sys.executable, "-m", "hydrofdi", "simulate", "--json"]
-    for setting in ("run.duration=1 s", "input.period=0.5 s"):
-        command += ["--set", setting]
-    records = [
-        json.loads(subprocess.run([*command, *more], capture_output=True, check=True).stdout)
-        for more in ([], ["--solver", "lsoda"])
-    ]
+    command = ("simulate", "--set=run.duration=1 s", "--set=input.period=0.5 s")
+    records = [run_json(*command, *more) for more in ([], ["--solver", "lsoda"])]
     assert records[1]["run_id"] == records[0]["run_id"] + "-lsoda"
     np.testing.assert_allclose(records[1]["detail_rms_Pa"], records[0]["detail_rms_Pa"], rtol=2e-3)
     assert records[1]["detail_rms_Pa"] != records[0]["detail_rms_Pa"]

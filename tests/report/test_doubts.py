@@ -6,7 +6,8 @@ import json
 
 from hydrofdi.pipeline import read_results
 from hydrofdi.report import analyze, compose_report
-from tests.conftest import SMALL, run_hydrofdi, sweep_in
+from tests.commands import run_hydrofdi
+from tests.conftest import SMALL, sweep_in
 
 
 def blocks(analysis):

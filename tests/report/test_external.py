@@ -16,7 +16,8 @@ from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.record import report_record
 from hydrofdi.store import names
 from hydrofdi.store.names import LATER_ADDED
-from tests.conftest import run_hydrofdi, sweep_in
+from tests.commands import run_hydrofdi
+from tests.conftest import sweep_in
 
 GAP = 5.8e-13
 """K_e of about 0.3 L/min [m³/(s·Pa)]."""

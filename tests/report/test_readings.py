@@ -1,10 +1,9 @@
 import json
-import subprocess
-import sys
 
 import pytest
 
-from tests.conftest import run_hydrofdi, sweep_in
+from tests.commands import run_hydrofdi
+from tests.conftest import sweep_in
 
 ENSEMBLE = """\
 name: readings
@@ -30,11 +29,10 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def ensemble(folder):
     def run(*arguments):
-        command = [sys.executable, "-m", "hydrofdi", *arguments]
-        return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+        return run_hydrofdi(*arguments, cwd=folder)
 
     (folder / "readings.yaml").write_text(ENSEMBLE, encoding="utf-8")
-    swept = run("sweep", "readings.yaml", "--workers", "1")
+    swept = run("sweep", "readings.yaml", "--engine", "in-process")
     assert swept.returncode == 1, "readings whose leakage is out of reach are failed runs"
     return run
 
@@ -74,7 +72,7 @@ def test_a_reading_gives_the_margins_of_the_same_experiment_by_itself(study, ens
     (folder / "alone.yaml").write_text("".join(sections).replace("name: readings", "name: alone"))
     member = next(member for member in study["members"] if member["outcome"] == "ok")
     settings = [f"--set={name}={value!r}" for name, value in member["values"].items()]
-    assert ensemble("sweep", "alone.yaml", "--workers", "1", *settings).returncode == 0
+    assert ensemble("sweep", "alone.yaml", "--engine", "in-process", *settings).returncode == 0
     claims = json.loads(ensemble("report", "results/alone", "--json").stdout)["claims"]
     for claim in claims:
         assert claim["margin_percentage_points"] == member["margins_percentage_points"][claim["id"]]
@@ -103,7 +101,7 @@ def test_readings_that_differ_in_the_leak_alone_share_their_sealed_controls(ense
     (folder / "laws.yaml").write_text(
         text.replace("name: readings", "name: laws") + ENSEMBLE.split("sweep:")[1]
     )
-    assert ensemble("sweep", "laws.yaml", "--workers", "1").returncode == 0
+    assert ensemble("sweep", "laws.yaml", "--engine", "in-process").returncode == 0
     members = json.loads(ensemble("report", "results/laws", "--json").stdout)["readings"]["members"]
     alarms = [member["sealed_alarms"] for member in members]
     assert len(alarms) == 2

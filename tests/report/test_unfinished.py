@@ -22,7 +22,7 @@ def half_done(tmp_path, hydrofdi):
     """A sweep over two EBM of which one was computed before the program was killed."""
     config = tmp_path / "half.yaml"
     config.write_text(HALF)
-    assert hydrofdi("sweep", config, "--workers", "1").returncode == 0
+    assert hydrofdi("sweep", config, "--engine", "in-process").returncode == 0
     config.write_text(WHOLE)
     directory = tmp_path / "results" / "half"
     write_request(directory, load_experiment(config))

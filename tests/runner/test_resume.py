@@ -5,7 +5,7 @@ import shutil
 import h5py
 import pytest
 
-from runner.processes import run, run_json
+from tests.commands import run, run_json
 
 GRID = """\
 name: grid
@@ -27,7 +27,7 @@ def write_grid(folder, count, signals="none"):
 
 @pytest.fixture
 def swept(tmp_path):
-    run("sweep", write_grid(tmp_path, 5), "--out", tmp_path / "out", check=0)
+    run("sweep", write_grid(tmp_path, 5), "--out", tmp_path / "out", "--workers", "2", check=0)
     return tmp_path
 
 

@@ -13,7 +13,8 @@ import pytest
 
 from hydrofdi.pipeline import read_results
 from hydrofdi.report.table import summarize_table
-from tests.conftest import REPOSITORY, run_hydrofdi, sweep_in, swept
+from tests.commands import run_hydrofdi
+from tests.conftest import REPOSITORY, sweep_in, swept
 
 SWEEP = """\
 name: measured
@@ -44,7 +45,7 @@ def test_sweep_has_the_same_bits_in_other_order_with_more_workers(
     measured: SimpleNamespace, tmp_path: Path
 ) -> None:
     turned = SWEEP.replace("[0, 1e-8]", "[1e-8, 2e-9, 0]").replace("seed: [0, 1]", "seed: [1, 0]")
-    other = signals_of(sweep_in(tmp_path, turned, "--workers", "2"))
+    other = signals_of(sweep_in(tmp_path, turned, "--engine", "local", "--workers", "2"))
     for name, rows in signals_of(measured).items():
         assert len(rows) == 4
         for run_id, row in rows.items():

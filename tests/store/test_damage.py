@@ -114,7 +114,7 @@ def test_a_damaged_result_is_made_again_by_the_next_sweep(hydrofdi, small_sweep,
     shard = next((directory / "shards").glob("*.h5"))
     shard.write_bytes(shard.read_bytes()[:3000])
     (directory / "small.h5").write_bytes(b"")
-    result = hydrofdi("sweep", "experiment.yaml", "--json", "--workers", "1")
+    result = hydrofdi("sweep", "experiment.yaml", "--json", "--engine", "in-process")
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["completed"] == 4
     with h5py.File(directory / "small.h5") as file, h5py.File(small_sweep.file) as whole:

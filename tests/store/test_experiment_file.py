@@ -81,7 +81,9 @@ def test_the_features_are_those_of_the_stored_signals(dataset):
 def test_the_signals_that_are_asked_for_are_kept(hydrofdi, small_sweep, tmp_path, signals, kept):
     shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
     config = tmp_path / "experiment.yaml"
-    result = hydrofdi("sweep", config, "--json", "--workers", "1", "--set", f"store.signals={signals}")
+    result = hydrofdi(
+        "sweep", config, "--json", "--engine", "in-process", "--set", f"store.signals={signals}"
+    )
     assert json.loads(result.stdout)["completed"] == 0
     with h5py.File(tmp_path / "results/small/small.h5") as file:
         assert SIGNALS.keys() & file.keys() == kept

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -12,6 +10,7 @@ import pytest
 from hydrofdi.config import RunParameters
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.store import names
+from tests.commands import run_hydrofdi
 
 SHORT = RunParameters().with_values({"run.duration": 2.0, "input.period": 0.5})
 SETTLED = {"run.duration": 4.0}
@@ -113,11 +112,8 @@ def test_failed_run_has_its_failure_for_a_verdict_and_no_numbers(
 
 
 def test_run_to_be_read_with_care_is_no_failure_on_the_command_line() -> None:
-    command = [sys.executable, "-m", "hydrofdi", "simulate", "--json"]
-    settings = ["run.duration=2 s", "input.period=0.5 s", "input.amplitude=8 V"]
-    for setting in settings:
-        command += ["--set", setting]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    settings = ("run.duration=2 s", "input.period=0.5 s", "input.amplitude=8 V")
+    done = run_hydrofdi("simulate", "--json", *(f"--set={setting}" for setting in settings))
     record = json.loads(done.stdout)
     assert done.returncode == 0
     assert record["status"] == "ok"

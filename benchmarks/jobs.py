@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -26,10 +29,19 @@ Job = tuple[RunParameters, float]
 """A run and its K_i."""
 
 
-def lane_jobs(duration: float, *, drives: int = 1) -> list[Job]:
+AT_REST = {"input.period": 100.0}
+"""An input that is held longer than any record: what moves comes to rest."""
+
+IN_MOTION = {"input.shape": "steps", "input.period": 0.02}
+"""An input that changes before anything comes to rest."""
+
+
+def lane_jobs(
+    duration: float, *, drives: int = 1, values: Mapping[str, Any] = MappingProxyType({})
+) -> list[Job]:
     """As many jobs as there are lanes, over leakage and bulk modulus, with so many different drives."""
     amplitudes = np.linspace(1.5, 2.0, drives) if drives > 1 else [2.0]
-    nominal = RunParameters().with_values({"run.duration": duration})
+    nominal = RunParameters().with_values({"run.duration": duration, **values})
     moduli = np.linspace(551e6, 827e6, WIDTH)
     leakages = np.linspace(0.0, LARGEST_LEAKAGE_COEFFICIENT, 8)
     return [

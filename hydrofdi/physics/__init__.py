@@ -4,7 +4,7 @@ They take floats or NumPy arrays, and the simulation kernel compiles the very sa
 numbers are those of Maddahi et al., CDSR 2015, paper 181.
 """
 
-PHYSICS_VERSION = 2
+PHYSICS_VERSION = 3
 """Version of everything that determines a run's numbers (equations, kernel, features, defaults).
 
 Part of every run's identity: raise it when results change, and stored runs are computed again."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.physics.equation import equation
+from hydrofdi.physics.settled import settled
 from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.control_loop import steer
 from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
@@ -66,13 +67,13 @@ def state_of(half: Any, k: int) -> State:
 
 @equation
 def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
-    """Write the state of a lane back."""
-    half.position[k], half.velocity[k] = state.position, state.velocity
-    half.pressure_1[k], half.pressure_2[k] = state.pressure_1, state.pressure_2
+    """Write the state of a lane back, its decays ended."""
+    half.position[k], half.velocity[k] = settled(state.position), settled(state.velocity)
+    half.pressure_1[k], half.pressure_2[k] = settled(state.pressure_1), settled(state.pressure_2)
     if options.supply_droop is not None:
-        half.supply[k] = state.supply
+        half.supply[k] = settled(state.supply)
     if options.bristle_friction is not None:
-        half.bristle[k] = state.bristle
+        half.bristle[k] = settled(state.bristle)
 
 
 @equation

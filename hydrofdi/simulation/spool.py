@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.physics.equation import equation
 from hydrofdi.physics.limited import limited
+from hydrofdi.physics.settled import settled
 from hydrofdi.physics.valve import spool_acceleration
 from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.lanes import SPOOL_WIDTH
@@ -72,8 +73,8 @@ def move_spool(spools: Any, k: int, step: float, is_limited: Chosen) -> None:
     spools.spool_2[k] = valve_opening(x2, most, is_limited)
     spools.spool_3[k] = valve_opening(x3, most, is_limited)
     spools.spool_4[k] = valve_opening(x4, most, is_limited)
-    spools.spool_position[k] = x + sixth_step * (r1 + 2.0 * (r2 + r3) + r4)
-    spools.spool_velocity[k] = v + sixth_step * (a1 + 2.0 * (a2 + a3) + a4)
+    spools.spool_position[k] = settled(x + sixth_step * (r1 + 2.0 * (r2 + r3) + r4))
+    spools.spool_velocity[k] = settled(v + sixth_step * (a1 + 2.0 * (a2 + a3) + a4))
 
 
 @compiled

@@ -68,6 +68,11 @@ class ExperimentConfig(RunParameters):
         """Whether the experiment is an ensemble; a run that is impossible is then a result, no mistake."""
         return bool(self.ensemble.names)
 
+    @property
+    def measures_phases(self) -> bool:
+        """Whether the runs are measured at every start phase."""
+        return self.wavelet.phase == "all"
+
     @cached_property
     def nominal_parameters(self) -> RunParameters:
         """The parameters that all runs start from."""

@@ -131,7 +131,7 @@ class RunParameters(Section):
         require_fluid_fits(self.fluid, self.supply)
         require_input_fits(self.input, self.control, self.run)
         require_load_fits(self.load, self.run)
-        require_record_fits(self.n_kept, self.wavelet)
+        require_record_fits(self.n_kept - self.wavelet.latest_start, self.wavelet)
         require_jitter_fits(self.measurement, self.run)
 
     @property
@@ -141,12 +141,12 @@ class RunParameters(Section):
 
     @property
     def n_discarded(self) -> int:
-        """Number of samples that the detail RMS leave out."""
+        """Number of samples that the features leave out."""
         return round(self.run.discarded_time(self.input.period) * self.run.sampling_frequency)
 
     @property
     def n_kept(self) -> int:
-        """Number of samples that the detail RMS are taken from."""
+        """Number of samples that the features are taken from."""
         return self.run.n_sample - self.n_discarded
 
     def with_ideal_sensors(self) -> RunParameters:
@@ -164,9 +164,13 @@ class RunParameters(Section):
         So a parameter that is added later leaves the identity of stored runs alone. A default that changes
         has to raise ``PHYSICS_VERSION``.
         """
-        sections = [(name, self.__dict__[name]) for name in _SORTED_SECTIONS]
-        parts = [f'"{name}":{section.stated_text}' for name, section in sections if not section.is_default]
-        return "{" + ",".join(parts) + "}"
+        return _text(self.__dict__)
+
+    @property
+    def record_text(self) -> str:
+        """`text` of all that the signals depend on; how they are analysed is left out."""
+        analysis: dict[str, Section] = {"wavelet": WaveletConfig(), "run": self.run.without_discard}
+        return _text(self.__dict__ | analysis)
 
     def value(self, name: str) -> Any:
         """The value of a dotted name, e.g. ``"fluid.bulk_modulus"``."""
@@ -194,6 +198,12 @@ _SENSING: dict[str, type[Section]] = {
     if isinstance(info.annotation, type) and issubclass(info.annotation, SensorConfig | MeasurementConfig)
 }
 """Sections that say how signals are measured, not what happens."""
+
+
+def _text(sections: Mapping[str, Section]) -> str:
+    stated = [(name, sections[name]) for name in _SORTED_SECTIONS]
+    parts = [f'"{name}":{section.stated_text}' for name, section in stated if not section.is_default]
+    return "{" + ",".join(parts) + "}"
 
 
 def parameter_names() -> Iterator[str]:

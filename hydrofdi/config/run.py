@@ -61,9 +61,9 @@ class RunConfig(Section):
     """Sampling frequency of the record [Hz]. Caption of Figure 2, legible as "5"; 250 Hz is admissible."""
 
     discard: Annotated[float | str, TimeOrPeriods("s", least=0)] = 0.0
-    """Start of the record that the detail RMS leave out, so that they are those of the settled motion: a time
-    [s], or periods of the input such as ``1 period``, whatever ``input.period`` is in a run. Signals and all
-    other features keep it."""
+    """Start of the record that the features leave out: a time [s], or periods of the input such as
+    ``1 period``, whatever ``input.period`` is in a run. Signals keep it, and so do the numbers of the plant
+    itself: leakage flows, extremes, hydraulic mode."""
 
     @model_validator(mode="after")
     def _times_fit_the_step(self) -> Self:
@@ -95,12 +95,22 @@ class RunConfig(Section):
         return round(self.duration * self.sampling_frequency)
 
     @property
+    def time_axis(self) -> tuple[float, float, float]:
+        """Duration [s], step [s] and sampling frequency [Hz]."""
+        return self.duration, self.step, self.sampling_frequency
+
+    @property
+    def without_discard(self) -> RunConfig:
+        """The same record with nothing left out."""
+        return RunConfig.model_validate(self.model_dump() | {"discard": 0.0}) if self.discard else self
+
+    @property
     def discards_periods(self) -> bool:
         """Whether what is left out is stated in periods of the input."""
         return isinstance(self.discard, str)
 
     def discarded_time(self, period: float) -> float:
-        """Start of the record that the detail RMS leave out, for an input of some period [s]."""
+        """Start of the record that the features leave out, for an input of some period [s]."""
         if isinstance(self.discard, str):
             return float(self.discard.split()[0]) * period
         return self.discard

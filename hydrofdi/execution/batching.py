@@ -29,14 +29,17 @@ def split_jobs(jobs: Sequence[Job], workers: int) -> list[tuple[Job, ...]]:
 
 
 def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
-    groups: dict[object, list[Job]] = {}
+    """Jobs of the same time axis and the same shape of features; those of one record stand together."""
+    groups: dict[object, dict[str, list[Job]]] = {}
     for job in jobs:
-        groups.setdefault(_grid(job.parameters), []).append(job)
-    return list(groups.values())
+        records = groups.setdefault(_shape(job.parameters), {})
+        records.setdefault(job.parameters.record_text, []).append(job)
+    return [[job for same in records.values() for job in same] for records in groups.values()]
 
 
-def _grid(parameters: RunParameters) -> object:
-    return parameters.run, parameters.wavelet, parameters.n_discarded
+def _shape(parameters: RunParameters) -> object:
+    run, wavelet = parameters.run, parameters.wavelet
+    return run.time_axis, wavelet.levels, wavelet.phase == "all"
 
 
 def _batch_size(n_job: int, n_sample: int, workers: int) -> int:

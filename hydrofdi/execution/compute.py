@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.store import StoreConfig
-from hydrofdi.features import coefficient_rms
 from hydrofdi.features.external_leakage import mean_external_leakage_flows
 from hydrofdi.features.operating_point import hydraulic_mode
+from hydrofdi.features.pressure import pressure_features
+from hydrofdi.features.settling import how_records_settle
 from hydrofdi.features.verdict import judge
 from hydrofdi.sensing import measure
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
@@ -76,18 +77,35 @@ def compute_shard(batch: Batch) -> BatchReceipt:
 
 
 def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) -> dict[str, NDArray[Any]]:
-    """All variables of a shard, one row per job, and the time axis."""
+    """All variables of a shard, one row per job, and the time axis.
+
+    Jobs that differ in nothing but the analysis of their record are simulated once.
+    """
     parameters = [job.parameters for job in jobs]
-    coefficients = np.array([job.leakage_coefficient for job in jobs], dtype=float)
-    trajectory = simulate(parameters, np.nan_to_num(coefficients).tolist())
-    trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(jobs, trajectory))
+    recorded, record_of_job = _distinct_records(jobs)
+    coefficients = np.array([job.leakage_coefficient for job in recorded], dtype=float)
+    trajectory = simulate([job.parameters for job in recorded], np.nan_to_num(coefficients).tolist())
+    trajectory = replace(
+        trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(recorded, trajectory)
+    )
+    measured = measure([job.parameters for job in recorded], trajectory)
+    if len(recorded) < len(jobs):
+        trajectory, measured = trajectory.rows(record_of_job), measured.rows(record_of_job)
     return {
         names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
         names.STATUS: np.array([outcome.status for outcome in trajectory.outcomes], dtype=object),
         names.MESSAGE: np.array([outcome.message for outcome in trajectory.outcomes], dtype=object),
         names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
         names.TIME: trajectory.time,
-    } | _signals_and_features(parameters, trajectory)
+    } | _signals_and_features(parameters, trajectory, measured)
+
+
+def _distinct_records(jobs: Sequence[Job]) -> tuple[list[Job], list[int]]:
+    """One job for each record that has to be simulated, and the place of each job's record among them."""
+    keys = [(job.parameters.record_text, job.leakage_coefficient.hex()) for job in jobs]
+    first = dict(zip(reversed(keys), reversed(jobs), strict=True))
+    places = {key: place for place, key in enumerate(dict.fromkeys(keys))}
+    return [first[key] for key in places], [places[key] for key in keys]
 
 
 def _outcomes(jobs: Sequence[Job], trajectory: Trajectory) -> tuple[Outcome, ...]:
@@ -103,9 +121,8 @@ def _unreachable(parameters: RunParameters) -> Outcome:
 
 
 def _signals_and_features(
-    parameters: Sequence[RunParameters], trajectory: Trajectory
+    parameters: Sequence[RunParameters], trajectory: Trajectory, measured: Trajectory
 ) -> dict[str, NDArray[Any]]:
-    measured = measure(parameters, trajectory)
     signals = {
         variable.name: getattr(measured, variable.name)
         for variable in names.stored_variables("all")
@@ -113,24 +130,23 @@ def _signals_and_features(
     }
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     with np.errstate(all="ignore"):
-        features = _features(parameters, trajectory, measured)
-        verdicts = judge(parameters, trajectory, measured)
+        settlings = how_records_settle(parameters, trajectory.chamber_1_pressure)
+        features = pressure_features(parameters, measured.chamber_1_pressure, settlings)
+        features |= _plant_numbers(parameters, trajectory)
+        verdicts = judge(parameters, trajectory, measured, settlings)
     for values in features.values():
         values[failed] = np.nan
     return signals | features | vars(verdicts)
 
 
-def _features(
-    parameters: Sequence[RunParameters], trajectory: Trajectory, measured: Trajectory
+def _plant_numbers(
+    parameters: Sequence[RunParameters], trajectory: Trajectory
 ) -> dict[str, NDArray[np.float64]]:
+    """What is known of the plant itself, over the whole record."""
     modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
-    rms = coefficient_rms(measured.chamber_1_pressure[:, parameters[0].n_discarded :], parameters[0].wavelet)
     external = mean_external_leakage_flows(parameters, trajectory)
-    features = {
-        names.DETAIL_RMS: rms.detail,
-        names.APPROXIMATION_RMS: rms.approximation,
+    numbers = {
         **dict(zip(names.EXTERNAL_LEAKAGE_FLOWS, external, strict=True)),
-        names.MEAN_CHAMBER_1_PRESSURE: np.mean(measured.chamber_1_pressure, axis=1),
         names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow,
         names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
         names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),
@@ -138,5 +154,5 @@ def _features(
     for variable in names.EXTREMES:
         signal, _, kind = variable.name.rpartition("_")
         values = getattr(trajectory, signal)
-        features[variable.name] = values.min(axis=1) if kind == "min" else values.max(axis=1)
-    return features
+        numbers[variable.name] = values.min(axis=1) if kind == "min" else values.max(axis=1)
+    return numbers

@@ -10,14 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.features.settling import SETTLED_CHANGE, Settling
 from hydrofdi.simulation import Trajectory
 from hydrofdi.simulation.balances import balance_residuals
-
-UNSETTLED_CHANGE = 0.01
-"""A record whose last two periods differ by more than this share of the pressure's RMS is unsettled."""
-
-LEAST_VARIATION = 1e-6
-"""The RMS that a change is put over is at least this share of the supply, so that rest counts as settled."""
 
 STILL = 1e-9
 """A record whose P_1 varies by less than this share of the supply stands still: what varies is rounding."""
@@ -35,9 +30,10 @@ class Verdicts:
     cavitating_share, above_supply_share : ndarray
         Share of the samples with a chamber pressure at or below the vapour limit, or above the supply [-].
     settling_change : ndarray
-        RMS of the change of P_1 from the last but one period to the last, over the RMS of its variation in
-        the last, or over `LEAST_VARIATION` of the supply where that is more [-]; NaN where the record does
-        not hold two whole periods.
+        Largest relative change of the RMS of a detail from the last but one period to the last [-]; NaN where
+        the record does not hold two whole periods.
+    settled_from : ndarray
+        Start of the whole periods that agree with the last one [s]; NaN where there are none.
     clipped_share : ndarray
         Share of the samples of P_1 at an end of its sensor's range [-].
     pressure_variation : ndarray
@@ -50,13 +46,19 @@ class Verdicts:
     cavitating_share: NDArray[np.float64]
     above_supply_share: NDArray[np.float64]
     settling_change: NDArray[np.float64]
+    settled_from: NDArray[np.float64]
     clipped_share: NDArray[np.float64]
     pressure_variation: NDArray[np.float64]
     volume_residual: NDArray[np.float64]
     energy_residual: NDArray[np.float64]
 
 
-def judge(runs: Sequence[RunParameters], trajectory: Trajectory, measured: Trajectory) -> Verdicts:
+def judge(
+    runs: Sequence[RunParameters],
+    trajectory: Trajectory,
+    measured: Trajectory,
+    settlings: Sequence[Settling],
+) -> Verdicts:
     """Verdicts on runs; those that failed have NaN for numbers.
 
     Parameters
@@ -66,6 +68,8 @@ def judge(runs: Sequence[RunParameters], trajectory: Trajectory, measured: Traje
         What really happened.
     measured : Trajectory
         The same as the sensors show it.
+    settlings : sequence of Settling, length n_run
+        How its details settle.
     """
     pressure_1, pressure_2 = trajectory.chamber_1_pressure, trajectory.chamber_2_pressure
     vapour = np.array([run.fluid.vapour_pressure for run in runs])[:, None]
@@ -74,7 +78,8 @@ def judge(runs: Sequence[RunParameters], trajectory: Trajectory, measured: Traje
     numbers = [
         np.mean((pressure_1 <= vapour) | (pressure_2 <= vapour), axis=1),
         np.mean((pressure_1 > supply) | (pressure_2 > supply), axis=1),
-        np.array([_settling_change(run, pressure_1[k]) for k, run in enumerate(runs)]),
+        np.array([settling.change for settling in settlings]),
+        np.array([_settled_from(run, settling) for run, settling in zip(runs, settlings, strict=True)]),
         np.array([_clipped_share(run, measured.chamber_1_pressure[k]) for k, run in enumerate(runs)]),
         np.ptp(pressure_1, axis=1) / np.array([run.supply.pressure for run in runs]),
         residuals.volume,
@@ -83,38 +88,25 @@ def judge(runs: Sequence[RunParameters], trajectory: Trajectory, measured: Traje
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     for values in numbers:
         values[failed] = np.nan
-    words = [
-        _words(*shares) if outcome.is_ok else outcome.status
-        for outcome, *shares in zip(trajectory.outcomes, *numbers[:5], strict=True)
-    ]
-    return Verdicts(np.array(words, dtype=object), *numbers)
+    verdicts = Verdicts(np.array([outcome.status for outcome in trajectory.outcomes], dtype=object), *numbers)
+    for row in np.flatnonzero(~failed).tolist():
+        verdicts.verdict[row] = _words(verdicts, row)
+    return verdicts
 
 
-def _words(
-    cavitating_share: float,
-    above_supply_share: float,
-    settling_change: float,
-    clipped_share: float,
-    pressure_variation: float,
-) -> str:
+def _words(numbers: Verdicts, row: int) -> str:
     findings = {
-        "cavitating": cavitating_share > 0.0,
-        "above_supply": above_supply_share > 0.0,
-        "unsettled": settling_change > UNSETTLED_CHANGE,
-        "clipped": clipped_share > 0.0,
-        "still": pressure_variation < STILL,
+        "cavitating": numbers.cavitating_share[row] > 0.0,
+        "above_supply": numbers.above_supply_share[row] > 0.0,
+        "unsettled": numbers.settling_change[row] > SETTLED_CHANGE,
+        "clipped": numbers.clipped_share[row] > 0.0,
+        "still": numbers.pressure_variation[row] < STILL,
     }
     return ", ".join(word for word, found in findings.items() if found) or "ok"
 
 
-def _settling_change(run: RunParameters, pressure: NDArray[np.float64]) -> float:
-    n_period = run.input.period * run.run.sampling_frequency
-    n_sample = round(n_period)
-    if not run.is_periodic or abs(n_period - n_sample) > 1e-6 or pressure.size < 2 * n_sample:
-        return float("nan")
-    last, before = pressure[-n_sample:], pressure[-2 * n_sample : -n_sample]
-    variation = max(float(np.std(last)), LEAST_VARIATION * run.supply.pressure)
-    return float(np.sqrt(np.mean((last - before) ** 2))) / variation
+def _settled_from(run: RunParameters, settling: Settling) -> float:
+    return math.nan if settling.start is None else settling.start / run.run.sampling_frequency
 
 
 def _clipped_share(run: RunParameters, shown: NDArray[np.float64]) -> float:

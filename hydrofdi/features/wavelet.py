@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,18 +35,42 @@ def coefficient_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
     signal : ndarray, shape (..., n_time)
         Records, e.g. chamber-1 pressures [Pa].
     wavelet : WaveletConfig
-        Wavelet, number of levels and extension at the ends of the record.
+        Wavelet, number of levels, extension at the ends of the record, and whether the coefficients that
+        depend on it count.
     """
     details, approximations = [], []
     approximation = signal
-    for _ in range(wavelet.levels):
+    for inside in _counted(signal.shape[-1], wavelet):
         approximation, detail = pywt.dwt(approximation, wavelet.name, mode=wavelet.extension, axis=-1)
-        details.append(_rms(detail))
-        approximations.append(_rms(approximation))
+        details.append(root_mean_square(detail[..., inside]))
+        approximations.append(root_mean_square(approximation[..., inside]))
     return CoefficientRms(np.stack(details, axis=-1), np.stack(approximations, axis=-1))
 
 
-def _rms(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+def phase_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[np.float64]:
+    """RMS of the details at every start phase.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+    wavelet : WaveletConfig
+
+    Returns
+    -------
+    ndarray, shape (..., n_phase, n_level)
+        Phase p is the record from its sample p on.
+    """
+    phases = range(n_phase(wavelet.levels))
+    return np.stack([detail_rms(signal[..., phase:], wavelet) for phase in phases], axis=-2)
+
+
+def n_phase(levels: int) -> int:
+    """Number of start phases of a decimated transform: after so many samples its grid repeats."""
+    return 1 << levels
+
+
+def root_mean_square(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Root of the mean square over the last axis."""
     rms: NDArray[np.float64] = np.sqrt(np.mean(np.square(coefficients), axis=-1))
     return rms
 
@@ -113,14 +136,33 @@ def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
     list of float
         d1 first; 0 … 1.
     """
-    taps = pywt.Wavelet(wavelet.name).dec_len
-    shares = []
-    length, first, last = n_sample, 0, n_sample - 1
-    for _ in range(wavelet.levels):
+    taps, length, shares = pywt.Wavelet(wavelet.name).dec_len, n_sample, []
+    for inside in _inner_coefficients(n_sample, wavelet):
         length = pywt.dwt_coeff_len(length, taps, wavelet.extension)
-        first, last = -(-(first + taps - 2) // 2), (last - 1) // 2
-        shares.append(1.0 - max(0, last - first + 1) / length)
+        shares.append(1.0 - max(0, inside.stop - inside.start) / length)
     return shares
+
+
+def _counted(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
+    """Which coefficients of each level count."""
+    if wavelet.boundary == "kept":
+        return [slice(None)] * wavelet.levels
+    return _inner_coefficients(n_sample, wavelet)
+
+
+def _inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
+    """The coefficients of each level that look at nothing but the record."""
+    taps, first, last, inside = pywt.Wavelet(wavelet.name).dec_len, 0, n_sample - 1, []
+    for _ in range(wavelet.levels):
+        first, last = -(-(first + taps - 2) // 2), (last - 1) // 2
+        inside.append(slice(first, last + 1))
+    return inside
+
+
+def decomposition_filters(wavelet: WaveletConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Taps of the low-pass and the high-pass filter."""
+    filters = pywt.Wavelet(wavelet.name)
+    return np.array(filters.dec_lo), np.array(filters.dec_hi)
 
 
 def white_noise_gains(wavelet: WaveletConfig) -> list[float]:
@@ -137,20 +179,20 @@ def white_noise_gains(wavelet: WaveletConfig) -> list[float]:
     list of float
         d1 first [-].
     """
-    filters = pywt.Wavelet(wavelet.name)
+    low_pass, high_pass = decomposition_filters(wavelet)
     approximation, gains = np.ones(1), []
     for level in range(wavelet.levels):
-        detail = _spread_convolution(approximation, filters.dec_hi, 2**level)
-        approximation = _spread_convolution(approximation, filters.dec_lo, 2**level)
+        detail = _spread_convolution(approximation, high_pass, 2**level)
+        approximation = _spread_convolution(approximation, low_pass, 2**level)
         gains.append(float(np.linalg.norm(detail)))
     return gains
 
 
 def _spread_convolution(
-    signal: NDArray[np.float64], taps: Sequence[float], distance: int
+    signal: NDArray[np.float64], taps: NDArray[np.float64], distance: int
 ) -> NDArray[np.float64]:
     """A signal convolved with taps that are so many samples apart."""
-    result = np.zeros(signal.size + distance * (len(taps) - 1))
+    result = np.zeros(signal.size + distance * (taps.size - 1))
     for position, tap in enumerate(taps):
         first = distance * position
         result[first : first + signal.size] += tap * signal

@@ -180,7 +180,7 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
         raise StoreError(f"run {run_id} is not stored; there is nothing to compare with")
     columns = compute_columns([_job(run, run_id)])
     differing = []
-    for variable in stored_variables(stored.signals):
+    for variable in stored_variables(stored.signals, phases=True):
         if lacks_variable(stored.shard, variable.name):
             continue
         old = read_variable(stored.shard, variable.name, np.array([stored.row]))

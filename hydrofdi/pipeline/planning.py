@@ -176,14 +176,16 @@ def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
 
 
 def _stored_names(plan: SweepPlan) -> list[str]:
-    return [variable.name for variable in stored_variables(plan.experiment.store.signals)]
+    phases = plan.experiment.measures_phases
+    return [variable.name for variable in stored_variables(plan.experiment.store.signals, phases=phases)]
 
 
 def _n_value(plan: SweepPlan, name: str) -> int:
     """Numbers that a run stores of a variable."""
     parameters = plan.table.runs[0].parameters
-    variable = next(v for v in stored_variables("all") if v.name == name)
+    variable = next(v for v in stored_variables("all", phases=True) if v.name == name)
     if variable.is_signal:
         half = 0.5 if plan.experiment.store.dtype == "float32" else 1.0
         return round(parameters.run.n_sample * half)
-    return parameters.wavelet.levels if len(variable.dimensions) > 1 else 1
+    levels = parameters.wavelet.levels
+    return {1: 1, 2: levels, 3: levels << levels}[len(variable.dimensions)]

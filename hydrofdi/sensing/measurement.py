@@ -115,9 +115,9 @@ def _response(sensor: Sensor, signal: Signal, interval: float) -> Signal:
 def random_generator(run: RunParameters, source: str) -> np.random.Generator:
     """The random numbers of one source of error in one run.
 
-    The seed is the SHA-256 of ``measurement.seed``, the source and all parameters of the run, so that draws
-    do not depend on other runs, their order, batch or worker, and differ from run to run. They come from
-    NumPy's PCG64 and keep their bits within one version of NumPy.
+    The seed is the SHA-256 of ``measurement.seed``, the source and all parameters that the signals of the
+    run depend on, so that draws do not depend on other runs, their order, batch or worker, and differ from
+    record to record. They come from NumPy's PCG64 and keep their bits within one version of NumPy.
 
     Parameters
     ----------
@@ -125,6 +125,6 @@ def random_generator(run: RunParameters, source: str) -> np.random.Generator:
     source : str
         Section of a sensor, or `CLOCK`.
     """
-    text = f"{run.measurement.seed}\n{source}\n{run.text()}"
+    text = f"{run.measurement.seed}\n{source}\n{run.record_text}"
     seed = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))

@@ -46,7 +46,7 @@ def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence
     ValueError
         No runs, or runs of different duration, step or sampling.
     """
-    if len({parameters.run for parameters in runs}) != 1:
+    if len({parameters.run.time_axis for parameters in runs}) != 1:
         raise ValueError("the runs of a batch must share duration, step and sampling frequency")
     inputs = Inputs(runs, runs[0].run)
     blocks = [

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +69,16 @@ class Trajectory:
     leakage_coefficient: Signal
     internal_leakage_flow: Signal
     outcomes: tuple[Outcome, ...]
+
+    def rows(self, positions: Sequence[int]) -> Trajectory:
+        """The runs at some positions, in their order."""
+        index = np.asarray(positions)
+        signals: dict[str, Any] = {
+            field.name: getattr(self, field.name)[index]
+            for field in fields(self)
+            if field.name not in ("time", "outcomes")
+        }
+        return replace(self, **signals, outcomes=tuple(self.outcomes[k] for k in positions))
 
     @property
     def mean_internal_leakage_flow(self) -> Signal:

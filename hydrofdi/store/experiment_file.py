@@ -19,7 +19,6 @@ from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
 from hydrofdi.store.names import (
-    APPROXIMATION_RMS,
     BULK_MODULUS,
     DETAIL_RMS,
     FIXED_BASELINE,
@@ -29,6 +28,8 @@ from hydrofdi.store.names import (
     LEAKAGE_LEVEL,
     LEVEL,
     MATCHED_BASELINE,
+    PHASE,
+    PHASE_DETAIL_RMS,
     REQUESTED,
     RUN,
     TIME,
@@ -38,6 +39,7 @@ from hydrofdi.store.names import (
 )
 from hydrofdi.store.results import Results
 from hydrofdi.store.shard import compression, create_still_signal, write_moving_rows
+from hydrofdi.store.variables import fill_empty_features
 
 _WINDOW = 256
 """Runs of a signal that are held in memory at a time."""
@@ -68,17 +70,16 @@ def write_experiment(
     time = results.time() if experiment.store.signals != "none" else None
     variables = [
         variable
-        for variable in stored_variables(experiment.store.signals)
+        for variable in stored_variables(experiment.store.signals, phases=experiment.measures_phases)
         if time is not None or not variable.is_signal
     ]
     columns = {variable.name: results.column(variable) for variable in variables if not variable.is_signal}
     _fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
-    if columns[DETAIL_RMS].shape[1] == 0:  # no run has a result
-        for name in (DETAIL_RMS, APPROXIMATION_RMS):
-            columns[name] = np.full((results.n_run, experiment.wavelet.levels), np.nan)
+    fill_empty_features(columns, results.n_run, experiment.wavelet.levels)
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
-        _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], results.n_run)
+        n_phase = columns[PHASE_DETAIL_RMS].shape[1] if PHASE_DETAIL_RMS in columns else 0
+        _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], n_phase, results.n_run)
         requested = requested_columns(table)
         for variable in (*REQUESTED, *_axis_variables(table)):
             _write_column(file, variable, requested[variable.name])
@@ -119,11 +120,15 @@ def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: M
         file.attrs[f"version_{name}"] = version
 
 
-def _write_coordinates(file: h5py.File, time: NDArray[np.float64] | None, n_level: int, n_run: int) -> None:
+def _write_coordinates(
+    file: h5py.File, time: NDArray[np.float64] | None, n_level: int, n_phase: int, n_run: int
+) -> None:
     coordinates: list[tuple[str, NDArray[Any], str, str]] = [
         (RUN, np.arange(n_run), "", "position of the run in the experiment"),
         (LEVEL, np.arange(1, n_level + 1), "", "level of the wavelet transform"),
     ]
+    if n_phase:
+        coordinates.append((PHASE, np.arange(n_phase), "", "sample that the analysed record starts at"))
     if time is not None:
         coordinates.append((TIME, time, "s", "time"))
     for name, values, units, long_name in coordinates:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 FORMAT_VERSION = 2
 """Version of the layout of shards and experiment files."""
 
-RUN, TIME, LEVEL = "run", "time", "level"
+RUN, TIME, LEVEL, PHASE = "run", "time", "level", "phase"
 """Dimensions."""
 
 
@@ -49,6 +49,8 @@ class Variable:
 RUN_ID, STATUS, MESSAGE = "run_id", "status", "message"
 VERDICT = "verdict"
 DETAIL_RMS, APPROXIMATION_RMS = "detail_rms", "approximation_rms"
+SETTLED_DETAIL_RMS, SETTLED_APPROXIMATION_RMS = "settled_detail_rms", "settled_approximation_rms"
+PHASE_DETAIL_RMS, SETTLED_PHASE_DETAIL_RMS = "phase_detail_rms", "settled_phase_detail_rms"
 MEAN_LEAKAGE_FLOW = "mean_internal_leakage_flow"
 EXTERNAL_LEAKAGE_FLOWS = ("mean_external_leakage_flow_1", "mean_external_leakage_flow_2")
 MEAN_CHAMBER_1_PRESSURE = "mean_chamber_1_pressure"
@@ -86,7 +88,7 @@ JUDGED = (
     Variable(VERDICT, (RUN,), "", "how far the run can be believed"),
     Variable("cavitating_share", (RUN,), "1", "share of samples below the vapour limit"),
     Variable("above_supply_share", (RUN,), "1", "share of samples above the supply pressure"),
-    Variable("settling_change", (RUN,), "1", "relative change of P_1 over the last two periods"),
+    Variable("settling_change", (RUN,), "1", "largest relative change of a detail over the last two periods"),
     Variable("volume_residual", (RUN,), "1", "what the volume balance of chamber 1 lacks, relative"),
     Variable("energy_residual", (RUN,), "1", "what the energy balance lacks, relative to the supply"),
 )
@@ -100,6 +102,17 @@ EXTREMES = (
     Variable("chamber_2_pressure_max", (RUN,), "Pa", "largest pressure of chamber 2"),
 )
 
+OVER_PHASES = (
+    Variable(PHASE_DETAIL_RMS, (RUN, PHASE, LEVEL), "Pa", "RMS of the details of P_1 at each start phase"),
+    Variable(
+        SETTLED_PHASE_DETAIL_RMS,
+        (RUN, PHASE, LEVEL),
+        "Pa",
+        "RMS of the details of the settled P_1 at each phase",
+    ),
+)
+"""Features that are there where every start phase was measured (``wavelet.phase: all``)."""
+
 LATER_ADDED = (
     Variable(APPROXIMATION_RMS, (RUN, LEVEL), "Pa", "RMS of the approximations of the chamber-1 pressure"),
     Variable(EXTERNAL_LEAKAGE_FLOWS[0], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 1"),
@@ -107,6 +120,14 @@ LATER_ADDED = (
     Variable(MEAN_CHAMBER_1_PRESSURE, (RUN,), "Pa", "mean pressure of chamber 1"),
     Variable("clipped_share", (RUN,), "1", "share of samples of P_1 at an end of its sensor's range"),
     Variable("pressure_variation", (RUN,), "1", "largest less least P_1, over the supply pressure"),
+    Variable("settled_from", (RUN,), "s", "start of the settled periods"),
+    Variable(SETTLED_DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the undecimated details of the settled P_1"),
+    Variable(
+        SETTLED_APPROXIMATION_RMS,
+        (RUN, LEVEL),
+        "Pa",
+        "RMS of the undecimated approximations of the settled P_1",
+    ),
 )
 """Computed numbers that older files of this format version lack; they are read as NaN."""
 
@@ -116,6 +137,7 @@ COMPUTED = (
     Variable(MESSAGE, (RUN,), "", "sentence on a run that failed"),
     Variable(DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the detail coefficients of the chamber-1 pressure"),
     *LATER_ADDED,
+    *OVER_PHASES,
     Variable(MEAN_LEAKAGE_FLOW, (RUN,), "m3 s-1", "mean of the absolute internal leakage flow"),
     Variable(LEAKAGE_COEFFICIENT, (RUN,), "m3.5 kg-0.5", "internal leakage coefficient K_i"),
     Variable(MODE_FREQUENCY, (RUN,), "Hz", "frequency of the hydraulic mode f_h"),
@@ -135,14 +157,18 @@ REQUESTED = (
 """What the experiment itself says of each run; these stand beside the computed variables."""
 
 
-def stored_variables(signals: str) -> tuple[Variable, ...]:
-    """The computed variables that ``store.signals`` keeps."""
+def stored_variables(signals: str, *, phases: bool = False) -> tuple[Variable, ...]:
+    """The computed variables that ``store.signals`` keeps, with or without those over start phases."""
     kept = {
         "all": {variable.name for variable in _SIGNALS},
         "pressures": {CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE},
         "none": set[str](),
     }[signals]
-    return tuple(variable for variable in COMPUTED if not variable.is_signal or variable.name in kept)
+    return tuple(
+        variable
+        for variable in COMPUTED
+        if (variable.name in kept if variable.is_signal else phases or variable not in OVER_PHASES)
+    )
 
 
 def axis_variable(parameter: str) -> str:

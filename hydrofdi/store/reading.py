@@ -18,7 +18,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.names import COMPUTED, FORMAT_VERSION, REQUESTED, RUN_ID, STATUS, TIME
+from hydrofdi.store.names import FORMAT_VERSION, PHASE, REQUESTED, RUN_ID, STATUS, TIME, stored_variables
 from hydrofdi.store.results import MISSING
 from hydrofdi.store.variables import absent_values, holds_variable
 
@@ -109,8 +109,7 @@ def read_experiment(path: Path) -> ExperimentData:
             raise StoreError(f"{path}: its configuration is not readable: {error.title}") from None
         columns = {
             variable.name: _values(file, variable.name)
-            for variable in (*REQUESTED, *COMPUTED)
-            if not variable.is_signal
+            for variable in (*REQUESTED, *stored_variables("none", phases=PHASE in file))
         }
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")

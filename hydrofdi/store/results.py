@@ -136,8 +136,8 @@ class ShardResults:
             rows = np.array([self._row(position) for position in positions])
             values = read_variable(shard, name, rows)
             column = _room_for(values, column)
-            target = column if column.ndim == 1 else column[:, : values.shape[1]]
-            target[np.array(positions) - window.start] = values
+            inside = tuple(slice(size) for size in values.shape[1:])
+            column[(np.array(positions) - window.start, *inside)] = values
         return column if by_shard else self._empty(name, window.stop - window.start)
 
     def _row(self, position: int) -> int:
@@ -170,12 +170,13 @@ def _whole_variable(shard: Path, name: str) -> NDArray[Any]:
 def _room_for(values: NDArray[Any], column: NDArray[Any]) -> NDArray[Any]:
     """A column that values fit into, with what it held."""
     n_run = column.shape[0]
-    if values.ndim == 1:
-        if column.ndim == 1:
-            return column
-        return np.full(n_run, "", dtype=object) if values.dtype == object else np.full(n_run, np.nan)
-    if column.shape[1] >= values.shape[1]:
+    if values.dtype == object:
+        return column if column.dtype == object else np.full(n_run, "", dtype=object)
+    if values.ndim != column.ndim:
+        return np.full((n_run, *values.shape[1:]), np.nan)
+    shape = tuple(map(max, column.shape[1:], values.shape[1:]))
+    if shape == column.shape[1:]:
         return column
-    wider = np.full((n_run, values.shape[1]), np.nan, dtype=values.dtype)
-    wider[:, : column.shape[1]] = column
+    wider = np.full((n_run, *shape), np.nan, dtype=values.dtype)
+    wider[(slice(None), *(slice(size) for size in column.shape[1:]))] = column
     return wider

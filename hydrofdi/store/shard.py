@@ -17,7 +17,7 @@ from hydrofdi.config.store import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
-from hydrofdi.store.names import FORMAT_VERSION, RUN_ID, STATUS, TIME, stored_variables
+from hydrofdi.store.names import FORMAT_VERSION, PHASE_DETAIL_RMS, RUN_ID, STATUS, TIME, stored_variables
 from hydrofdi.store.variables import absent_values, holds_variable
 
 Columns = Mapping[str, NDArray[Any]]
@@ -103,7 +103,7 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
         file.attrs["physics_version"] = PHYSICS_VERSION
         file.attrs["signals"] = store.signals
         file.attrs["dtype"] = store.dtype
-        for variable in stored_variables(store.signals):
+        for variable in stored_variables(store.signals, phases=PHASE_DETAIL_RMS in columns):
             values = columns[variable.name]
             if variable.is_text:
                 texts = [str(text) for text in values]

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.errors import StoreError
 from hydrofdi.store.experiment_file import requested_columns
-from hydrofdi.store.names import APPROXIMATION_RMS, COMPUTED, DETAIL_RMS
+from hydrofdi.store.names import stored_variables
 from hydrofdi.store.reading import ExperimentData
 from hydrofdi.store.results import ShardResults
+from hydrofdi.store.variables import fill_empty_features
 
 
 @dataclass(frozen=True)
@@ -56,9 +57,8 @@ def read_unfinished(
     versions : mapping
         Library versions.
     """
-    computed = {variable.name: results.column(variable) for variable in COMPUTED if not variable.is_signal}
-    if computed[DETAIL_RMS].size == 0:  # not one run is stored
-        for name in (DETAIL_RMS, APPROXIMATION_RMS):
-            computed[name] = np.full((results.n_run, experiment.wavelet.levels), np.nan)
+    kept = stored_variables("none", phases=experiment.measures_phases)
+    computed = {variable.name: results.column(variable) for variable in kept}
+    fill_empty_features(computed, results.n_run, experiment.wavelet.levels)
     columns = computed | requested_columns(table)
     return ExperimentData(path, experiment, columns, dict(versions), ShardSignals(results))

@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,9 @@ _HEADER_FORMS = (
 
 _FILES_ONLY = ("provenance", "signals", "checks")
 """Sections and tables that the terminal leaves out."""
+
+_MOST_ROWS = 60
+"""Rows of a table that the terminal shows."""
 
 
 def tell(message: str) -> None:
@@ -114,9 +118,22 @@ def _print_block(console: Console, block: Block) -> None:
         if sheet.key not in _FILES_ONLY:
             console.print()
             console.print(Text(sheet.title, style="italic"))
-            console.print(_fitting_grid(sheet, console))
+            console.print(_fitting_grid(_bounded(sheet), console))
+            if len(sheet.rows) > _MOST_ROWS:
+                console.print(_cut_sentence(len(sheet.rows)))
             if sheet.note:
                 console.print(Text(sheet.note, style="dim"))
+
+
+def _bounded(sheet: Sheet) -> Sheet:
+    return replace(sheet, rows=sheet.rows[:_MOST_ROWS])
+
+
+def _cut_sentence(n_row: int) -> str:
+    return (
+        f"… the first {_MOST_ROWS} of {n_row:,} rows; --format markdown prints the whole table,"
+        " --format csv and --json all runs, --out DIR writes both and Parquet."
+    )
 
 
 def _fitting_grid(sheet: Sheet, console: Console) -> Table:

@@ -30,7 +30,7 @@ class Analysis:
     external: ExternalStudy | None
     """What external leakage does to the approximation, where the experiment varies it."""
     readings: ReadingsStudy | None
-    """Claims and controls over the readings, where the experiment is an ensemble."""
+    """Claims and controls over the readings, where the experiment is an ensemble with a grid of modes."""
 
     @property
     def guarded(self) -> tuple[Verdict, ...]:
@@ -42,15 +42,15 @@ class Analysis:
 def analyze(data: ExperimentData) -> Analysis:
     """Work out tables, verdicts and controls of an experiment."""
     table, grid = summarize_table(data), arrange_modes(data)
-    study = study_readings(grid, data) if data.experiment.has_readings else None
+    study = study_readings(grid, data) if data.experiment.has_readings and not grid.lack else None
     feasible = None if study is None else np.flatnonzero(study.feasible).tolist()
     return Analysis(
         data=data,
         table=table,
         grid=grid,
         verdicts=judge_claims(grid, data, feasible),
-        sealed_alarms=sealed_alarms(grid),
-        best_levels=best_levels(grid),
+        sealed_alarms=sealed_alarms(table),
+        best_levels=best_levels(table),
         deviations=compare_reference(table, data),
         external=study_external(table),
         readings=study,

@@ -120,12 +120,12 @@ def _d2_falls_with_bulk_modulus(grid: ModeGrid) -> list[Check]:
 
 
 def _d3_leads_above_normal(grid: ModeGrid) -> list[Check]:
-    modes = [mode for mode in grid.modes() if mode[1] in grid.raised]
+    modes = [mode for mode in grid.modes() if mode[1] > grid.normal]
     return [Check((mode,), _lead(grid.leaky[:, mode[0], mode[1]], D3)) for mode in modes]
 
 
 def _d3_alone_is_positive(grid: ModeGrid) -> list[Check]:
-    modes = [mode for mode in grid.modes(leakage=0) if mode[1] in grid.raised] if grid.leakage_flows else []
+    modes = [mode for mode in grid.modes(leakage=0) if mode[1] > grid.normal] if grid.leakage_flows else []
     deltas = [grid.leaky[:, q, b] for q, b in modes]
     margins = [np.minimum(d[:, D3], -np.delete(d, D3, axis=-1).max(axis=-1)) for d in deltas]
     return [Check((mode,), margin) for mode, margin in zip(modes, margins, strict=True)]

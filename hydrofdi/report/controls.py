@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.report.claims import D3
-from hydrofdi.report.modes import ABSENT, ModeGrid
-from hydrofdi.report.table import Levels, largest_positive
+from hydrofdi.report.modes import ModeGrid
+from hydrofdi.report.table import Levels, SensitivityTable, TableRow, largest_positive
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,8 @@ class SealedAlarm:
 
     Attributes
     ----------
-    reading : int
+    labels : dict
+        Further varied parameters → their values in SI.
     bulk_modulus : float
         β [Pa].
     delta_fixed : tuple of float
@@ -28,7 +30,7 @@ class SealedAlarm:
         Whether δd3 is positive and the largest; None where the run is missing or failed.
     """
 
-    reading: int
+    labels: dict[str, Any]
     bulk_modulus: float
     delta_fixed: Levels
     alarm: bool | None
@@ -40,7 +42,8 @@ class BestLevel:
 
     Attributes
     ----------
-    reading : int
+    labels : dict
+        Further varied parameters → their values in SI.
     leakage_flow, bulk_modulus : float
         Leakage level [m³/s] and β [Pa].
     level : int or None
@@ -51,7 +54,7 @@ class BestLevel:
         Whether the run is missing or failed.
     """
 
-    reading: int
+    labels: dict[str, Any]
     leakage_flow: float
     bulk_modulus: float
     level: int | None
@@ -59,37 +62,43 @@ class BestLevel:
     is_open: bool
 
 
-def sealed_alarms(grid: ModeGrid) -> tuple[SealedAlarm, ...]:
+def sealed_alarms(table: SensitivityTable) -> tuple[SealedAlarm, ...]:
     """The d3 rule on the sealed runs above the normal EBM."""
-    if grid.n_level <= D3:
+    if table.n_level <= D3:
         return ()
+    normal = table.normal_bulk_modulus
     return tuple(
-        _sealed_alarm(grid, reading, beta)
-        for reading in range(len(grid.readings))
-        for beta in grid.raised
-        if grid.positions[reading, 0, beta] != ABSENT
+        _sealed_alarm(row, labels)
+        for row, labels in _controlled(table)
+        if row.is_sealed and row.bulk_modulus > normal
     )
 
 
-def _sealed_alarm(grid: ModeGrid, reading: int, beta: int) -> SealedAlarm:
-    delta = grid.fixed[reading, 0, beta]
-    alarm = None if np.isnan(delta).any() else largest_positive(delta.tolist()) == D3
-    return SealedAlarm(reading, grid.bulk_moduli[beta], tuple(delta.tolist()), alarm)
+def _sealed_alarm(row: TableRow, labels: dict[str, Any]) -> SealedAlarm:
+    is_open = any(math.isnan(number) for number in row.delta_fixed)
+    alarm = None if is_open else largest_positive(row.delta_fixed) == D3
+    return SealedAlarm(labels, row.bulk_modulus, row.delta_fixed, alarm)
 
 
-def best_levels(grid: ModeGrid) -> tuple[BestLevel, ...]:
-    """The best level of each leaky mode under the matched baseline."""
-    return tuple(
-        _best_level(grid, reading, q, b) for reading in range(len(grid.readings)) for q, b in grid.modes()
-    )
+def best_levels(table: SensitivityTable) -> tuple[BestLevel, ...]:
+    """The best level of each leaky run under the matched baseline."""
+    return tuple(_best_level(row, labels) for row, labels in _controlled(table) if not row.is_sealed)
 
 
-def _best_level(grid: ModeGrid, reading: int, q: int, b: int) -> BestLevel:
-    delta = grid.matched[reading, 1 + q, b].tolist()
-    level = largest_positive(delta)
-    value = float("nan") if level is None else delta[level]
-    is_open = any(math.isnan(number) for number in delta)
-    return BestLevel(reading, grid.leakage_flows[q], grid.bulk_moduli[b], level, value, is_open)
+def _best_level(row: TableRow, labels: dict[str, Any]) -> BestLevel:
+    level = largest_positive(row.delta_matched)
+    value = math.nan if level is None else row.delta_matched[level]
+    is_open = any(math.isnan(number) for number in row.delta_matched)
+    return BestLevel(labels, row.leakage_flow, row.bulk_modulus, level, value, is_open)
+
+
+def _controlled(table: SensitivityTable) -> list[tuple[TableRow, dict[str, Any]]]:
+    """The rows without further external leakage by labels, leakage and EBM, with the labels that vary."""
+    rows = [row for row in table.rows if not row.leaks_out_more]
+    varied = [name for name in table.label_names if len({row.labels[name] for row in rows}) > 1]
+    pairs = [(row, {name: row.labels[name] for name in varied}) for row in rows]
+    order = {key: place for place, key in enumerate(dict.fromkeys(tuple(p[1].values()) for p in pairs))}
+    return sorted(pairs, key=lambda p: (order[tuple(p[1].values())], p[0].leakage_request, p[0].bulk_modulus))
 
 
 def alarm_matrix(grid: ModeGrid) -> NDArray[np.bool_]:

@@ -7,14 +7,23 @@ at once.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.report.table import baseline_changes, label_names, leakage_request, normal_bulk_modulus
+from hydrofdi.report.crossing import missing_grid
+from hydrofdi.report.table import (
+    baseline_changes,
+    label_names,
+    leakage_request,
+    leaks_out_more,
+    normal_bulk_modulus,
+)
 from hydrofdi.store import ExperimentData, names
 
 ABSENT = -1
@@ -42,6 +51,8 @@ class ModeGrid:
         Rows of the runs in the experiment, the sealed ones first; ``ABSENT`` where there is none.
     fixed, matched : ndarray, shape (n_reading, 1 + n_leakage, n_bulk_modulus, n_level)
         δ [%] against the fixed and the matched baseline; NaN where a run is absent, failed or missing.
+    lack : str
+        Why leakage and EBM form no grid, as a sentence: it then holds the fixed baseline alone.
     """
 
     readings: tuple[dict[str, Any], ...]
@@ -51,6 +62,7 @@ class ModeGrid:
     positions: NDArray[np.int64]
     fixed: NDArray[np.float64]
     matched: NDArray[np.float64]
+    lack: str = ""
 
     @property
     def n_level(self) -> int:
@@ -72,6 +84,11 @@ class ModeGrid:
         moduli = range(len(self.bulk_moduli)) if bulk_modulus is None else (bulk_modulus,)
         return [(q, b) for q in leakages for b in moduli if self.planned(q, b)]
 
+    @cached_property
+    def n_mode(self) -> int:
+        """How many leaky modes the experiment asks for."""
+        return len(self.modes())
+
     @property
     def raised(self) -> list[int]:
         """Positions of the β above the normal one."""
@@ -86,32 +103,56 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
     data : ExperimentData
         An experiment as it was read.
     """
-    kept = _without_more_external_leakage(data)
-    runs = [data.table.runs[position].parameters for position in kept]
-    labels = [name for name in label_names(data) if len(kept) == data.n_run or _varies(name, runs)]
-    keys = [tuple(run.told(name) for name in labels) for run in runs]
-    reading_keys = list(dict.fromkeys(keys))
-    requests = [leakage_request(data, position) for position in kept]
-    leakages = sorted({0.0, *requests})
-    bulk_moduli = sorted({run.fluid.bulk_modulus for run in runs})
-    normal = bulk_moduli.index(normal_bulk_modulus(data))
-    positions = np.full((len(reading_keys), len(leakages), len(bulk_moduli)), ABSENT)
-    places = (
-        _ranks(keys, reading_keys),
-        _ranks(requests, leakages),
-        _ranks([run.fluid.bulk_modulus for run in runs], bulk_moduli),
-    )
-    positions[places] = kept
+    kept = [position for position in range(data.n_run) if not leaks_out_more(data, position)]
+    axes = _axes(data, kept)
+    lack = missing_grid(data.experiment, axes.shape, len(kept))
+    if lack:
+        kept = [data.table.fixed_baseline[0]]
+        axes = _axes(data, kept)
+    positions = np.full(axes.shape, ABSENT)
+    positions[axes.places] = kept
     _share_sealed_runs(positions, data.columns[names.MATCHED_BASELINE])
+    normal = axes.bulk_moduli.index(normal_bulk_modulus(data))
     fixed, matched = baseline_changes(data)
     return ModeGrid(
-        readings=tuple(dict(zip(labels, key, strict=True)) for key in reading_keys),
-        leakage_flows=tuple(_flow(data, positions[0, 1 + q], normal) for q in range(len(leakages) - 1)),
-        bulk_moduli=tuple(bulk_moduli),
+        readings=axes.readings,
+        leakage_flows=tuple(_flow(data, leaky, normal) for leaky in positions[0, 1:]),
+        bulk_moduli=axes.bulk_moduli,
         normal=normal,
         positions=positions,
         fixed=_gathered(fixed, positions),
         matched=_gathered(matched, positions),
+        lack=lack,
+    )
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """Values of the axes of a grid, and where its runs lie: indices along each axis."""
+
+    readings: tuple[dict[str, Any], ...]
+    shape: tuple[int, int, int]
+    bulk_moduli: tuple[float, ...]
+    places: tuple[NDArray[np.int64], ...]
+
+
+def _axes(data: ExperimentData, kept: list[int]) -> _Axes:
+    runs = [data.table.runs[position].parameters for position in kept]
+    labels = [name for name in label_names(data) if len(kept) == data.n_run or _varies(name, runs)]
+    readings = [tuple(run.told(name) for name in labels) for run in runs]
+    requests = [leakage_request(data, position) for position in kept]
+    moduli = [run.fluid.bulk_modulus for run in runs]
+    reading_order, request_order = list(dict.fromkeys(readings)), sorted({0.0, *requests})
+    modulus_order = sorted(set(moduli))
+    return _Axes(
+        readings=tuple(dict(zip(labels, values, strict=True)) for values in reading_order),
+        shape=(len(reading_order), len(request_order), len(modulus_order)),
+        bulk_moduli=tuple(modulus_order),
+        places=(
+            _ranks(readings, reading_order),
+            _ranks(requests, request_order),
+            _ranks(moduli, modulus_order),
+        ),
     )
 
 
@@ -126,22 +167,11 @@ def _share_sealed_runs(positions: NDArray[np.int64], matched: NDArray[Any]) -> N
             positions[reading, 0, beta] = matched[leaky[leaky != ABSENT][0]]
 
 
-def _without_more_external_leakage(data: ExperimentData) -> list[int]:
-    """Positions of the runs whose chambers leak no more than those of their healthy run.
-
-    Modes are of internal leakage and EBM; what leaks out besides is another fault.
-    """
-    runs = [run.parameters.leakage for run in data.table.runs]
-    flows = [(leakage.chamber_1_coefficient, leakage.chamber_2_coefficient) for leakage in runs]
-    matched = data.columns[names.MATCHED_BASELINE]
-    return [k for k in range(data.n_run) if data.experiment.has_readings or flows[k] == flows[matched[k]]]
-
-
 def _varies(name: str, runs: list[RunParameters]) -> bool:
     return len({run.told(name) for run in runs}) > 1
 
 
-def _ranks(values: list[Any], order: list[Any]) -> NDArray[np.int64]:
+def _ranks(values: Sequence[Any], order: Sequence[Any]) -> NDArray[np.int64]:
     rank = {value: position for position, value in enumerate(order)}
     return np.array([rank[value] for value in values])
 

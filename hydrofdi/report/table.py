@@ -81,6 +81,8 @@ class TableRow:
         How far it can be believed; its status where it did not end well.
     doubt_numbers : dict
         Word of a verdict → the number behind it.
+    leaks_out_more : bool
+        Whether its chambers leak more than those of its healthy run.
     """
 
     run_id: str
@@ -100,6 +102,7 @@ class TableRow:
     message: str
     verdict: str
     doubt_numbers: dict[str, float]
+    leaks_out_more: bool = False
 
     @property
     def detail_rms(self) -> Levels:
@@ -250,6 +253,22 @@ def leakage_request(data: ExperimentData, position: int) -> float:
     return leakage.internal_flow or leakage.internal_coefficient or 0.0
 
 
+def leaks_out_more(data: ExperimentData, position: int) -> bool:
+    """Whether the chambers of a run leak more than those of its healthy run; readings count as they are.
+
+    Modes are of internal leakage and EBM; what leaks out besides is another fault.
+    """
+    if data.experiment.has_readings:
+        return False
+    healthy = int(data.columns[names.MATCHED_BASELINE][position])
+    return _external_coefficients(data, position) != _external_coefficients(data, healthy)
+
+
+def _external_coefficients(data: ExperimentData, position: int) -> tuple[float, float]:
+    leakage = data.table.runs[position].parameters.leakage
+    return leakage.chamber_1_coefficient, leakage.chamber_2_coefficient
+
+
 def label_names(data: ExperimentData) -> list[str]:
     """Varied parameters besides leakage and EBM."""
     usual = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
@@ -268,7 +287,7 @@ def _row(
 
     level = number(names.LEAKAGE_LEVEL)
     parameters = data.table.runs[position].parameters
-    leakage, status = parameters.leakage, str(data.columns[names.STATUS][position])
+    status = str(data.columns[names.STATUS][position])
     first, second = (number(name) for name in names.EXTERNAL_LEAKAGE_FLOWS)
     return TableRow(
         run_id=str(data.columns[names.RUN_ID][position]),
@@ -282,9 +301,8 @@ def _row(
         mode_damping_ratio=number(names.MODE_DAMPING_RATIO),
         details=details,
         approximations=approximations,
-        external=ExternalLeakage(
-            (leakage.chamber_1_coefficient, leakage.chamber_2_coefficient), (first, second)
-        ),
+        external=ExternalLeakage(_external_coefficients(data, position), (first, second)),
+        leaks_out_more=leaks_out_more(data, position),
         mean_pressure=number(names.MEAN_CHAMBER_1_PRESSURE),
         status=status,
         message=str(data.columns[names.MESSAGE][position]),

@@ -13,6 +13,9 @@ from hydrofdi.units import convert
 HOLE = "–"
 """What stands where a number is missing."""
 
+_MOST_MODES = 12
+"""EBM up to which a sentence names the hydraulic mode of each."""
+
 
 def megapascal(bulk_modulus: float) -> str:
     """An EBM in MPa, without the unit."""
@@ -120,12 +123,13 @@ def leakage_label(row: TableRow) -> str:
 
 
 def band_sentence(table: SensitivityTable) -> str:
-    """Bands of the levels, and where the hydraulic mode lies for each EBM."""
+    """Bands of the levels, and where the hydraulic mode lies for each EBM; for many, the ends."""
     bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
-    modes = ", ".join(
+    texts = [
         f"{frequency:.1f} ({_level_at(table, frequency)}) at {megapascal(beta)} MPa"
         for beta, frequency in table.modes.items()
-    )
+    ]
+    modes = ", ".join(texts) if len(texts) <= _MOST_MODES else f"{texts[0]} to {texts[-1]}"
     return f"Bands [Hz]: {bands}. Hydraulic mode f_h [Hz]: {modes or HOLE}."
 
 

@@ -36,6 +36,8 @@ def draw_sensitivity(analysis: Analysis) -> Figure:
         image = _draw_baseline(axis, rows, [delta(row) for row in rows])
         _head(axis, table, baseline)
     axes[0].set_yticks(range(len(rows)), [_row_label(row) for row in rows], fontsize=8)
+    if len(rows) < len(table.rows):
+        figure.supxlabel(f"the first {len(rows)} of {len(table.rows):,} rows", fontsize=8)
     bar = figure.colorbar(image, ax=axes, extend="both", shrink=0.7, pad=0.02)
     bar.set_label("δ [%]; framed: largest positive of the row")
     bar.outline.set_visible(False)

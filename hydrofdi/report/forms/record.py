@@ -28,18 +28,22 @@ def report_record(analysis: Analysis) -> dict[str, Any]:
     """
     if analysis.readings is not None:
         return _ensemble_record(analysis, analysis.readings)
-    return {
-        "experiment": analysis.table.name,
-        "rows": [_row_record(row) for row in analysis.table.rows],
-        "verdicts": _verdict_counts(analysis),
-        "claims": [_verdict_record(verdict, analysis.grid) for verdict in analysis.verdicts],
-        "guarded_claims": list(analysis.data.experiment.claims),
-        "controls": {
-            "sealed_alarms": [_alarm_record(alarm, analysis.grid) for alarm in analysis.sealed_alarms],
-            "best_level_matched": [_best_level_record(mode, analysis.grid) for mode in analysis.best_levels],
-        },
-        "reference": [_deviation_record(deviation) for deviation in analysis.deviations],
-    } | _external_record(analysis.external)
+    return (
+        {
+            "experiment": analysis.table.name,
+            "rows": [_row_record(row) for row in analysis.table.rows],
+            "verdicts": _verdict_counts(analysis),
+            "claims": [_verdict_record(verdict, analysis.grid) for verdict in analysis.verdicts],
+            "guarded_claims": list(analysis.data.experiment.claims),
+            "controls": {
+                "sealed_alarms": [_alarm_record(alarm) for alarm in analysis.sealed_alarms],
+                "best_level_matched": [_best_level_record(mode) for mode in analysis.best_levels],
+            },
+            "reference": [_deviation_record(deviation) for deviation in analysis.deviations],
+        }
+        | _external_record(analysis.external)
+        | _lack_record(analysis.grid)
+    )
 
 
 def _ensemble_record(analysis: Analysis, study: ReadingsStudy) -> dict[str, Any]:
@@ -92,6 +96,11 @@ def _verdict_counts(analysis: Analysis) -> dict[str, int]:
     return dict(Counter(row.verdict for row in analysis.table.rows))
 
 
+def _lack_record(grid: ModeGrid) -> dict[str, str]:
+    """Why the claims are not evaluated, where they are not."""
+    return {"claims_not_evaluated": grid.lack} if grid.lack else {}
+
+
 def _external_record(study: ExternalStudy | None) -> dict[str, Any]:
     if study is None:
         return {}
@@ -126,28 +135,27 @@ def _check_record(check: CheckResult, grid: ModeGrid) -> dict[str, Any]:
         "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
         "holds": check.holds,
         "margin_percentage_points": finite(check.margin),
-    } | _labels(grid, check.reading)
+    } | _labels(grid.readings[check.reading])
 
 
-def _alarm_record(alarm: SealedAlarm, grid: ModeGrid) -> dict[str, Any]:
+def _alarm_record(alarm: SealedAlarm) -> dict[str, Any]:
     return {
         "bulk_modulus_MPa": convert(alarm.bulk_modulus, "MPa"),
         "alarm": alarm.alarm,
         "delta_fixed_percent": [finite(value) for value in alarm.delta_fixed],
-    } | _labels(grid, alarm.reading)
+    } | _labels(alarm.labels)
 
 
-def _best_level_record(mode: BestLevel, grid: ModeGrid) -> dict[str, Any]:
+def _best_level_record(mode: BestLevel) -> dict[str, Any]:
     return {
         "leakage_L_per_min": finite(convert(mode.leakage_flow, "L/min")),
         "bulk_modulus_MPa": convert(mode.bulk_modulus, "MPa"),
         "level": level_name(mode.level),
         "delta_matched_percent": finite(mode.delta),
-    } | _labels(grid, mode.reading)
+    } | _labels(mode.labels)
 
 
-def _labels(grid: ModeGrid, reading: int) -> dict[str, Any]:
-    labels = grid.readings[reading]
+def _labels(labels: dict[str, Any]) -> dict[str, Any]:
     return {"labels": labels} if labels else {}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterator
 from typing import Any
 
 from hydrofdi.errors import ReportError
@@ -14,12 +15,18 @@ from hydrofdi.units import convert
 
 def tidy_columns(table: SensitivityTable) -> dict[str, list[Any]]:
     """Header → values, one per run and level; None where a number is missing."""
-    records = [
-        _row_record(row) | _level_record(row, level) | {"status": row.status, "verdict": row.verdict}
-        for row in table.rows
-        for level in range(table.n_level)
-    ]
-    return {header: [record[header] for record in records] for header in records[0]}
+    n_level = table.n_level
+    leads, ends = [_row_record(row) for row in table.rows], [_end_record(row) for row in table.rows]
+    levels = [record for row in table.rows for record in _level_records(row)]
+    return {
+        **_repeated(leads, n_level),
+        **{header: [record[header] for record in levels] for header in levels[0]},
+        **_repeated(ends, n_level),
+    }
+
+
+def _repeated(records: list[dict[str, Any]], count: int) -> dict[str, list[Any]]:
+    return {header: [r[header] for r in records for _ in range(count)] for header in records[0]}
 
 
 def _row_record(row: TableRow) -> dict[str, Any]:
@@ -38,18 +45,24 @@ def _row_record(row: TableRow) -> dict[str, Any]:
     }
 
 
-def _level_record(row: TableRow, level: int) -> dict[str, Any]:
-    return {
-        "level": f"d{level + 1}",
-        "detail_rms_Pa": finite(row.detail_rms[level]),
-        "delta_fixed_percent": finite(row.delta_fixed[level]),
-        "delta_matched_percent": finite(row.delta_matched[level]),
-        "largest_positive_fixed": int(largest_positive(row.delta_fixed) == level),
-        "largest_positive_matched": int(largest_positive(row.delta_matched) == level),
-        "approximation_rms_Pa": finite(row.approximations.rms[level]),
-        "approximation_delta_fixed_percent": finite(row.approximations.fixed[level]),
-        "approximation_delta_matched_percent": finite(row.approximations.matched[level]),
-    }
+def _end_record(row: TableRow) -> dict[str, Any]:
+    return {"status": row.status, "verdict": row.verdict}
+
+
+def _level_records(row: TableRow) -> Iterator[dict[str, Any]]:
+    best_fixed, best_matched = largest_positive(row.delta_fixed), largest_positive(row.delta_matched)
+    for level, rms in enumerate(row.detail_rms):
+        yield {
+            "level": f"d{level + 1}",
+            "detail_rms_Pa": finite(rms),
+            "delta_fixed_percent": finite(row.delta_fixed[level]),
+            "delta_matched_percent": finite(row.delta_matched[level]),
+            "largest_positive_fixed": int(best_fixed == level),
+            "largest_positive_matched": int(best_matched == level),
+            "approximation_rms_Pa": finite(row.approximations.rms[level]),
+            "approximation_delta_fixed_percent": finite(row.approximations.fixed[level]),
+            "approximation_delta_matched_percent": finite(row.approximations.matched[level]),
+        }
 
 
 def render_csv(table: SensitivityTable) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.controls import BestLevel, SealedAlarm
@@ -61,7 +62,7 @@ def _alarm_sheet(analysis: Analysis) -> Sheet:
     words = {True: "alarm", False: "silent", None: "open"}
     rows = [
         (
-            *_labels(analysis, alarm.reading),
+            *_labels(alarm),
             Cell(megapascal(alarm.bulk_modulus)),
             Cell(words[alarm.alarm], alarm.alarm is True, words[alarm.alarm]),
             *delta_cells(alarm.delta_fixed),
@@ -69,8 +70,8 @@ def _alarm_sheet(analysis: Analysis) -> Sheet:
         for alarm in analysis.sealed_alarms
     ]
     levels = [f"δd{level}" for level in range(1, analysis.table.n_level + 1)]
-    headers = (*_label_header(analysis), "EBM [MPa]", "d3 rule", *levels)
-    n_label = len(_label_header(analysis))
+    headers = (*_label_header(analysis.sealed_alarms), "EBM [MPa]", "d3 rule", *levels)
+    n_label = len(_label_header(analysis.sealed_alarms))
     return Sheet(
         "sealed-alarms",
         "The d3 rule on the sealed actuator: δ [%] against the fixed normal",
@@ -83,7 +84,7 @@ def _alarm_sheet(analysis: Analysis) -> Sheet:
 def _best_level_sheet(analysis: Analysis) -> Sheet:
     rows = [
         (
-            *_labels(analysis, mode.reading),
+            *_labels(mode),
             Cell(litres_per_minute(mode.leakage_flow)),
             Cell(megapascal(mode.bulk_modulus)),
             Cell(level_name(mode.level) or HOLE, value=level_name(mode.level)),
@@ -91,8 +92,8 @@ def _best_level_sheet(analysis: Analysis) -> Sheet:
         )
         for mode in analysis.best_levels
     ]
-    headers = (*_label_header(analysis), "Leakage [L/min]", "EBM [MPa]", "Best level", "δ [%]")
-    n_label = len(_label_header(analysis))
+    headers = (*_label_header(analysis.best_levels), "Leakage [L/min]", "EBM [MPa]", "Best level", "δ [%]")
+    n_label = len(_label_header(analysis.best_levels))
     return Sheet(
         "best-levels",
         "The best level of each mode against the matched baseline",
@@ -102,10 +103,9 @@ def _best_level_sheet(analysis: Analysis) -> Sheet:
     )
 
 
-def _label_header(analysis: Analysis) -> tuple[str, ...]:
-    return ("Parameters",) if analysis.grid.readings[0] else ()
+def _label_header(controls: Sequence[SealedAlarm | BestLevel]) -> tuple[str, ...]:
+    return ("Parameters",) if controls and controls[0].labels else ()
 
 
-def _labels(analysis: Analysis, reading: int) -> tuple[Cell, ...]:
-    labels = analysis.grid.readings[reading]
-    return (Cell(labels_text(labels)),) if labels else ()
+def _labels(control: SealedAlarm | BestLevel) -> tuple[Cell, ...]:
+    return (Cell(labels_text(control.labels)),) if control.labels else ()

@@ -12,9 +12,9 @@ _MOST_SIDE_BY_SIDE = 3
 
 
 def small_leakage_block(analysis: Analysis) -> Block | None:
-    """Table 2 and its sealed control; None where the experiment varies more than leakage and EBM."""
+    """Table 2 and its sealed control; None where more than leakage and EBM varies, or they form no grid."""
     table = analysis.table
-    if table.label_names:
+    if table.label_names or analysis.grid.lack:
         return None
     requests = sorted({row.leakage_request for row in table.rows})[:2]
     sheets = tuple(_sheet(table, [row for row in table.rows if row.leakage_request == q]) for q in requests)

@@ -9,10 +9,14 @@ from hydrofdi.report.wording import counted, joined, labels_text, mode_name, sig
 
 
 def verdicts_block(analysis: Analysis) -> Block:
-    """All claims with their margins, and every check behind them."""
+    """All claims with their margins, and every check behind them; one sentence where there is no grid."""
+    title = "Verdicts: the paper's sentences as checks"
+    if analysis.grid.lack:
+        guarded = (_guarded_sentence(analysis),) if analysis.guarded else ()
+        return Block("claims", title, (analysis.grid.lack, *guarded))
     return Block(
         "claims",
-        "Verdicts: the paper's sentences as checks",
+        title,
         tuple(_sentences(analysis)),
         (_claims_sheet(analysis.verdicts), _checks_sheet(analysis)),
     )
@@ -111,7 +115,7 @@ def modes_text(analysis: Analysis, check: CheckResult) -> str:
     """The modes that a check looks at."""
     grid = analysis.grid
     labels = labels_text(grid.readings[check.reading])
-    if len(check.modes) > 3 and len(check.modes) == len(grid.modes()):
+    if len(check.modes) > 3 and len(check.modes) == grid.n_mode:
         text = f"all {counted(len(check.modes), 'leaky mode')}"
     else:
         text = ", ".join(mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,20 @@ from hydrofdi.features.operating_point import hydraulic_mode
 from hydrofdi.features.pressure import pressure_features
 from hydrofdi.features.settling import how_records_settle
 from hydrofdi.features.verdict import judge
-from hydrofdi.sensing import measure
+from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
+from hydrofdi.simulation.tap import Tap
 from hydrofdi.store import names, write_shard
 from hydrofdi.units import convert
 
-Simulation = Callable[[Sequence[RunParameters], Sequence[float]], Trajectory]
-"""What turns runs and their K_i into signals."""
+
+class Simulation(Protocol):
+    """What turns runs and their K_i into signals, while a tap reads them."""
+
+    def __call__(
+        self, runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], /, *, tap: Tap
+    ) -> Trajectory:
+        """The trajectory."""
 
 
 @dataclass(frozen=True)
@@ -84,11 +91,12 @@ def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) 
     parameters = [job.parameters for job in jobs]
     recorded, record_of_job = _distinct_records(jobs)
     coefficients = np.array([job.leakage_coefficient for job in recorded], dtype=float)
-    trajectory = simulate([job.parameters for job in recorded], np.nan_to_num(coefficients).tolist())
+    sensors = Measurement([job.parameters for job in recorded])
+    trajectory = simulate(sensors.runs, np.nan_to_num(coefficients).tolist(), tap=sensors)
     trajectory = replace(
         trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(recorded, trajectory)
     )
-    measured = measure([job.parameters for job in recorded], trajectory)
+    measured = sensors.show(trajectory)
     if len(recorded) < len(jobs):
         trajectory, measured = trajectory.rows(record_of_job), measured.rows(record_of_job)
     return {

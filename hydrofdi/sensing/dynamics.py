@@ -1,74 +1,125 @@
-"""Lags of sensors, solved exactly for signals that are linear from sample to sample."""
+"""Lags of sensors and filters, solved exactly for signals that are linear from step to step.
+
+A lag shows y instead of u. Its error e = y − u decays by itself and is driven by the slope of u alone, so a
+constant is shown exactly, however slow the lag.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
+
+from hydrofdi.simulation.compilation import strictly_compiled
 
 
-def first_order_response(signal: ArrayLike, interval: float, bandwidth: float) -> NDArray[np.float64]:
-    """What a first-order sensor shows: y' = ω (u − y), at rest at the first sample.
+class Lag(NamedTuple):
+    """What takes a lag from step to step: its error e, and its rate r in units of its angular frequency.
 
-    Parameters
-    ----------
-    signal : array_like, shape (n_time,)
-        Samples of u, linear in between.
-    interval : float
-        Sampling interval [s].
-    bandwidth : float
-        Corner frequency ω/2π [Hz].
-
-    Returns
-    -------
-    ndarray, shape (n_time,)
-        In the unit of the signal.
+    e_{k+1} = ee e_k + er r_k + eu (u_{k+1} − u_k), r_{k+1} = re e_k + rr r_k + ru (u_{k+1} − u_k)
     """
-    return _lag(signal, 2.0 * math.pi * bandwidth * interval, (1.0, 1.0))
 
-
-def second_order_response(
-    signal: ArrayLike, interval: float, bandwidth: float, damping_ratio: float
-) -> NDArray[np.float64]:
-    """What a second-order sensor shows: y'' = ω² (u − y) − 2 ζ ω y', at rest at the first sample.
-
-    Parameters
-    ----------
-    signal : array_like, shape (n_time,)
-        Samples of u, linear in between.
-    interval : float
-        Sampling interval [s].
-    bandwidth : float
-        Undamped natural frequency ω/2π [Hz].
-    damping_ratio : float
-        ζ [-].
-
-    Returns
-    -------
-    ndarray, shape (n_time,)
-        In the unit of the signal.
-    """
-    return _lag(signal, 2.0 * math.pi * bandwidth * interval, (1.0, 2.0 * damping_ratio, 1.0))
-
-
-def _lag(signal: ArrayLike, angle: float, denominator: tuple[float, ...]) -> NDArray[np.float64]:
-    """Response of a lag whose natural frequency is 1, sampled at every `angle` [rad]."""
-    from scipy.signal import lfilter
-
-    samples = np.asarray(signal, dtype=float)
-    deviation = lfilter(*_recursion(angle, denominator), samples - samples[0])
-    return np.asarray(samples[0] + deviation, dtype=float)
+    ee: float
+    er: float
+    re: float
+    rr: float
+    eu: float
+    ru: float
 
 
 @lru_cache(maxsize=1024)
-def _recursion(
-    angle: float, denominator: tuple[float, ...]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients of input and output of the lag from sample to sample."""
-    from scipy.signal import cont2discrete
+def first_order_lag(angle: float) -> Lag:
+    """The lag y' = ω (u − y).
 
-    lag = np.array([1.0]), np.array(denominator)
-    numerators, denominators, _ = cont2discrete(lag, angle, method="foh")
-    return np.ravel(numerators), denominators
+    Parameters
+    ----------
+    angle : float
+        ω times the step [rad].
+    """
+    decay = math.exp(-angle)
+    return Lag(decay, 0.0, 0.0, 0.0, math.expm1(-angle) / angle, 0.0)
+
+
+@lru_cache(maxsize=1024)
+def second_order_lag(angle: float, damping_ratio: float) -> Lag:
+    """The lag y'' = ω² (u − y) − 2 ζ ω y'.
+
+    Parameters
+    ----------
+    angle : float
+        ω times the step [rad].
+    damping_ratio : float
+        ζ [-].
+    """
+    from scipy.linalg import expm
+
+    rates = np.array([[0.0, 1.0, -1.0 / angle], [-1.0, -2.0 * damping_ratio, 0.0], [0.0, 0.0, 0.0]])
+    (ee, er, eu), (re, rr, ru), _ = expm(angle * rates).tolist()
+    return Lag(ee, er, re, rr, eu, ru)
+
+
+def butterworth_lags(angle: float, order: int) -> tuple[Lag, ...]:
+    """A Butterworth filter of even order, as second-order lags in series.
+
+    Parameters
+    ----------
+    angle : float
+        2π times the corner frequency, where the gain is −3 dB, times the step [rad].
+    order : int
+        2, 4, ….
+    """
+    ratios = [math.sin(math.pi * k / (2 * order)) for k in range(1, order, 2)]
+    return tuple(second_order_lag(angle, ratio) for ratio in ratios)
+
+
+class LagLanes:
+    """Lags in series, of several signals side by side, at rest at the first value of each.
+
+    Parameters
+    ----------
+    lags_of_lane : sequence of sequence of Lag, length n_lane
+        The lags that each signal passes, one after the other. Without any it stays as it is.
+    """
+
+    def __init__(self, lags_of_lane: Sequence[Sequence[Lag]]) -> None:
+        n_lag, n_lane = max(map(len, lags_of_lane), default=0), len(lags_of_lane)
+        self._lags = np.zeros((n_lag, len(Lag._fields), n_lane))
+        for lane, lags in enumerate(lags_of_lane):
+            for place, lag in enumerate(lags):
+                self._lags[place, :, lane] = lag
+        self._states: NDArray[np.float64] | None = None
+
+    def advance(self, signals: NDArray[np.float64]) -> None:
+        """Replace the next values of the signals, shape (n_step, n_lane), by what the lags show."""
+        if self._states is None:
+            self._states = np.zeros((len(self._lags), 3, signals.shape[1]))
+            self._states[:, 0] = signals[0]
+        for lag, state in zip(self._lags, self._states, strict=True):
+            advance_lag(signals, lag, state)
+
+
+@strictly_compiled
+def advance_lag(signals: NDArray[np.float64], lag: NDArray[np.float64], state: NDArray[np.float64]) -> None:
+    """Pass signals through a lag.
+
+    Parameters
+    ----------
+    signals : ndarray, shape (n_step, n_lane)
+        Replaced by what the lag shows.
+    lag : ndarray, shape (6, n_lane)
+        `Lag` of each lane.
+    state : ndarray, shape (3, n_lane)
+        Last value, error and rate of each lane; kept for the next call.
+    """
+    for i in range(signals.shape[0]):
+        for k in range(signals.shape[1]):
+            value, error, rate = signals[i, k], state[1, k], state[2, k]
+            change = value - state[0, k]
+            state[0, k] = value
+            state[1, k] = lag[0, k] * error + lag[1, k] * rate + lag[4, k] * change
+            state[2, k] = lag[2, k] * error + lag[3, k] * rate + lag[5, k] * change
+            signals[i, k] = value + state[1, k]

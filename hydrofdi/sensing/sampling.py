@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.config.run import RunConfig
+
 
 def sampling_instants(
     time: NDArray[np.float64], jitter: float, generator: np.random.Generator
@@ -46,3 +48,58 @@ def interpolated_signal(signal: ArrayLike, time: ArrayLike, instants: ArrayLike)
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(np.asarray(time), np.asarray(signal))(np.asarray(instants)), dtype=float)
+
+
+class Clocks:
+    """The clocks that sample several signals side by side, each known at every step of the solver.
+
+    Between steps a signal is the cubic through the four nearest ones.
+
+    Parameters
+    ----------
+    run : RunConfig
+        Step and samples of the record.
+    deviations : ndarray, shape (n_lane, n_time)
+        How late each clock samples [s].
+    """
+
+    def __init__(self, run: RunConfig, deviations: NDArray[np.float64]) -> None:
+        self._steps_per_sample, self._n_time = run.steps_per_sample, run.n_sample
+        self._is_exact = not deviations.any()
+        if not self._is_exact:
+            nominal = run.steps_per_sample * np.arange(run.n_sample)
+            places = nominal + deviations / run.step
+            self._first_nodes = np.clip(np.floor(places).astype(np.int64) - 1, 0, run.n_step - 4)
+            self._offsets = places - self._first_nodes
+            self._reach = 4 + int(np.abs(self._first_nodes - nominal).max())
+
+    def sample(self, values: NDArray[np.float64], first_step: int, samples: NDArray[np.float64]) -> None:
+        """Fill in what a stretch of time says of the samples; stretches follow without a gap.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n_step, n_lane)
+        first_step : int
+            Number of its first step, counted from the start of the record.
+        samples : ndarray, shape (n_lane, n_time)
+            Zero before the first stretch.
+        """
+        every = self._steps_per_sample
+        if self._is_exact:
+            picked = values[-first_step % every :: every].T
+            samples[:, -(-first_step // every) :][:, : picked.shape[1]] = picked
+            return
+        first = max(0, (first_step - self._reach) // every)
+        near = slice(first, (first_step + len(values) + self._reach) // every + 1)
+        for node in range(4):
+            steps = self._first_nodes[:, near] + node - first_step
+            lanes, places = np.nonzero((steps >= 0) & (steps < len(values)))
+            weights = cubic_weight(node, self._offsets[lanes, first + places])
+            samples[lanes, first + places] += weights * values[steps[lanes, places], lanes]
+
+
+def cubic_weight(node: int, place: ArrayLike) -> NDArray[np.float64]:
+    """Weight of the value at a node, 0 … 3, in the cubic through the values at all four."""
+    others = [other for other in range(4) if other != node]
+    factors = [(np.asarray(place) - other) / (node - other) for other in others]
+    return np.asarray(factors[0] * factors[1] * factors[2], dtype=float)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,14 @@ from hydrofdi.simulation.kernel import advance_lanes
 from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes
 from hydrofdi.simulation.leakage_signal import leakage_signal
 from hydrofdi.simulation.options import ModelOptions, group_by_kernel
+from hydrofdi.simulation.tap import Reader, Tap
 from hydrofdi.simulation.trajectory import Outcome, Signal, Trajectory
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 2000, 64_000
 """About so many steps are taken at a time, for all spools together, so that a chunk stays in the cache."""
+
+_STRETCH_STEPS = 500
+"""Where every step is read, so many are taken at a time, so that they stay in the cache."""
 
 ABSURD_PRESSURE_RATIO = 100.0
 """A run whose pressure exceeds the supply so many times has diverged, even while it is finite."""
@@ -26,7 +31,21 @@ _CLOSE_TO_STOP = 0.98
 """Share of the stroke V/A beyond which the piston has left the cylinder: a chamber all but vanishes."""
 
 
-def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> Trajectory:
+ROWS = {
+    "piston_position": "position",
+    "piston_velocity": "velocity",
+    "chamber_1_pressure": "pressure_1",
+    "chamber_2_pressure": "pressure_2",
+    "valve_supply_pressure": "supply",
+    "input_voltage": "voltage",
+    "spool_position": "spool_position",
+}
+"""Signal of a trajectory → its row in the samples."""
+
+
+def simulate_batch(
+    runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], tap: Tap | None = None
+) -> Trajectory:
     """Simulate runs side by side. A run's signals do not depend on the others.
 
     Parameters
@@ -35,6 +54,8 @@ def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence
         At least one; all with the same ``run`` section. Their own internal leakage is not looked at.
     leakage_coefficients : sequence of float
         K_i of each run [m^3.5/kg^0.5].
+    tap : Tap, optional
+        Reads some of the runs at every step. No run's signals change by it, and the others do not pay for it.
 
     Returns
     -------
@@ -50,9 +71,9 @@ def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence
         raise ValueError("the runs of a batch must share duration, step and sampling frequency")
     inputs = Inputs(runs, runs[0].run)
     blocks = [
-        _Block(options, control_interval, group[first : first + WIDTH], runs, leakage_coefficients, inputs)
+        _Block(options, control_interval, members, runs, leakage_coefficients, inputs, reader)
         for (options, control_interval), group in group_by_kernel(runs).items()
-        for first in range(0, len(group), WIDTH)
+        for members, reader in _members_of_blocks(group, tap)
     ]
     signals = _Signals(runs, inputs)
     for window, chunk in _chunks(inputs, runs[0].run):
@@ -60,6 +81,21 @@ def simulate_batch(runs: Sequence[RunParameters], leakage_coefficients: Sequence
             samples = block.advance(chunk, window.start)
             signals.keep(block, window, chunk, samples)
     return signals.trajectory(leakage_coefficients)
+
+
+def _members_of_blocks(group: list[int], tap: Tap | None) -> Iterator[tuple[list[int], Reader | None]]:
+    """Members of each block of a group of runs, and what reads them at every step."""
+    read = {k for k in group if tap.wants(k)} if tap else set()
+    for members in _up_to_width([k for k in group if k not in read]):
+        yield members, None
+    if tap:
+        for members in _up_to_width(sorted(read)):
+            yield members, tap.reader(members)
+
+
+def _up_to_width(positions: list[int]) -> Iterator[list[int]]:
+    for first in range(0, len(positions), WIDTH):
+        yield positions[first : first + WIDTH]
 
 
 def _chunks(inputs: Inputs, run: RunConfig) -> Iterator[tuple[slice, Chunk]]:
@@ -83,6 +119,7 @@ class _Block:
         runs: Sequence[RunParameters],
         leakage_coefficients: Sequence[float],
         inputs: Inputs,
+        reader: Reader | None,
     ) -> None:
         self.options, self.members = options, members
         self.columns, self.loads = inputs.column_of_run[members], inputs.load_of_run[members]
@@ -93,17 +130,44 @@ class _Block:
             np.resize(self.loads, WIDTH),
         )
         self._n_row = len(SAMPLED) if options.samples_more else N_PAPER_SAMPLED
+        self._reader, self._rated_supply = (
+            reader,
+            np.resize([runs[k].supply.pressure for k in members], WIDTH),
+        )
 
     def advance(self, chunk: Chunk, first_sample: int) -> NDArray[np.float64]:
         """Samples (n_sample, n_row, WIDTH) over a chunk."""
+        first_step, per_sample = first_sample * self._run.steps_per_sample, self._run.steps_per_sample
+        if self._reader is None:
+            return self._samples(chunk, first_step, per_sample)
+        samples = np.empty((len(chunk.loads) // per_sample, self._n_row, WIDTH))
+        for first in range(0, len(chunk.loads), _STRETCH_STEPS):
+            stretch = chunk.part(first, first + _STRETCH_STEPS)
+            states = self._samples(stretch, first_step + first, 1)
+            self._reader(first_step + first, partial(self._signal, stretch, states))
+            samples[-(-first // per_sample) : -(-(first + len(states)) // per_sample)] = states[
+                -first % per_sample :: per_sample
+            ]
+        return samples
+
+    def _samples(self, chunk: Chunk, first_step: int, steps_per_sample: int) -> NDArray[np.float64]:
         drive = chunk.stages if self.options.closed_loop is None else chunk.references
-        per_sample = self._run.steps_per_sample
-        samples = np.empty((len(drive) // per_sample, self._n_row, WIDTH))
+        samples = np.empty((len(drive) // steps_per_sample, self._n_row, WIDTH))
         advance_lanes(
             self._lanes, drive, self._column_of_lane, chunk.loads, self._load_of_lane, self._run.step,
-            per_sample, self._steps_per_control, samples, first_sample * per_sample, self.options,
+            steps_per_sample, self._steps_per_control, samples, first_step, self.options,
         )  # fmt: skip
         return samples
+
+    def _signal(self, chunk: Chunk, states: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+        """A signal at every step of a chunk, by its name in a trajectory: shape (n_step, WIDTH)."""
+        if self.options.closed_loop is None and name == "input_voltage":
+            return chunk.voltage[:, self._column_of_lane]
+        if self.options.closed_loop is None and name == "spool_position":
+            return chunk.stages[:, 0, self._column_of_lane]
+        if self.options.supply_droop is None and name == "valve_supply_pressure":
+            return np.broadcast_to(self._rated_supply, (len(states), WIDTH))
+        return states[:, SAMPLED.index(ROWS[name])]
 
 
 class _Signals:

@@ -23,12 +23,21 @@ _Function = TypeVar("_Function", bound=Callable[..., object])
 
 def compiled(function: _Function) -> _Function:
     """Compile a kernel on its first call, or load it from the cache on disk."""
+    return _compiled(function, FAST_MATH)
+
+
+def strictly_compiled(function: _Function) -> _Function:
+    """As `compiled`, with every operation rounded as it is written, so that all lanes get the same bits."""
+    return _compiled(function, False)
+
+
+def _compiled(function: _Function, fast_math: set[str] | bool) -> _Function:
     settings: Any = numba.config
     previous = settings.CACHE_DIR
     settings.CACHE_DIR = str(cache_directory())
     try:
         compile_: Any = numba.njit(
-            fastmath=FAST_MATH, error_model="numpy", boundscheck=False, nogil=True, cache=True
+            fastmath=fast_math, error_model="numpy", boundscheck=False, nogil=True, cache=True
         )
         kernel: _Function = compile_(function)
         return kernel

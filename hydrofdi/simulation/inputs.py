@@ -39,6 +39,10 @@ class Chunk(NamedTuple):
     references: Array
     loads: Array
 
+    def part(self, first: int, last: int) -> Chunk:
+        """The inputs of some of the steps."""
+        return Chunk(*(values[first:last] for values in self))
+
 
 class Inputs:
     """The inputs of a batch of runs.

@@ -7,6 +7,7 @@ or a controller acts. Much slower than the kernel.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import pid_step
-from hydrofdi.simulation.batch import outcome_of
+from hydrofdi.simulation.batch import ROWS, outcome_of
 from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.drive import input_voltage, position_reference
 from hydrofdi.simulation.hydraulics import State, hydraulic_rates, lane_parameters
@@ -24,6 +25,7 @@ from hydrofdi.simulation.leakage_signal import leakage_signal
 from hydrofdi.simulation.load import load_force
 from hydrofdi.simulation.options import ModelOptions
 from hydrofdi.simulation.spool import spool_rates, valve_opening
+from hydrofdi.simulation.tap import Reader, Tap
 from hydrofdi.simulation.trajectory import Trajectory
 
 Solver = Literal["lsoda", "radau"]
@@ -41,6 +43,7 @@ def simulate_with_solver(
     leakage_coefficients: Sequence[float],
     solver: Solver,
     tolerance: float = RELATIVE_TOLERANCE,
+    tap: Tap | None = None,
 ) -> Trajectory:
     """Simulate runs one after the other with a solver of SciPy.
 
@@ -53,6 +56,8 @@ def simulate_with_solver(
     solver : "lsoda" or "radau"
     tolerance : float
         Relative tolerance of a step.
+    tap : Tap, optional
+        Reads some of the runs at every step of ``run.step``, between which the solver's own steps lie.
 
     Returns
     -------
@@ -62,8 +67,12 @@ def simulate_with_solver(
     run = runs[0].run
     singles = pack_singles(runs, leakage_coefficients)
     records = [
-        _Record(parameters, singles[k : k + 1], solver, tolerance) for k, parameters in enumerate(runs)
-    ]
+        _Record(
+            parameters, singles[k : k + 1], solver, tolerance,
+            tap.reader([k]) if tap and tap.wants(k) else None,
+        )
+        for k, parameters in enumerate(runs)
+    ]  # fmt: skip
     for record in records:
         record.solve()
     states = np.stack([record.states for record in records], axis=1)
@@ -93,11 +102,17 @@ class _Record:
     """One run on its way from jump to jump of its inputs."""
 
     def __init__(
-        self, parameters: RunParameters, single: NDArray[Any], solver: Solver, tolerance: float
+        self,
+        parameters: RunParameters,
+        single: NDArray[Any],
+        solver: Solver,
+        tolerance: float,
+        reader: Reader | None,
     ) -> None:
         run, supply = parameters.run, parameters.supply
         steps = np.arange(run.n_step)
         self._run, self._single, self._solver, self._tolerance = run, single, solver, tolerance
+        self._reader = reader
         self._options = ModelOptions.of(parameters)
         self._is_closed = parameters.control.is_closed
         self._steps_per_control = round(parameters.control.sample_time / run.step)
@@ -148,8 +163,9 @@ class _Record:
 
         solve_ivp: Any = integrate.solve_ivp
         run, per_sample = self._run, self._run.steps_per_sample
-        samples = np.arange(-(-first // per_sample), -(-last // per_sample))
-        instants = np.append(samples * per_sample, last) * run.step
+        every = 1 if self._reader else per_sample
+        steps = every * np.arange(-(-first // every), -(-last // every))
+        instants = np.append(steps, last) * run.step
         held = self.voltage if self._is_smooth else self.voltage[first : first + 1]
         with np.errstate(all="ignore"):
             result = solve_ivp(
@@ -160,9 +176,22 @@ class _Record:
             )  # fmt: skip
         if not result.success or result.y.shape[1] < instants.size:
             return False
-        self.states[:, samples] = result.y[:, :-1]
+        if self._reader:
+            self._reader(first, partial(self._signal, first, result.y[:, :-1]))
+        is_sampled = steps % per_sample == 0
+        self.states[:, steps[is_sampled] // per_sample] = result.y[:, :-1][:, is_sampled]
         self._state = result.y[:, -1]
         return True
+
+    def _signal(self, first: int, states: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+        """A signal at every step from the first on, by its name in a trajectory: shape (n_step, 1)."""
+        if name == "input_voltage":
+            return self.voltage[first : first + states.shape[1], None]
+        values: NDArray[np.float64] = states[_SPOOL if name == "spool_position" else STATES.index(ROWS[name])]
+        if name == "spool_position":
+            limit = float(self._single["spool_limit"][0, 0])
+            values = np.clip(values, -limit, limit)
+        return values[:, None]
 
 
 @compiled

@@ -1,18 +1,27 @@
-"""Lags of sensors against their closed forms."""
+"""Lags and filters against their closed forms."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hydrofdi.sensing.dynamics import first_order_response, second_order_response
+from hydrofdi.sensing.dynamics import Lag, LagLanes, first_order_lag, second_order_lag
 
 INTERVAL, CORNER = 1e-3, 20.0
 OMEGA = 2.0 * np.pi * CORNER
+ANGLE = OMEGA * INTERVAL
 TIME = INTERVAL * np.arange(400)
 STEP = np.concatenate([np.zeros(10), np.ones(390)])
-"""Rises linearly over one sampling interval."""
+"""Rises linearly over one step."""
+
+
+def shown(signal: NDArray[np.float64], *lags: Lag) -> NDArray[np.float64]:
+    values = signal[:, None].copy()
+    LagLanes([lags]).advance(values)
+    return values[:, 0]
 
 
 def _first_ramp(time: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -28,51 +37,77 @@ def _second_ramp(time: NDArray[np.float64], zeta: float) -> NDArray[np.float64]:
     return t - 2 * zeta / OMEGA + np.exp(-zeta * OMEGA * t) * swing
 
 
-def test_first_order_response_to_a_step_is_the_closed_form() -> None:
+def test_first_order_lag_answers_a_step_as_its_closed_form() -> None:
     ramps = _first_ramp(TIME - TIME[9]) - _first_ramp(TIME - TIME[10])
-    np.testing.assert_allclose(first_order_response(STEP, INTERVAL, CORNER), ramps / INTERVAL, atol=1e-11)
+    np.testing.assert_allclose(shown(STEP, first_order_lag(ANGLE)), ramps / INTERVAL, atol=1e-11)
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.7])
-def test_second_order_response_to_a_step_is_the_closed_form(zeta: float) -> None:
+def test_second_order_lag_answers_a_step_as_its_closed_form(zeta: float) -> None:
     ramps = _second_ramp(TIME - TIME[9], zeta) - _second_ramp(TIME - TIME[10], zeta)
-    shown = second_order_response(STEP, INTERVAL, CORNER, zeta)
-    np.testing.assert_allclose(shown, ramps / INTERVAL, atol=1e-11)
+    np.testing.assert_allclose(shown(STEP, second_order_lag(ANGLE, zeta)), ramps / INTERVAL, atol=1e-11)
 
 
-def test_critically_damped_sensor_is_two_first_order_ones_for_slow_signals() -> None:
-    slow = np.sin(2 * np.pi * 2.0 * TIME)
-    twice = first_order_response(first_order_response(slow, INTERVAL, CORNER), INTERVAL, CORNER)
-    np.testing.assert_allclose(second_order_response(slow, INTERVAL, CORNER, 1.0), twice, atol=1e-4)
+def test_critically_damped_lag_is_two_first_order_ones_for_slow_signals() -> None:
+    slow, first = np.sin(2 * np.pi * 2.0 * TIME), first_order_lag(ANGLE)
+    np.testing.assert_allclose(
+        shown(slow, second_order_lag(ANGLE, 1.0)), shown(slow, first, first), atol=1e-4
+    )
 
 
-def _gain(shown: NDArray[np.float64]) -> complex:
-    """Complex gain at the corner, from the last five periods."""
-    last = slice(-round(5 / CORNER / INTERVAL), None)
-    return complex(2j * np.mean(shown[last] * np.exp(-1j * OMEGA * TIME[last])))
+def _gain(*lags: Lag, frequency: float = CORNER) -> complex:
+    """Complex gain, from the last five periods of the corner."""
+    last, phase = slice(-round(5 / CORNER / INTERVAL), None), 2.0 * np.pi * frequency * TIME
+    return complex(2j * np.mean(shown(np.sin(phase), *lags)[last] * np.exp(-1j * phase[last])))
 
 
-def test_gain_at_the_corner_is_3_db_down_for_a_first_order_sensor() -> None:
-    gain = _gain(first_order_response(np.sin(OMEGA * TIME), INTERVAL, CORNER))
+def test_gain_at_the_corner_is_3_db_down_for_a_first_order_lag() -> None:
+    gain = _gain(first_order_lag(ANGLE))
     assert abs(gain) == pytest.approx(0.5**0.5, rel=2e-3)
     assert np.angle(gain, deg=True) == pytest.approx(-45.0, abs=0.2)
 
 
 @pytest.mark.parametrize("zeta", [0.3, 0.7, 1.5])
 def test_gain_at_the_natural_frequency_is_one_over_twice_the_damping(zeta: float) -> None:
-    gain = _gain(second_order_response(np.sin(OMEGA * TIME), INTERVAL, CORNER, zeta))
+    gain = _gain(second_order_lag(ANGLE, zeta))
     assert abs(gain) == pytest.approx(1.0 / (2.0 * zeta), rel=2e-3)
     assert np.angle(gain, deg=True) == pytest.approx(-90.0, abs=0.3)
 
 
-@pytest.mark.parametrize("bandwidth", [1e-3, 10.0, 1e5])
-def test_constant_signal_is_shown_from_the_first_sample_on(bandwidth: float) -> None:
+@pytest.mark.parametrize("angle", [1e-6, 1.0, 1e5])
+def test_a_constant_is_shown_from_the_first_step_on_to_the_bit(angle: float) -> None:
     constant = np.full(500, 9.3e6)
-    np.testing.assert_array_equal(first_order_response(constant, INTERVAL, bandwidth), constant)
-    np.testing.assert_array_equal(second_order_response(constant, INTERVAL, bandwidth, 0.7), constant)
+    lags = first_order_lag(angle), second_order_lag(angle, 0.7)
+    np.testing.assert_array_equal(shown(constant, *lags), constant)
 
 
-def test_very_fast_sensor_shows_the_signal() -> None:
+def test_a_very_fast_lag_shows_the_signal() -> None:
     signal = np.random.default_rng(3).normal(size=500)
-    np.testing.assert_allclose(first_order_response(signal, INTERVAL, 1e7), signal, atol=1e-3)
-    np.testing.assert_allclose(second_order_response(signal, INTERVAL, 1e7, 0.7), signal, atol=1e-3)
+    np.testing.assert_allclose(shown(signal, first_order_lag(6e4)), signal, atol=1e-3)
+    np.testing.assert_allclose(shown(signal, second_order_lag(6e4, 0.7)), signal, atol=1e-3)
+
+
+def test_a_very_slow_lag_is_exact_after_many_steps() -> None:
+    """0.01 Hz at a step of 0.1 ms, over two minutes: the ramp's closed form."""
+    omega, steps = 2.0 * np.pi * 0.01, np.arange(1_200_000)
+    ramp = 1e-4 * steps
+    lagging = ramp - 1.0 / omega * -np.expm1(-omega * ramp)
+    np.testing.assert_allclose(shown(ramp, first_order_lag(1e-4 * omega)), lagging, atol=1e-7)
+
+
+LANES: Sequence[tuple[Lag, ...]] = [
+    (),
+    (first_order_lag(0.05),),
+    (second_order_lag(0.1, 0.7), second_order_lag(0.2, 0.4)),
+] * 11  # fmt: skip
+
+
+@pytest.mark.parametrize("cuts", [[], [1], [7, 8, 399], list(range(1, 400))])
+def test_bits_depend_neither_on_stretches_nor_on_neighbours(cuts: list[int]) -> None:
+    signals = np.random.default_rng(4).normal(size=(400, len(LANES)))
+    cut, together = signals.copy(), LagLanes(LANES)
+    for stretch in np.split(cut, cuts):
+        together.advance(stretch)
+    for lane, lags in enumerate(LANES):
+        np.testing.assert_array_equal(cut[:, lane], shown(signals[:, lane], *lags))
+    np.testing.assert_array_equal(cut[:, 0], signals[:, 0])

@@ -11,9 +11,10 @@ import pytest
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.execution import Job, compute_columns, split_jobs
 from hydrofdi.features import detail_rms
-from hydrofdi.sensing import CHANNELS, measure
+from hydrofdi.sensing import CHANNELS, Measurement
+from hydrofdi.sensing.channels import CLOCK, random_generator
 from hydrofdi.sensing.measurement import sensor_reading
-from hydrofdi.sensing.sampling import interpolated_signal
+from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.store.names import stored_variables
 
@@ -67,7 +68,7 @@ def test_every_measurable_signal_has_a_channel_and_every_channel_a_section() -> 
 def test_without_sensors_the_trajectory_itself_is_handed_on() -> None:
     run = run_with("measurement.seed=7", "pressure_1_sensor.damping_ratio=0.5")
     trajectory = simulate_batch([run], [0.0])
-    assert measure([run], trajectory) is trajectory
+    assert Measurement([run]).show(trajectory) is trajectory
 
 
 def test_a_run_without_sensors_is_told_in_the_same_words_as_before_there_were_any() -> None:
@@ -119,12 +120,12 @@ def test_runs_that_differ_in_leakage_or_seed_have_independent_noise() -> None:
 
 def test_one_clock_samples_all_channels() -> None:
     run = run_with("measurement.jitter=0.1 ms")
-    time = np.arange(1000) / 500.0
-    sine = np.sin(2 * np.pi * 5.0 * time)
-    readings = [sensor_reading(channel, run, sine, time) for channel in CHANNELS]
-    assert not np.array_equal(readings[0], sine)
-    for reading in readings[1:]:
-        np.testing.assert_array_equal(reading, readings[0])
+    happened, columns = simulate_batch([run], [0.0]), columns_of([run], [0.0])
+    instants = sampling_instants(happened.time, 1e-4, random_generator(run, CLOCK))
+    for channel in CHANNELS:
+        record = getattr(happened, channel.signal)[0]
+        expected = interpolated_signal(record, happened.time, instants)
+        np.testing.assert_array_equal(columns[channel.signal][0], expected, err_msg=channel.signal)
 
 
 def test_errors_come_before_the_range_and_the_range_before_the_levels() -> None:

@@ -1,0 +1,70 @@
+"""The signals that have a sensor, and the random numbers of each."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.config import RunParameters
+from hydrofdi.config.sensor import SensorConfig
+from hydrofdi.sensing.dynamics import Lag, first_order_lag, second_order_lag
+
+Sensor = SensorConfig[float, float, float]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A signal that has a sensor: its name in a trajectory, and the section of its sensor."""
+
+    signal: str
+    section: str
+
+    def sensor(self, run: RunParameters) -> Sensor:
+        """The sensor that a run has here."""
+        sensor: Sensor = getattr(run, self.section)
+        return sensor
+
+    def lags(self, run: RunParameters) -> tuple[Lag, ...]:
+        """What the signal passes before it is sampled; empty where it is followed at once."""
+        sensor = self.sensor(run)
+        if sensor.bandwidth is None:
+            return ()
+        angle = 2.0 * math.pi * sensor.bandwidth * run.run.step
+        if sensor.order == "first":
+            return (first_order_lag(angle),)
+        return (second_order_lag(angle, sensor.damping_ratio),)
+
+
+CHANNELS = (
+    Channel("chamber_1_pressure", "pressure_1_sensor"),
+    Channel("chamber_2_pressure", "pressure_2_sensor"),
+    Channel("valve_supply_pressure", "supply_sensor"),
+    Channel("piston_position", "position_sensor"),
+    Channel("piston_velocity", "velocity_sensor"),
+    Channel("spool_position", "spool_sensor"),
+    Channel("input_voltage", "voltage_sensor"),
+)
+
+CLOCK = "clock"
+"""What the jitter is drawn for; all channels share it."""
+
+
+def random_generator(run: RunParameters, source: str) -> np.random.Generator:
+    """The random numbers of one source of error in one run.
+
+    The seed is the SHA-256 of ``measurement.seed``, the source and all parameters that the signals of the
+    run depend on, so that draws do not depend on other runs, their order, batch or worker, and differ from
+    record to record. They come from NumPy's PCG64 and keep their bits within one version of NumPy.
+
+    Parameters
+    ----------
+    run : RunParameters
+    source : str
+        Section of a sensor, or `CLOCK`.
+    """
+    text = f"{run.measurement.seed}\n{source}\n{run.record_text}"
+    seed = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))

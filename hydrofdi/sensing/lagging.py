@@ -1,0 +1,51 @@
+"""Signals that lag, followed at every step of the solver and then sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hydrofdi.config import RunParameters
+from hydrofdi.sensing.channels import CHANNELS, CLOCK, random_generator
+from hydrofdi.sensing.dynamics import LagLanes
+from hydrofdi.sensing.sampling import Clocks, sampling_instants
+from hydrofdi.simulation.tap import SignalByName
+
+
+class LaggedRuns:
+    """What lags in some runs, side by side: the reader of their signals, and the samples behind all lags.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters, length n_run
+        All with the same ``run`` section.
+
+    Attributes
+    ----------
+    samples : dict of Channel to ndarray, shape (n_run, n_time)
+        The channels that lag in any of the runs, in the units of their signals.
+    """
+
+    def __init__(self, runs: Sequence[RunParameters]) -> None:
+        lags = {channel: [channel.lags(run) for run in runs] for channel in CHANNELS}
+        self._lanes = {channel: LagLanes(of_runs) for channel, of_runs in lags.items() if any(of_runs)}
+        self._clocks = _clocks(runs)
+        self.samples = {channel: np.zeros((len(runs), runs[0].run.n_sample)) for channel in self._lanes}
+
+    def __call__(self, first_step: int, signal: SignalByName) -> None:
+        """Follow the signals over a stretch of time, from the number of its first step."""
+        for channel, samples in self.samples.items():
+            values = np.array(signal(channel.signal)[:, : len(samples)], order="C")
+            self._lanes[channel].advance(values)
+            self._clocks.sample(values, first_step, samples)
+
+
+def _clocks(runs: Sequence[RunParameters]) -> Clocks:
+    run = runs[0].run
+    time = np.arange(run.n_sample) / run.sampling_frequency
+    deviations = np.zeros((len(runs), run.n_sample))
+    for lane, parameters in enumerate(runs):
+        if jitter := parameters.measurement.jitter:
+            deviations[lane] = sampling_instants(time, jitter, random_generator(parameters, CLOCK)) - time
+    return Clocks(run, deviations)

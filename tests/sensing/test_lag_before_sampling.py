@@ -1,0 +1,122 @@
+"""Sensors lag before they are sampled: at every step of the solver, not from sample to sample."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import signal as scipy_signal
+
+from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.execution import Job, compute_columns
+from hydrofdi.features import detail_rms
+from hydrofdi.sensing import CHANNELS
+from hydrofdi.sensing.channels import CLOCK, random_generator
+from hydrofdi.sensing.sampling import Clocks, sampling_instants
+from hydrofdi.simulation import batch, simulate_batch
+from hydrofdi.simulation.second_opinion import simulate_with_solver
+
+SHORT = ("run.duration=2 s", "input.period=0.5 s")
+LAGS = tuple(f"{channel.section}={{order: second, bandwidth: 150 Hz}}" for channel in CHANNELS)
+LOOP = ("control={law: pi, amplitude: 5 mm}",)
+
+
+def run_with(*settings: str) -> RunParameters:
+    return load_experiment(None, settings).nominal_parameters
+
+
+def columns_of(*runs: RunParameters, **more: Any) -> dict[str, NDArray[Any]]:
+    return compute_columns([Job("run", run, 2e-9) for run in runs], **more)
+
+
+def test_detail_rms_are_those_of_a_record_that_is_filtered_before_it_is_sampled() -> None:
+    run, omega, zeta = run_with("pressure_1_sensor={order: second, bandwidth: 200 Hz}"), 400.0 * np.pi, 0.7
+    fine = run_with("run.sampling_frequency=10 kHz").with_ideal_sensors()
+    pressure = simulate_batch([fine], [2e-9]).chamber_1_pressure[0]
+    lag = scipy_signal.TransferFunction([omega**2], [1.0, 2.0 * zeta * omega, omega**2])
+    _, shown, _ = scipy_signal.lsim(lag, pressure - pressure[0], 1e-4 * np.arange(pressure.size))
+    expected = detail_rms(shown[::20], run.wavelet)
+    np.testing.assert_allclose(columns_of(run)["detail_rms"][0], expected, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("order", "gain"), [("first", 1 / 37**0.5), ("second", 1 / 35.96)])
+def test_what_is_above_half_the_sampling_frequency_is_weakened_before_it_is_folded(
+    order: str, gain: float
+) -> None:
+    """600 Hz folds to 100 Hz, where a lag of 100 Hz would let pass 0.7 of it."""
+    run = run_with(*SHORT, "input={shape: sine, period: 1/600 s}".replace("1/600", f"{1 / 600}"))
+    lagging = run.with_values({"voltage_sensor.order": order, "voltage_sensor.bandwidth": 100.0})
+    voltage, shown = columns_of(run, lagging)["input_voltage"][:, 100:]
+    assert np.std(shown) == pytest.approx(gain * np.std(voltage), rel=0.03)
+
+
+@pytest.mark.parametrize("loop", [(), LOOP], ids=["open", "closed"])
+def test_bits_depend_neither_on_stretches_nor_on_chunks_nor_on_neighbours(
+    loop: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kinds = (LAGS, (), LAGS[:1], (*LAGS, "measurement.jitter=0.2 ms"), ("supply.droop=first_order", *LAGS))
+    runs = [run_with(*SHORT, *loop, *kind) for kind in kinds] * 8
+    together = columns_of(*runs)
+    assert set(together["status"]) == {"ok"}
+    monkeypatch.setattr(batch, "_STRETCH_STEPS", 37)
+    monkeypatch.setattr(batch, "_CHUNK_STEPS", 1260)
+    for position in range(len(kinds)):
+        alone = columns_of(runs[position])
+        for channel in CHANNELS:
+            np.testing.assert_array_equal(
+                together[channel.signal][position :: len(kinds)], np.repeat(alone[channel.signal], 8, axis=0)
+            )
+
+
+def test_a_run_that_lags_happens_as_without_a_lag() -> None:
+    run = run_with(*SHORT, "supply.droop=first_order")
+    columns = columns_of(run, run_with(*SHORT, "supply.droop=first_order", *LAGS))
+    measured = {"detail_rms", "approximation_rms", "mean_chamber_1_pressure"}
+    for name, values in columns.items():
+        if len(values) == 2 and name not in measured | {channel.signal for channel in CHANNELS}:
+            np.testing.assert_array_equal(values[0], values[1], err_msg=name)
+    for channel in CHANNELS:
+        assert not np.array_equal(*columns[channel.signal]), channel
+
+
+@pytest.mark.parametrize("loop", [(), LOOP], ids=["open", "closed"])
+def test_solvers_of_the_second_opinion_follow_the_lags_as_the_kernel_does(loop: tuple[str, ...]) -> None:
+    run = run_with(
+        "run.duration=1 s", "run.step=0.02 ms", "input.period=0.5 s", "wavelet.levels=3", *loop, *LAGS
+    )
+    ours = columns_of(run)
+    theirs = columns_of(run, simulate=partial(simulate_with_solver, solver="lsoda"))
+    for channel in CHANNELS:
+        size = np.abs(ours[channel.signal]).max()
+        np.testing.assert_allclose(theirs[channel.signal], ours[channel.signal], atol=1e-4 * size)
+    np.testing.assert_allclose(theirs["detail_rms"], ours["detail_rms"], rtol=1e-3)
+
+
+def test_jitter_samples_what_is_between_the_samples() -> None:
+    """A voltage of 220 Hz, which no spline through samples at 500 Hz knows."""
+    run = run_with(*SHORT, f"input={{shape: sine, period: {1 / 220} s}}", "measurement.jitter=0.2 ms")
+    run = run.with_values({"voltage_sensor.order": "first", "voltage_sensor.bandwidth": 1e6})
+    columns = columns_of(run)
+    instants = sampling_instants(columns["time"], 2e-4, random_generator(run, CLOCK))
+    expected = run.input.amplitude * np.sin(2.0 * np.pi * 220.0 * instants)
+    np.testing.assert_allclose(columns["input_voltage"][0], expected, atol=2e-3)
+
+
+@pytest.mark.parametrize("cuts", [[], [1], [3, 4, 5, 500], list(range(1, 1000))])
+def test_jittered_clocks_are_exact_for_cubics_and_all_else_samples_at_its_time(cuts: list[int]) -> None:
+    run = run_with(
+        "run.duration=1 s", "run.sampling_frequency=100 Hz", "run.step=1 ms", "wavelet.levels=1"
+    ).run
+    steps = np.arange(run.n_step)
+    cubic = (steps / 100.0 - 4.0) ** 3
+    nominal = np.arange(run.n_sample) / run.sampling_frequency
+    instants = sampling_instants(nominal, 2.5e-3, np.random.default_rng(6))
+    samples = np.zeros((2, run.n_sample))
+    clocks = Clocks(run, np.stack([np.zeros(run.n_sample), instants - nominal]))
+    for stretch in np.split(steps, cuts):
+        clocks.sample(np.stack([cubic[stretch], cubic[stretch]], axis=1), stretch[0], samples)
+    np.testing.assert_array_equal(samples[0], cubic[::10])
+    np.testing.assert_allclose(samples[1], (instants * 10.0 - 4.0) ** 3, atol=1e-9)

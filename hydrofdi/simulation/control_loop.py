@@ -28,26 +28,24 @@ def control(half: Any, k: int, reference: float) -> None:
 
 @equation
 def steer(
-    half: Any,
+    left: Any,
+    right: Any,
     references: NDArray[np.float64],
     columns: NDArray[np.int64],
-    first: int,
     step: float,
     is_due: bool,
     options: ModelOptions,
 ) -> None:
-    """Act for the controllers of a half where they are due, and move its spools by a step.
+    """Act for the controllers where they are due, and move the spools of all lanes by a step.
 
     Parameters
     ----------
-    half : record
-        One half of the lanes.
+    left, right : record
+        The halves of the lanes.
     references : ndarray, shape (1, n_reference)
         Position references at this step [m].
     columns : ndarray, shape (WIDTH,)
         Column of each lane.
-    first : int
-        First lane of the half.
     step : float
         h [s].
     is_due : bool
@@ -55,6 +53,8 @@ def steer(
     """
     if is_due:
         for k in range(HALF_WIDTH):
-            control(half, k, references[0, columns[first + k]])
+            control(left, k, references[0, columns[k]])
+            control(right, k, references[0, columns[HALF_WIDTH + k]])
     for k in range(HALF_WIDTH):
-        move_spool(half, k, step, options.limited_spool)
+        move_spool(left, k, step, options.limited_spool)
+        move_spool(right, k, step, options.limited_spool)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,18 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.csv_input import parse_rows
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import RunConfig
-from hydrofdi.simulation.lanes import SPOOL_WIDTH, SPOOLS
+from hydrofdi.simulation.lanes import SPOOLS, WIDTH
 from hydrofdi.simulation.random_levels import random_levels
 from hydrofdi.simulation.spool import advance_spools
+
+SPOOL_PARAMETERS = {
+    "spool_frequency": "frequency",
+    "spool_damping_ratio": "damping_ratio",
+    "spool_gain": "spool_gain",
+    "spool_limit": "position_limit",
+    "spool_speed_limit": "speed_limit",
+}
+"""Field of ``lanes.SPOOLS`` → attribute of a drive."""
 
 _STEP_ROUNDING = 1e-6
 """A time so many steps after a step belongs to that step."""
@@ -64,8 +74,6 @@ def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) 
     ndarray, shape (n,)
         u [V].
     """
-    time: NDArray[np.float64] = steps.astype(np.float64) * run.step
-    wave: NDArray[np.float64]
     match drive.shape:
         case "square":
             half_period = round(drive.period / (2.0 * run.step))
@@ -74,14 +82,21 @@ def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) 
             return drive.amplitude * random_levels(drive.seed, drive.period, run, steps)
         case "csv":
             return _held_rows(drive, run, steps)
+    return drive.amplitude * _wave(drive, run, steps * run.step)
+
+
+def _wave(drive: InputConfig, run: RunConfig, time: NDArray[Any]) -> NDArray[np.float64]:
+    """A smooth input of amplitude 1."""
+    wave: NDArray[np.float64]
+    match drive.shape:
         case "sine":
             wave = np.sin(2.0 * np.pi * time / drive.period)
         case "sweep":
             rise = (drive.end_frequency - 1.0 / drive.period) / (2.0 * run.duration)
             wave = np.sin(2.0 * np.pi * time * (1.0 / drive.period + rise * time))
-        case "multisine":
+        case _:
             wave = _multisine(time / drive.period, drive.harmonics) / _peak(drive.harmonics)
-    return drive.amplitude * wave
+    return wave
 
 
 def position_reference(
@@ -140,57 +155,50 @@ class Spools:
 
     def __init__(self, drives: Sequence[Drive], run: RunConfig) -> None:
         self._run = run
-        groups = list(_groups_of_spools(drives))
-        spread = [int(k) for group in groups for k in np.resize(np.array(group), SPOOL_WIDTH)]
-        self.columns = np.zeros(len(drives), dtype=np.int64)
-        self.columns[spread[::-1]] = np.arange(len(spread))[::-1]
-        self._is_limited = [drives[group[0]].is_limited or None for group in groups]
-        padded = [drives[k] for k in spread]
-        units = [drive.input.model_copy(update={"amplitude": 1.0}) for drive in padded]
-        self._units = list(dict.fromkeys(units))
-        places = {unit: place for place, unit in enumerate(self._units)}
-        self._unit_of_spool = np.array([places[unit] for unit in units], dtype=np.int64)
-        self._amplitude = np.array([drive.input.factor for drive in padded])
-        self._stages = np.empty((0, 4, len(padded)))
-        self._spools = np.zeros(len(groups), SPOOLS)
-        for field, values in {
-            "spool_frequency": [drive.frequency for drive in padded],
-            "spool_damping_ratio": [drive.damping_ratio for drive in padded],
-            "spool_gain": [drive.spool_gain for drive in padded],
-            "spool_limit": [drive.position_limit for drive in padded],
-            "spool_speed_limit": [drive.speed_limit for drive in padded],
-        }.items():
-            self._spools[field] = np.array(values).reshape(-1, SPOOL_WIDTH)
+        self._groups = list(_groups_of_spools(drives))
+        order = [k for group in self._groups for k in group]
+        self.columns = np.argsort(order)
+        units = [drives[k].input.model_copy(update={"amplitude": 1.0}) for k in order]
+        places = {unit: place for place, unit in enumerate(dict.fromkeys(units))}
+        self._units, self._unit_of_drive = list(places), np.array([places[unit] for unit in units], dtype=int)
+        self._amplitude = np.array([drives[k].input.factor for k in order])
+        self._stages = np.empty((0, 4, len(order)))
+        self._spools = np.zeros(len(self._groups), SPOOLS)
+        for spool, group in zip(self._spools, self._groups, strict=True):
+            for field, name in SPOOL_PARAMETERS.items():
+                spool[field] = np.resize([getattr(drives[k], name) for k in group], WIDTH)
+        self._is_limited = [drives[group[0]].is_limited or None for group in self._groups]
 
     def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Advance all spools from step `first` on.
 
         Returns
         -------
-        voltage : ndarray, shape (n_step, n_column)
+        voltage : ndarray, shape (n_step, n_drive)
             Input of each step [V].
-        stages : ndarray, shape (n_step, 4, n_column)
+        stages : ndarray, shape (n_step, 4, n_drive)
             Spool position at the four Runge-Kutta stages of each step [m]; valid until the next call.
         """
         steps = np.arange(first, first + n_step)
         units = np.empty((n_step, len(self._units)))
         for column, unit in enumerate(self._units):
             units[:, column] = input_voltage(unit, self._run, steps)
-        voltage = self._amplitude * np.take(units, self._unit_of_spool, axis=1)
+        voltage = self._amplitude * units[:, self._unit_of_drive]
         if len(self._stages) < n_step:
             self._stages = np.empty((n_step, 4, voltage.shape[1]))
-        stages = self._stages[:n_step]
-        for group, is_limited in enumerate(self._is_limited):
+        stages, first_drive = self._stages[:n_step], 0
+        for spool, group in enumerate(self._groups):
             advance_spools(
-                self._spools[group : group + 1], voltage, self._run.step, group * SPOOL_WIDTH, stages,
-                is_limited,
+                self._spools[spool : spool + 1], voltage, self._run.step, first_drive, len(group), stages,
+                self._is_limited[spool],
             )  # fmt: skip
+            first_drive += len(group)
         return voltage, stages
 
 
 def _groups_of_spools(drives: Sequence[Drive]) -> Iterator[list[int]]:
-    """Positions of drives that are advanced together, SPOOL_WIDTH at most; all of them limited or none."""
+    """Positions of drives that are advanced together, WIDTH at most; all of them limited or none."""
     for kind in (False, True):
         members = [k for k, drive in enumerate(drives) if drive.is_limited is kind]
-        for first in range(0, len(members), SPOOL_WIDTH):
-            yield members[first : first + SPOOL_WIDTH]
+        for first in range(0, len(members), WIDTH):
+            yield members[first : first + WIDTH]

@@ -66,16 +66,14 @@ class Inputs:
     def __init__(self, runs: Sequence[RunParameters], run: RunConfig) -> None:
         self._run = run
         self.is_closed = np.array([parameters.control.is_closed for parameters in runs])
-        drives = _places(Drive.of(parameters) for parameters in runs if not parameters.control.is_closed)
-        references = _places(_reference_of(parameters) for parameters in runs if parameters.control.is_closed)
+        keys = [_reference_of(one) if one.control.is_closed else Drive.of(one) for one in runs]
+        drives = _places(key for key in keys if isinstance(key, Drive))
+        references = _places(key for key in keys if not isinstance(key, Drive))
         loads = _places(parameters.load for parameters in runs)
         self._spools, self.n_drive = Spools(list(drives), run), len(drives)
         self._references, self._loads = list(references), list(loads)
         self.column_of_run = np.array([
-            references[_reference_of(parameters)]
-            if parameters.control.is_closed
-            else self._spools.columns[drives[Drive.of(parameters)]]
-            for parameters in runs
+            self._spools.columns[drives[key]] if isinstance(key, Drive) else references[key] for key in keys
         ])  # fmt: skip
         self.load_of_run = np.array([loads[parameters.load] for parameters in runs])
 

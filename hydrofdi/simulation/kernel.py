@@ -164,8 +164,7 @@ def advance_lanes(
         time = (first_step + i) * step
         if options.closed_loop is not None:
             is_due = (first_step + i) % steps_per_control == 0
-            steer(left, stages, drive_of_lane, 0, step, is_due, options)
-            steer(right, stages, drive_of_lane, HALF_WIDTH, step, is_due, options)
+            steer(left, right, stages, drive_of_lane, step, is_due, options)
         elif share_drive:
             stage_1, stage_2 = stages[0, first], stages[1, first]
             stage_3, stage_4 = stages[2, first], stages[3, first]

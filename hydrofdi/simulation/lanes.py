@@ -52,7 +52,6 @@ PARAMETERS = {
     "velocity_threshold": "friction.velocity_threshold",
     "bristle_stiffness": "friction.dry_bristle_stiffness",
     "bristle_damping": "friction.dry_bristle_damping",
-    "internal_leakage": "leakage.internal_coefficient",
     "external_leakage_1": "leakage.chamber_1_coefficient",
     "external_leakage_2": "leakage.chamber_2_coefficient",
     "laminar_reference": "leakage.laminar_reference",
@@ -67,6 +66,9 @@ PARAMETERS = {
     "voltage_limit": "control.voltage_limit",
 }
 """Lane field → the parameter that fills it, in SI."""
+
+LEAKAGE = "internal_leakage"
+"""Lane field of K_i, which is calibrated and therefore comes from outside of the parameters."""
 
 STATES = ("position", "velocity", "pressure_1", "pressure_2", "supply", "bristle")
 """Integrated states of a lane: x_p, v_p, P_1, P_2, and with the options that have them P_s and z."""
@@ -83,24 +85,20 @@ SAMPLED = (*STATES, "voltage", "spool_position")
 N_PAPER_SAMPLED = 4
 """Number of rows that the paper's model fills."""
 
-_HALF = np.dtype([(name, "f8", (HALF_WIDTH,)) for name in (*PARAMETERS, *STATES, *_LOOP, *_STEP)])
+_HALF = np.dtype([(name, "f8", (HALF_WIDTH,)) for name in (*PARAMETERS, LEAKAGE, *STATES, *_LOOP, *_STEP)])
 LANES = np.dtype([("left", _HALF), ("right", _HALF)])
 """Record of all lanes."""
 
-_PACKED = {field: name for field, name in PARAMETERS.items() if field != "internal_leakage"}
-_packed_values = attrgetter(*_PACKED.values())
-
-SINGLE = np.dtype([(name, "f8", (1,)) for name in PARAMETERS])
+SINGLE = np.dtype([(name, "f8", (1,)) for name in (*PARAMETERS, LEAKAGE)])
 """Record of the parameters of one run, a single lane wide."""
 
-SPOOL_WIDTH = 16
-"""Number of spools that are advanced together."""
+_values_of = attrgetter(*PARAMETERS.values())
 
 _SPOOL_FIELDS = (
     "spool_position", "spool_velocity", "spool_frequency", "spool_damping_ratio", "spool_gain",
     "spool_limit", "spool_speed_limit", "voltage", "spool_1", "spool_2", "spool_3", "spool_4",
 )  # fmt: skip
-SPOOLS = np.dtype([(name, "f8", (SPOOL_WIDTH,)) for name in _SPOOL_FIELDS])
+SPOOLS = np.dtype([(name, "f8", (WIDTH,)) for name in _SPOOL_FIELDS])
 """Record of the spools of several drives."""
 
 
@@ -119,11 +117,10 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
     ndarray of LANES, shape (1,)
     """
     lanes = np.zeros(1, LANES)
-    singles = pack_singles(parameters, leakage_coefficients)
-    for field in PARAMETERS:
-        padded = np.full(WIDTH, singles[field][0, 0])
-        padded[: len(singles)] = singles[field][:, 0]
-        lanes["left"][field], lanes["right"][field] = padded[:HALF_WIDTH], padded[HALF_WIDTH:]
+    values = pack_singles(parameters, leakage_coefficients).view(np.float64).reshape(len(parameters), -1)
+    of_lane = values[np.arange(WIDTH) * (np.arange(WIDTH) < len(values))]
+    halves = lanes.view(np.float64).reshape(2, -1, HALF_WIDTH)
+    halves[:, : values.shape[1]] = of_lane.reshape(2, HALF_WIDTH, -1).transpose(0, 2, 1)
     for half in ("left", "right"):
         state = lanes[half]
         state["supply"] = state["rated_supply"]
@@ -133,9 +130,5 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
 
 def pack_singles(parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> NDArray[Any]:
     """Parameters of runs by name, in SI: ndarray of SINGLE, shape (n_run,)."""
-    singles = np.zeros(len(parameters), SINGLE)
-    values = np.array([_packed_values(run) for run in parameters])
-    for column, field in enumerate(_PACKED):
-        singles[field][:, 0] = values[:, column]
-    singles["internal_leakage"][:, 0] = leakage_coefficients
-    return singles
+    values = np.column_stack([[_values_of(run) for run in parameters], leakage_coefficients])
+    return np.ascontiguousarray(values, dtype=np.float64).view(SINGLE)[:, 0]

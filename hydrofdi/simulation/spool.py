@@ -15,7 +15,7 @@ from hydrofdi.physics.limited import limited
 from hydrofdi.physics.settled import settled
 from hydrofdi.physics.valve import spool_acceleration
 from hydrofdi.simulation.compilation import compiled
-from hydrofdi.simulation.lanes import SPOOL_WIDTH
+from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.simulation.options import Chosen
 
 
@@ -83,6 +83,7 @@ def advance_spools(
     voltage: NDArray[np.float64],
     step: float,
     first_drive: int,
+    n_drive: int,
     stages: NDArray[np.float64],
     is_limited: Chosen,
 ) -> None:
@@ -92,24 +93,24 @@ def advance_spools(
     ----------
     spools : ndarray of SPOOLS, shape (1,)
         Parameters and state; the state is updated in place.
-    voltage : ndarray, shape (n_step, n_drive)
+    voltage : ndarray, shape (n_step, n_column)
         Input, held over each step [V].
     step : float
         Runge-Kutta step h [s].
-    first_drive : int
-        Column of the first of these spools.
-    stages : ndarray, shape (n_step, 4, n_drive)
-        Filled with spool positions [m], in SPOOL_WIDTH columns.
+    first_drive, n_drive : int
+        Column of the first of these spools, and how many there are; the rest of the record stays at 0 V.
+    stages : ndarray, shape (n_step, 4, n_column)
+        Filled with spool positions [m], in n_drive columns.
     is_limited : True or None
         Whether position or speed of any of them saturates.
     """
     spool = spools[0]
     for i in range(voltage.shape[0]):
-        for k in range(SPOOL_WIDTH):
+        for k in range(n_drive):
             spool.voltage[k] = voltage[i, first_drive + k]
-        for k in range(SPOOL_WIDTH):
+        for k in range(WIDTH):
             move_spool(spool, k, step, is_limited)
-        for k in range(SPOOL_WIDTH):
+        for k in range(n_drive):
             stages[i, 0, first_drive + k] = spool.spool_1[k]
             stages[i, 1, first_drive + k] = spool.spool_2[k]
             stages[i, 2, first_drive + k] = spool.spool_3[k]

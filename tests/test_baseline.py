@@ -6,6 +6,7 @@ import pytest
 
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
 from hydrofdi.config.plausibility import distant_baseline
+from hydrofdi.errors import ConfigError
 
 STIFF = "fluid.bulk_modulus=1.2 GPa"
 EBM = "sweep.grid.fluid.bulk_modulus=[0.8 GPa, 1.2 GPa, 1.4 GPa]"
@@ -25,9 +26,15 @@ def test_the_baseline_is_the_experiments_own_actuator_sealed():
 def test_a_baseline_given_in_part_is_completed_by_the_experiments_own_actuator():
     given = "baseline.friction.viscous=60"
     assert baseline_of(STIFF, given) == {"fluid.bulk_modulus": 1.2e9, "friction.viscous": 60.0} | SEALED
-    leaky = baseline_of(STIFF, "baseline.leakage.internal_coefficient=1e-9")
-    assert leaky == {"fluid.bulk_modulus": 1.2e9, "leakage.internal_coefficient": 1e-9}
+    sealed = baseline_of(STIFF, "baseline.leakage.internal_coefficient=0")
+    assert sealed == {"fluid.bulk_modulus": 1.2e9, "leakage.internal_coefficient": 0.0}
     assert baseline_of(STIFF, "baseline.fluid.bulk_modulus=551 MPa")["fluid.bulk_modulus"] == 551e6
+
+
+@pytest.mark.parametrize("leak", ["internal_coefficient=1e-9", "internal_flow=0.1 L/min"])
+def test_a_baseline_that_leaks_is_a_mistake(leak):
+    with pytest.raises(ConfigError, match=r"baseline\.leakage\.internal_.*no healthy actuator"):
+        baseline_of(f"baseline.leakage.{leak}")
 
 
 def test_where_the_bulk_modulus_is_an_axis_alone_the_baseline_has_that_of_the_model():

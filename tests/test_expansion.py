@@ -101,10 +101,10 @@ def test_defaults_change_with_the_physics_version_alone():
 
 
 def test_the_baseline_of_the_file_rules():
-    table = table_of("baseline.fluid.bulk_modulus=600 MPa", "baseline.leakage.internal_coefficient=1e-9")
+    table = table_of("baseline.fluid.bulk_modulus=600 MPa", "baseline.friction.viscous=60")
     fixed = table.runs[table.fixed_baseline[0]].parameters
     assert fixed.fluid.bulk_modulus == 600e6
-    assert fixed.leakage.internal_coefficient == 1e-9
+    assert fixed.friction.viscous == 60.0
 
 
 def test_an_impossible_combination_names_the_point():

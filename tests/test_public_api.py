@@ -34,6 +34,6 @@ def test_a_study_runs_from_python(tmp_path):
     data = hydrofdi.read_experiment(summary.file)
     table = hydrofdi.summarize_table(data)
     rms = data.columns["detail_rms"]
-    delta = hydrofdi.percentage_change(rms[data.table.fixed_baseline[0]], rms[0])
+    delta = hydrofdi.percentage_change(rms[data.fixed_baseline[0]], rms[0])
     (row,) = [row for row in table.rows if not row.is_sealed and row.bulk_modulus == 551e6]
     np.testing.assert_array_equal(row.delta_fixed, delta)

@@ -33,6 +33,15 @@ def normalize_baseline(source: Source) -> None:
         name: _parameter(source, ("baseline", name), name, value) for name, value in baseline.items()
     }
     _refuse_both_forms(source, ("baseline",), baseline)
+    _refuse_leaky_baseline(source)
+
+
+def _refuse_leaky_baseline(source: Source) -> None:
+    for name in INTERNAL_LEAKAGE_FORMS:
+        value = source.data["baseline"].get(name)
+        if isinstance(value, float) and value > 0.0:
+            message = "a baseline that leaks is no healthy actuator to compare with; leave it out, or set 0"
+            source.mistakes.append(source.mistake(("baseline", name), message))
 
 
 def normalize_sweep(source: Source) -> None:

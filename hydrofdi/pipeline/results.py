@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from hydrofdi.config import expand_runs
-from hydrofdi.errors import ReportError
+from hydrofdi.config import ExperimentConfig, expand_runs
+from hydrofdi.errors import ReportError, StoreError
+from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file, library_versions, newest_directory
 from hydrofdi.simulation import run_identity
 from hydrofdi.store import (
     ExperimentData,
+    ShardIndex,
     ShardResults,
+    join_results,
     read_experiment,
     read_failures,
     read_index,
     read_unfinished,
 )
-from hydrofdi.store.reading import is_current
-from hydrofdi.store.request import REQUEST_FILE, read_request
+from hydrofdi.store.names import RUN_ID
+from hydrofdi.store.request import REQUEST_FILE, read_request, request_record
 
 
 def read_results(place: Path | None = None) -> ExperimentData:
@@ -47,15 +51,46 @@ def read_results(place: Path | None = None) -> ExperimentData:
 
 
 def _read_requested(directory: Path) -> ExperimentData:
-    """What a sweep on the folder has stored, from its file where that is up to date, else from the shards."""
+    """What the latest sweep on a folder has stored: from its file, or else from the shards."""
     experiment = read_request(directory)
     file = experiment_file(directory, experiment)
-    if is_current(file, experiment):
-        return read_experiment(file)
+    data = _read_same(file, directory)
+    if data is not None and data.is_whole and data.physics_version == PHYSICS_VERSION:
+        return data
     index = read_index(directory)
     if file.exists() and not index.runs:
         return read_experiment(file)
+    physics_version = max(index.physics_versions, default=PHYSICS_VERSION)
+    if data is None or data.physics_version < physics_version:
+        return _read_shards(experiment, file, index, physics_version)
+    if data.is_whole:
+        return data
+    run_ids = [str(run_id) for run_id in data.columns[RUN_ID]]
+    return join_results(data, ShardResults(run_ids, index.runs, read_failures(directory)))
+
+
+def _read_same(file: Path, directory: Path) -> ExperimentData | None:
+    """The experiment file, where it is sound and holds the latest request of the folder."""
+    try:
+        data = read_experiment(file)
+    except StoreError:
+        return None
+    return data if data.configuration == request_record(directory) else None
+
+
+def _read_shards(
+    experiment: ExperimentConfig, file: Path, index: ShardIndex, physics_version: int
+) -> ExperimentData:
+    """The runs of an experiment as far as their shards go, each found by its identity."""
     table = expand_runs(experiment)
-    run_ids = [run_identity(run) for run in table.runs]
-    results = ShardResults(run_ids, index.runs, read_failures(directory))
-    return read_unfinished(file, experiment, table, results, library_versions())
+    run_ids = [run_identity(run, physics_version) for run in table.runs]
+    results = ShardResults(run_ids, index.runs, read_failures(file.parent))
+    data = read_unfinished(file, experiment, table, results, library_versions())
+    data = replace(data, physics_version=physics_version)
+    if index.runs and index.runs.keys().isdisjoint(run_ids):
+        remark = (
+            f"None of the {len(index.runs):,} stored runs is one of this experiment: the request or a default"
+            " has changed since; 'hydrofdi sweep' computes what is asked for now."
+        )
+        data = replace(data, remarks=(remark,))
+    return data

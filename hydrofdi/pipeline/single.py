@@ -13,6 +13,7 @@ from hydrofdi.pipeline.places import library_versions
 from hydrofdi.simulation import run_identity
 from hydrofdi.simulation.second_opinion import Solver, simulate_with_solver
 from hydrofdi.store import Columns, HeldResults, write_experiment
+from hydrofdi.store.names import NO_BASELINE
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ def simulate_nominal(experiment: ExperimentConfig, solver: Solver | None = None)
 
 
 def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun) -> None:
-    """Store a simulated run as an experiment file.
+    """Store a simulated run as an experiment file. A healthy one is its own baseline, others have none.
 
     Raises
     ------
@@ -51,5 +52,9 @@ def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun
         The file cannot be written.
     """
     alone = experiment.model_copy(update={"sweep": SweepConfig(), "ensemble": SweepConfig()})
-    table = RunTable((single.run,), {}, 1, (0,), (0,))
+    whole = expand_runs(alone)
+    fixed, matched = (
+        (0 if rows[0] == 0 else NO_BASELINE,) for rows in (whole.fixed_baseline, whole.matched_baseline)
+    )
+    table = RunTable((single.run,), {}, 1, fixed, matched)
     write_experiment(path, alone, table, HeldResults(single.columns), library_versions())

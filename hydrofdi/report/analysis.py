@@ -13,7 +13,7 @@ from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.modes import ModeGrid, arrange_modes
 from hydrofdi.report.readings import ReadingsStudy, study_readings
 from hydrofdi.report.table import SensitivityTable, summarize_table
-from hydrofdi.store import ExperimentData
+from hydrofdi.store import ExperimentData, names
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,11 @@ class Analysis:
     """What external leakage does to the approximation, where the experiment varies it."""
     readings: ReadingsStudy | None
     """Claims and controls over the readings, where the experiment is an ensemble with a grid of modes."""
+
+    @property
+    def has_baseline(self) -> bool:
+        """Whether there is a healthy run that the others are compared with."""
+        return bool((self.data.fixed_baseline != names.NO_BASELINE).any())
 
     @property
     def guarded(self) -> tuple[Verdict, ...]:

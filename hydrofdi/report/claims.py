@@ -226,5 +226,5 @@ def _results(
 def _run_ids(grid: ModeGrid, data: ExperimentData, reading: int, modes: tuple[Mode, ...]) -> tuple[str, ...]:
     """The healthy run that δ is taken against, then the leaky runs."""
     leaky = [int(grid.positions[reading, 1 + q, b]) for q, b in modes]
-    healthy = int(data.columns[names.FIXED_BASELINE][leaky[0]])
+    healthy = int(data.fixed_baseline[leaky[0]])
     return tuple(str(data.columns[names.RUN_ID][position]) for position in (healthy, *leaky))

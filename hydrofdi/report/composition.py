@@ -8,7 +8,7 @@ from hydrofdi.report.readings import ReadingsStudy
 from hydrofdi.report.sections.controls import controls_block
 from hydrofdi.report.sections.doubts import doubts_block
 from hydrofdi.report.sections.external import external_block
-from hydrofdi.report.sections.holes import holes_block
+from hydrofdi.report.sections.holes import holes_block, remarks_block
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.readings import readings_block, readings_controls_block
 from hydrofdi.report.sections.reference import reference_block
@@ -28,13 +28,14 @@ def compose_report(analysis: Analysis) -> Document:
     if analysis.readings is not None:
         return Document(analysis.table.name, (_LEAD,), _ensemble_blocks(analysis, analysis.readings))
     blocks = (
+        remarks_block(analysis),
         holes_block(analysis),
         doubts_block(analysis),
         external_block(analysis),
         sensitivity_block(analysis),
         small_leakage_block(analysis),
         verdicts_block(analysis),
-        controls_block(analysis),
+        controls_block(analysis) if analysis.has_baseline else None,
         reference_block(analysis),
         _signals_block(),
         provenance_block(analysis),
@@ -45,6 +46,7 @@ def compose_report(analysis: Analysis) -> Document:
 def _ensemble_blocks(analysis: Analysis, study: ReadingsStudy) -> tuple[Block, ...]:
     guarded = guarded_block(analysis)
     blocks = (
+        remarks_block(analysis),
         guarded,
         doubts_block(analysis),
         readings_block(study),

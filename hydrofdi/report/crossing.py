@@ -10,9 +10,19 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.report.wording import counted
+from hydrofdi.store import ExperimentData, names
 
 _FEW_CELLS, _CELLS_PER_RUN = 10_000, 4
 """A grid has few cells in all, or few for each of its runs."""
+
+
+def missing_baseline(data: ExperimentData) -> str:
+    """Why the runs of an experiment have no healthy run to be compared with; empty where they have one."""
+    if (data.fixed_baseline != names.NO_BASELINE).any():
+        return ""
+    alone = "it is a single run; 'hydrofdi sweep' adds the healthy ones"
+    reason = alone if data.n_run == 1 else "the baseline itself leaks"
+    return f"There is no healthy run to compare with ({reason}): δ is not known, claims are not evaluated."
 
 
 def missing_grid(experiment: ExperimentConfig, shape: tuple[int, int, int], n_run: int) -> str:

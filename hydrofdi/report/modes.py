@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config import RunParameters
-from hydrofdi.report.crossing import missing_grid
+from hydrofdi.report.crossing import missing_baseline, missing_grid
 from hydrofdi.report.table import (
     baseline_changes,
     label_names,
-    leakage_request,
     leaks_out_more,
     normal_bulk_modulus,
 )
@@ -52,7 +50,7 @@ class ModeGrid:
     fixed, matched : ndarray, shape (n_reading, 1 + n_leakage, n_bulk_modulus, n_level)
         δ [%] against the fixed and the matched baseline; NaN where a run is absent, failed or missing.
     lack : str
-        Why leakage and EBM form no grid, as a sentence: it then holds the fixed baseline alone.
+        Why there are no modes to compare, as a sentence: it then holds a single run.
     """
 
     readings: tuple[dict[str, Any], ...]
@@ -103,16 +101,16 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
     data : ExperimentData
         An experiment as it was read.
     """
-    kept = [position for position in range(data.n_run) if not leaks_out_more(data, position)]
+    kept = np.flatnonzero(~leaks_out_more(data))
     axes = _axes(data, kept)
-    lack = missing_grid(data.experiment, axes.shape, len(kept))
+    lack = missing_baseline(data) or missing_grid(data.experiment, axes.shape, len(kept))
     if lack:
-        kept = [data.table.fixed_baseline[0]]
+        kept = np.array([max(0, data.fixed_baseline[0])])
         axes = _axes(data, kept)
     positions = np.full(axes.shape, ABSENT)
     positions[axes.places] = kept
-    _share_sealed_runs(positions, data.columns[names.MATCHED_BASELINE])
-    normal = axes.bulk_moduli.index(normal_bulk_modulus(data))
+    _share_sealed_runs(positions, data.matched_baseline)
+    normal = 0 if lack else axes.bulk_moduli.index(normal_bulk_modulus(data))
     fixed, matched = baseline_changes(data)
     return ModeGrid(
         readings=axes.readings,
@@ -136,12 +134,12 @@ class _Axes:
     places: tuple[NDArray[np.int64], ...]
 
 
-def _axes(data: ExperimentData, kept: list[int]) -> _Axes:
-    runs = [data.table.runs[position].parameters for position in kept]
-    labels = [name for name in label_names(data) if len(kept) == data.n_run or _varies(name, runs)]
-    readings = [tuple(run.told(name) for name in labels) for run in runs]
-    requests = [leakage_request(data, position) for position in kept]
-    moduli = [run.fluid.bulk_modulus for run in runs]
+def _axes(data: ExperimentData, kept: NDArray[np.int64]) -> _Axes:
+    values = {name: _picked(data.values(name), kept) for name in label_names(data)}
+    labels = [name for name in values if len(kept) == data.n_run or len(set(values[name])) > 1]
+    readings = list(zip(*(values[name] for name in labels), strict=True)) or [()] * len(kept)
+    requests = data.leakage_requests[kept].tolist()
+    moduli = data.columns[names.BULK_MODULUS][kept].tolist()
     reading_order, request_order = list(dict.fromkeys(readings)), sorted({0.0, *requests})
     modulus_order = sorted(set(moduli))
     return _Axes(
@@ -167,8 +165,8 @@ def _share_sealed_runs(positions: NDArray[np.int64], matched: NDArray[Any]) -> N
             positions[reading, 0, beta] = matched[leaky[leaky != ABSENT][0]]
 
 
-def _varies(name: str, runs: list[RunParameters]) -> bool:
-    return len({run.told(name) for run in runs}) > 1
+def _picked(values: list[Any], positions: NDArray[np.int64]) -> list[Any]:
+    return [values[position] for position in positions]
 
 
 def _ranks(values: Sequence[Any], order: Sequence[Any]) -> NDArray[np.int64]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.features import level_bands, percentage_change
@@ -19,6 +20,13 @@ EXTERNAL = "leakage.external_coefficient"
 
 ROUNDING = 1e-9
 """A healthy RMS below this share of the record's largest pressure is rounding: no δ is taken against it."""
+
+_NUMBERS = (
+    names.LEAKAGE_LEVEL, names.MEAN_LEAKAGE_FLOW, names.LEAKAGE_COEFFICIENT, names.BULK_MODULUS,
+    names.MODE_FREQUENCY, names.MODE_DAMPING_RATIO, names.MEAN_CHAMBER_1_PRESSURE,
+    *names.EXTERNAL_LEAKAGE_FLOWS,
+)  # fmt: skip
+_TEXTS = (names.RUN_ID, names.STATUS, names.MESSAGE, names.VERDICT)
 
 Levels = tuple[float, ...]
 """One number per wavelet level, d1 first; NaN where a run failed."""
@@ -202,13 +210,7 @@ def summarize_table(data: ExperimentData) -> SensitivityTable:
     data : ExperimentData
         An experiment as it was read.
     """
-    details, approximations = _changes(data, names.DETAIL_RMS), _changes(data, names.APPROXIMATION_RMS)
-    labels = label_names(data)
-    rows = [
-        _row(data, position, labels, details[position], approximations[position])
-        for position in range(data.n_run)
-    ]
-    rows.sort(key=lambda row: (not row.is_sealed, row.leakage_request))
+    rows = sorted(_rows(data), key=lambda row: (not row.is_sealed, row.leakage_request))
     n_level = data.columns[names.DETAIL_RMS].shape[1]
     return SensitivityTable(
         name=data.experiment.name,
@@ -236,79 +238,79 @@ def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> tupl
     rms = data.columns[name]
     rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE][:, None]
     healthy = np.where(rms < rounding, np.nan, rms)
-    return (
-        percentage_change(healthy[data.columns[names.FIXED_BASELINE]], rms),
-        percentage_change(healthy[data.columns[names.MATCHED_BASELINE]], rms),
+    fixed, matched = (
+        np.where((rows == names.NO_BASELINE)[:, None], np.nan, healthy[rows])
+        for rows in (data.fixed_baseline, data.matched_baseline)
     )
+    return percentage_change(fixed, rms), percentage_change(matched, rms)
 
 
 def normal_bulk_modulus(data: ExperimentData) -> float:
-    """β of the fixed baseline [Pa]."""
-    return data.table.runs[data.table.fixed_baseline[0]].parameters.fluid.bulk_modulus
+    """β of the fixed baseline [Pa]; of the baseline's conditions where no run is healthy."""
+    row = data.fixed_baseline[0]
+    if row == names.NO_BASELINE:
+        return float(data.experiment.baseline["fluid.bulk_modulus"])
+    return float(data.columns[names.BULK_MODULUS][row])
 
 
-def leakage_request(data: ExperimentData, position: int) -> float:
-    """Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that a run asks for; 0 where it is sealed."""
-    leakage = data.table.runs[position].parameters.leakage
-    return leakage.internal_flow or leakage.internal_coefficient or 0.0
-
-
-def leaks_out_more(data: ExperimentData, position: int) -> bool:
-    """Whether the chambers of a run leak more than those of its healthy run; readings count as they are.
+def leaks_out_more(data: ExperimentData) -> NDArray[np.bool_]:
+    """Whether the chambers of each run leak more than those of its healthy run; readings count as they are.
 
     Modes are of internal leakage and EBM; what leaks out besides is another fault.
     """
-    if data.experiment.has_readings:
-        return False
-    healthy = int(data.columns[names.MATCHED_BASELINE][position])
-    return _external_coefficients(data, position) != _external_coefficients(data, healthy)
+    coefficients = np.array(_external_coefficients(data))
+    healthy = coefficients[np.maximum(data.matched_baseline, 0)]
+    is_compared = (data.matched_baseline != names.NO_BASELINE) & (not data.experiment.has_readings)
+    more: NDArray[np.bool_] = is_compared & (coefficients != healthy).any(axis=1)
+    return more
 
 
-def _external_coefficients(data: ExperimentData, position: int) -> tuple[float, float]:
-    leakage = data.table.runs[position].parameters.leakage
-    return leakage.chamber_1_coefficient, leakage.chamber_2_coefficient
+def _external_coefficients(data: ExperimentData) -> list[tuple[float, float]]:
+    """K_e of chamber 1 and 2 of each run [m³/(s·Pa)]."""
+    either, *own = (data.values(f"{EXTERNAL}{chamber}") for chamber in ("", "_1", "_2"))
+    first, second = (
+        [common if value is None else value for value, common in zip(values, either, strict=True)]
+        for values in own
+    )
+    return list(zip(first, second, strict=True))
 
 
 def label_names(data: ExperimentData) -> list[str]:
     """Varied parameters besides leakage and EBM."""
     usual = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
-    return [name for name in data.table.axes if name not in usual]
+    return [name for name in data.swept_names if name not in usual]
 
 
-def _row(
-    data: ExperimentData,
-    position: int,
-    labels: Sequence[str],
-    details: LevelChanges,
-    approximations: LevelChanges,
-) -> TableRow:
-    def number(name: str) -> float:
-        return float(data.columns[name][position])
-
-    level = number(names.LEAKAGE_LEVEL)
-    parameters = data.table.runs[position].parameters
-    status = str(data.columns[names.STATUS][position])
-    first, second = (number(name) for name in names.EXTERNAL_LEAKAGE_FLOWS)
-    return TableRow(
-        run_id=str(data.columns[names.RUN_ID][position]),
-        labels={name: parameters.told(name) for name in labels},
-        leakage_request=leakage_request(data, position),
-        leakage_flow=number(names.MEAN_LEAKAGE_FLOW) if math.isnan(level) else level,
-        mean_leakage_flow=number(names.MEAN_LEAKAGE_FLOW),
-        leakage_coefficient=number(names.LEAKAGE_COEFFICIENT),
-        bulk_modulus=number(names.BULK_MODULUS),
-        mode_frequency=number(names.MODE_FREQUENCY),
-        mode_damping_ratio=number(names.MODE_DAMPING_RATIO),
-        details=details,
-        approximations=approximations,
-        external=ExternalLeakage(_external_coefficients(data, position), (first, second)),
-        leaks_out_more=leaks_out_more(data, position),
-        mean_pressure=number(names.MEAN_CHAMBER_1_PRESSURE),
-        status=status,
-        message=str(data.columns[names.MESSAGE][position]),
-        verdict=str(data.columns[names.VERDICT][position]) if status == "ok" else status,
-        doubt_numbers={word: number(name) for word, name in names.DOUBTS.items()},
-    )
+def _rows(data: ExperimentData) -> Iterator[TableRow]:
+    """The rows in the order of the runs."""
+    numbers = {name: data.columns[name].tolist() for name in (*_NUMBERS, *names.DOUBTS.values())}
+    texts = {name: data.columns[name].astype(str).tolist() for name in _TEXTS}
+    labels = {name: data.values(name) for name in label_names(data)}
+    details, approximations = _changes(data, names.DETAIL_RMS), _changes(data, names.APPROXIMATION_RMS)
+    requests, coefficients = data.leakage_requests.tolist(), _external_coefficients(data)
+    flows = list(zip(*(numbers[name] for name in names.EXTERNAL_LEAKAGE_FLOWS), strict=True))
+    for k, more in enumerate(leaks_out_more(data).tolist()):
+        status, level = texts[names.STATUS][k], numbers[names.LEAKAGE_LEVEL][k]
+        yield TableRow(
+            run_id=texts[names.RUN_ID][k],
+            labels={name: values[k] for name, values in labels.items()},
+            leakage_request=requests[k],
+            leakage_flow=numbers[names.MEAN_LEAKAGE_FLOW][k] if math.isnan(level) else level,
+            mean_leakage_flow=numbers[names.MEAN_LEAKAGE_FLOW][k],
+            leakage_coefficient=numbers[names.LEAKAGE_COEFFICIENT][k],
+            bulk_modulus=numbers[names.BULK_MODULUS][k],
+            mode_frequency=numbers[names.MODE_FREQUENCY][k],
+            mode_damping_ratio=numbers[names.MODE_DAMPING_RATIO][k],
+            details=details[k],
+            approximations=approximations[k],
+            external=ExternalLeakage(coefficients[k], flows[k]),
+            mean_pressure=numbers[names.MEAN_CHAMBER_1_PRESSURE][k],
+            status=status,
+            message=texts[names.MESSAGE][k],
+            verdict=texts[names.VERDICT][k] if status == "ok" else status,
+            doubt_numbers={word: numbers[name][k] for word, name in names.DOUBTS.items()},
+            leaks_out_more=more,
+        )
 
 
 def _bulk_modulus(row: TableRow) -> float:

@@ -1,12 +1,13 @@
 """Results on disk: shards written by workers, and the experiment file built from them."""
 
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.failures import Failure, forget_failure, read_failures, write_failure
 from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
-from hydrofdi.store.reading import ExperimentData, read_experiment
+from hydrofdi.store.reading import read_experiment
 from hydrofdi.store.results import HeldResults, Results, ShardResults
 from hydrofdi.store.shard import Columns, write_shard
-from hydrofdi.store.unfinished import read_unfinished
+from hydrofdi.store.unfinished import join_results, read_unfinished
 
 __all__ = [
     "Columns",
@@ -19,6 +20,7 @@ __all__ = [
     "StoredRun",
     "forget_failure",
     "holds_enough",
+    "join_results",
     "read_experiment",
     "read_failures",
     "read_index",

@@ -74,7 +74,7 @@ def write_experiment(
         if time is not None or not variable.is_signal
     ]
     columns = {variable.name: results.column(variable) for variable in variables if not variable.is_signal}
-    _fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
+    fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
     fill_empty_features(columns, results.n_run, experiment.wavelet.levels)
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
@@ -103,7 +103,7 @@ def _share_input(table: RunTable) -> bool:
     return is_open and is_exact and len({(run.input, run.run) for run in parameters}) == 1
 
 
-def _fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:
+def fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:
     """Name K_i also where a run has no result, if it was asked for as such."""
     for position, run in enumerate(table.runs):
         given = run.parameters.leakage.internal_coefficient

@@ -65,6 +65,9 @@ CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressu
 LARGEST_CHAMBER_1_PRESSURE = "chamber_1_pressure_max"
 FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
 
+NO_BASELINE = -1
+"""Row of the healthy run of a run that has none."""
+
 _SIGNALS = (
     Variable(INPUT_VOLTAGE, (RUN, TIME), "V", "valve input voltage u"),
     Variable(REFERENCE_POSITION, (RUN, TIME), "m", "position reference of the controller"),
@@ -151,8 +154,8 @@ COMPUTED = (
 REQUESTED = (
     Variable(BULK_MODULUS, (RUN,), "Pa", "effective bulk modulus of the fluid"),
     Variable(LEAKAGE_LEVEL, (RUN,), "m3 s-1", "mean leakage flow that K_i was solved for"),
-    Variable(FIXED_BASELINE, (RUN,), "", "index of the healthy run under the baseline's conditions"),
-    Variable(MATCHED_BASELINE, (RUN,), "", "index of the healthy run under the run's own conditions"),
+    Variable(FIXED_BASELINE, (RUN,), "", "row of the healthy run under the baseline's conditions, -1: none"),
+    Variable(MATCHED_BASELINE, (RUN,), "", "row of the healthy run under the run's own conditions, -1: none"),
 )
 """What the experiment itself says of each run; these stand beside the computed variables."""
 

@@ -2,81 +2,38 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.mistakes import describe_error
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.names import FORMAT_VERSION, PHASE, REQUESTED, RUN_ID, STATUS, TIME, stored_variables
+from hydrofdi.store.names import (
+    FORMAT_VERSION,
+    PHASE,
+    REQUESTED,
+    STATUS,
+    TIME,
+    axis_variable,
+    stored_variables,
+)
 from hydrofdi.store.results import MISSING
 from hydrofdi.store.variables import absent_values, holds_variable
 
 _VERSION = "version_"
 """Prefix of the attributes that hold library versions."""
-
-
-class SignalSource(Protocol):
-    """Where the signals of an experiment lie."""
-
-    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
-        ...
-
-
-@dataclass(frozen=True)
-class ExperimentData:
-    """An experiment and its results.
-
-    Attributes
-    ----------
-    path : Path
-        The experiment file.
-    experiment : ExperimentConfig
-        The configuration as it was resolved.
-    columns : dict
-        Variable name → array with one row per run, signals left out.
-    versions : dict
-        Library → version that the results were made with.
-    signals : SignalSource
-        Where the signals lie.
-    """
-
-    path: Path
-    experiment: ExperimentConfig
-    columns: dict[str, NDArray[Any]]
-    versions: dict[str, str]
-    signals: SignalSource
-
-    @cached_property
-    def table(self) -> RunTable:
-        """The runs, expanded again from the configuration."""
-        return expand_runs(self.experiment)
-
-    @property
-    def n_run(self) -> int:
-        """Number of runs."""
-        return len(self.columns[RUN_ID])
-
-    def signal(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s] and a signal of one run, each of shape (n_time,).
-
-        Raises
-        ------
-        StoreError
-            The experiment did not store it.
-        """
-        return self.signals.read(name, position)
 
 
 @dataclass(frozen=True)
@@ -103,14 +60,11 @@ def read_experiment(path: Path) -> ExperimentData:
         The file is missing, damaged, or of another version.
     """
     with _experiment_file(path) as file:
-        try:
-            experiment = ExperimentConfig.model_validate_json(file.attrs["configuration"])
-        except ValidationError as error:
-            raise StoreError(f"{path}: its configuration is not readable: {error.title}") from None
-        columns = {
-            variable.name: _values(file, variable.name)
-            for variable in (*REQUESTED, *stored_variables("none", phases=PHASE in file))
-        }
+        experiment = _configuration(path, file)
+        stored = (*REQUESTED, *stored_variables("none", phases=PHASE in file))
+        swept = {axis_variable(name) for name in (*experiment.ensemble.names, *experiment.sweep.names)}
+        columns = {name: _values(file, name) for name in swept if name in file}
+        columns |= {variable.name: _values(file, variable.name) for variable in stored}
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
         versions = {
@@ -118,7 +72,23 @@ def read_experiment(path: Path) -> ExperimentData:
             for name, value in file.attrs.items()
             if name.startswith(_VERSION)
         }
-    return ExperimentData(path, experiment, columns, versions, FileSignals(path))
+        physics = int(file.attrs["physics_version"])
+        configuration = json.loads(file.attrs["configuration"])
+    return ExperimentData(
+        path, experiment, columns, versions, FileSignals(path), configuration, physics_version=physics
+    )
+
+
+def _configuration(path: Path, file: h5py.File) -> ExperimentConfig:
+    try:
+        return ExperimentConfig.model_validate_json(file.attrs["configuration"])
+    except ValidationError as error:
+        writer = file.attrs.get(f"{_VERSION}hydrofdi", "an unknown version")
+        first = error.errors()[0]
+        reason = ": ".join([".".join(map(str, first["loc"])), describe_error(first)]).removeprefix(": ")
+        raise StoreError(
+            f"{path}: its configuration is not readable (hydrofdi {writer} wrote it): {reason}"
+        ) from None
 
 
 def is_current(path: Path, experiment: ExperimentConfig) -> bool:
@@ -151,7 +121,11 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
         if version is None or "configuration" not in file.attrs:
             raise StoreError(f"{path}: is not an experiment file of hydrofdi")
         if version != FORMAT_VERSION:
-            raise StoreError(f"{path}: has format version {version}; this hydrofdi reads {FORMAT_VERSION}")
+            writer = file.attrs.get(f"{_VERSION}hydrofdi", "an unknown version")
+            raise StoreError(
+                f"{path}: has format version {version}, written by hydrofdi {writer}; this hydrofdi reads"
+                f" {FORMAT_VERSION}: sweep again with this one, or read it with that one"
+            )
         yield file
 
 

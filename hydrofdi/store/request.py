@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -40,6 +42,23 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
         raise StoreError(
             f"{directory}: holds the experiment {held!r}, not {experiment.name!r}; give another --out"
         )
+
+
+def request_record(directory: Path) -> dict[str, Any]:
+    """The latest request as it is written, in SI; empty where there is none.
+
+    Raises
+    ------
+    StoreError
+        It cannot be read.
+    """
+    path = directory / REQUEST_FILE
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, TypeError) as error:
+        raise StoreError(f"{path}: cannot be read: {error}") from None
 
 
 def read_request(directory: Path) -> ExperimentConfig:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.errors import StoreError
-from hydrofdi.store.experiment_file import requested_columns
-from hydrofdi.store.names import stored_variables
-from hydrofdi.store.reading import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_file import fill_given_coefficients, requested_columns
+from hydrofdi.store.names import LEAKAGE_COEFFICIENT, stored_variables
 from hydrofdi.store.results import ShardResults
 from hydrofdi.store.variables import fill_empty_features
 
@@ -57,8 +58,29 @@ def read_unfinished(
     versions : mapping
         Library versions.
     """
-    kept = stored_variables("none", phases=experiment.measures_phases)
-    computed = {variable.name: results.column(variable) for variable in kept}
-    fill_empty_features(computed, results.n_run, experiment.wavelet.levels)
-    columns = computed | requested_columns(table)
+    columns = _computed(experiment, results) | requested_columns(table)
+    fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
     return ExperimentData(path, experiment, columns, dict(versions), ShardSignals(results))
+
+
+def join_results(data: ExperimentData, results: ShardResults) -> ExperimentData:
+    """An experiment file with what its shards hold of its runs by now.
+
+    Parameters
+    ----------
+    data : ExperimentData
+    results : ShardResults
+        Of the runs of the file, in its order.
+    """
+    computed = _computed(data.experiment, results)
+    given = data.columns[LEAKAGE_COEFFICIENT]
+    solved = computed[LEAKAGE_COEFFICIENT]
+    computed[LEAKAGE_COEFFICIENT] = np.where(np.isnan(solved), given, solved)
+    return replace(data, columns=data.columns | computed, signals=ShardSignals(results))
+
+
+def _computed(experiment: ExperimentConfig, results: ShardResults) -> dict[str, NDArray[Any]]:
+    kept = stored_variables("none", phases=experiment.measures_phases)
+    columns = {variable.name: results.column(variable) for variable in kept}
+    fill_empty_features(columns, results.n_run, experiment.wavelet.levels)
+    return columns

@@ -59,7 +59,7 @@ def test_the_mean_external_flow_is_that_of_the_chamber_pressure(data, leaking):
         pressures = [file[f"chamber_{chamber}_pressure"][:].mean(axis=1) for chamber in (1, 2)]
         assert file["mean_external_leakage_flow_1"].attrs["units"] == "m3 s-1"
     for chamber, (name, pressure) in enumerate(zip(names.EXTERNAL_LEAKAGE_FLOWS, pressures, strict=True), 1):
-        runs = [run.parameters.value(f"leakage.external_coefficient_{chamber}") for run in data.table.runs]
+        runs = data.values(f"leakage.external_coefficient_{chamber}")
         np.testing.assert_allclose(data.columns[name], np.array(runs) * pressure, rtol=1e-12)
         assert (data.columns[name] > 3e-6).sum() == 4
 
@@ -106,11 +106,10 @@ def test_the_page_has_the_section(hydrofdi, leaking, tmp_path):
 def with_a4(data, outside_1, outside_2):
     """The same experiment where a4 is 10, and so many per mille less with a leak out of either chamber."""
     rms = np.full_like(data.columns[names.APPROXIMATION_RMS], 1e7)
-    for position, run in enumerate(data.table.runs):
-        leakage = run.parameters.leakage
-        loss = outside_1 * bool(leakage.external_coefficient_1)
-        loss += outside_2 * bool(leakage.external_coefficient_2)
-        rms[position] *= 1.0 - 1e-3 * (loss + 20 * bool(leakage.internal_flow))
+    first, second = (data.values(f"leakage.external_coefficient_{chamber}") for chamber in (1, 2))
+    for position, request in enumerate(data.leakage_requests):
+        loss = outside_1 * bool(first[position]) + outside_2 * bool(second[position])
+        rms[position] *= 1.0 - 1e-3 * (loss + 20 * bool(request))
     return replace(data, columns=data.columns | {names.APPROXIMATION_RMS: rms})
 
 

@@ -77,7 +77,7 @@ def draw_figure_2(analysis: Analysis) -> Figure:
         position = run_position(analysis, leakage, grid.normal)
         signals = {name: analysis.data.signal(name, position) for name, _, _ in _PANELS}
         columns.append(_lines(_PANELS, signals, wavelet))
-        is_closed = analysis.data.table.runs[position].parameters.control.is_closed
+        is_closed = analysis.data.values("control.law")[position] != "open"
         shown = analysis.data.signal(names.REFERENCE_POSITION, position) if is_closed else None
         references.append(shown)
         flow = grid.leakage_flows[leakage - 1] if leakage else 0.0

@@ -1,15 +1,28 @@
-"""What is missing, and why."""
+"""What is missing, and why; and what is to be known of all rows."""
 
 from __future__ import annotations
 
 from collections import Counter
 
+from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block
 from hydrofdi.report.wording import counted, labels_text, mode_name
 
 _MOST = 20
 """Holes that are told one by one."""
+
+
+def remarks_block(analysis: Analysis) -> Block | None:
+    """What is to be known of all rows: their physics is another, or they answer to another request."""
+    data = analysis.data
+    sentences = [*data.remarks]
+    if data.physics_version != PHYSICS_VERSION:
+        sentences.append(
+            f"Computed with version {data.physics_version} of the physics; that of this hydrofdi is"
+            f" {PHYSICS_VERSION}, and 'hydrofdi sweep' computes the runs again."
+        )
+    return Block("remarks", "Remarks", tuple(sentences)) if sentences else None
 
 
 def holes_block(analysis: Analysis) -> Block | None:

@@ -28,7 +28,9 @@ def provenance_block(analysis: Analysis) -> Block:
 
 
 def _configuration_sheet(analysis: Analysis) -> Sheet:
-    configuration = brief(json.loads(analysis.data.experiment.model_dump_json()))
+    """The configuration as it is written in the file: parameters of later versions are not in it."""
+    data = analysis.data
+    configuration = brief(data.configuration or json.loads(data.experiment.model_dump_json()))
     rows = []
     for section, value in configuration.items():
         fields = value if isinstance(value, dict) else {"": value}

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.document import Block, Sheet, group_breaks
+from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
 from hydrofdi.report.table import EXTERNAL, Levels, SensitivityTable, TableRow
 from hydrofdi.report.wording import (
     band_sentence,
     delta_cells,
+    kilopascal,
     labels_text,
     lead_cells,
     lead_headers,
@@ -38,8 +39,10 @@ def baseline_title(table: SensitivityTable, baseline: str) -> str:
 
 
 def sensitivity_block(analysis: Analysis) -> Block:
-    """Table 3, once per baseline."""
+    """Table 3, once per baseline; the RMS alone where no run is healthy."""
     table = analysis.table
+    if not analysis.has_baseline:
+        return Block("table3", "RMS of the details", (band_sentence(table),), (_rms_sheet(table),))
     sealed = "have no internal leakage" if table.varies_external else "are controls"
     legend = f"Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed {sealed}."
     return Block(
@@ -48,6 +51,25 @@ def sensitivity_block(analysis: Analysis) -> Block:
         (legend, band_sentence(table)),
         tuple(_sheet(table, baseline) for baseline in BASELINES),
         ("sensitivity",),
+    )
+
+
+def _rms_sheet(table: SensitivityTable) -> Sheet:
+    levels = [f"d{level} [kPa]" for level in range(1, table.n_level + 1)]
+    return Sheet(
+        key="rms",
+        title="RMS of the details of the chamber-1 pressure",
+        headers=(*lead_headers(table), *levels, *doubt_headers(table)),
+        rows=tuple(
+            (
+                *lead_cells(row),
+                *(Cell(kilopascal(rms), value=rms) for rms in row.detail_rms),
+                *doubt_cells(table, row),
+            )
+            for row in table.rows
+        ),
+        text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
+        note=doubt_note(table),
     )
 
 

@@ -1,0 +1,129 @@
+"""An experiment as it was stored.
+
+Nothing is expanded again, so that it says the same where later defaults and sweeps differ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store.names import (
+    FIXED_BASELINE,
+    LEAKAGE_COEFFICIENT,
+    LEAKAGE_LEVEL,
+    MATCHED_BASELINE,
+    NO_BASELINE,
+    RUN_ID,
+    STATUS,
+    axis_variable,
+)
+from hydrofdi.store.results import MISSING
+
+
+class SignalSource(Protocol):
+    """Where the signals of an experiment lie."""
+
+    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class ExperimentData:
+    """An experiment and its results.
+
+    Attributes
+    ----------
+    path : Path
+        The experiment file.
+    experiment : ExperimentConfig
+        The configuration as it was resolved.
+    columns : dict
+        Variable name → array with one row per run, signals left out.
+    versions : dict
+        Library → version that the results were made with.
+    signals : SignalSource
+        Where the signals lie.
+    configuration : dict or None
+        The configuration as it is written in the file, in SI; None where there is no file.
+    physics_version : int
+        Version of the physics that the runs were computed with.
+    remarks : tuple of str
+        What is to be known of the rows as a whole.
+    """
+
+    path: Path
+    experiment: ExperimentConfig
+    columns: dict[str, NDArray[Any]]
+    versions: dict[str, str]
+    signals: SignalSource
+    configuration: dict[str, Any] | None = None
+    remarks: tuple[str, ...] = ()
+    physics_version: int = PHYSICS_VERSION
+
+    @property
+    def n_run(self) -> int:
+        """Number of runs."""
+        return len(self.columns[RUN_ID])
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether each run has been computed, or has failed."""
+        return MISSING not in self.columns[STATUS]
+
+    @property
+    def swept_names(self) -> list[str]:
+        """Dotted parameters that the experiment varies."""
+        return [*self.experiment.ensemble.names, *self.experiment.sweep.names]
+
+    @cached_property
+    def leakage_requests(self) -> NDArray[np.float64]:
+        """Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that each run asks for; 0 where it is sealed."""
+        level = self.columns[LEAKAGE_LEVEL]
+        requests: NDArray[np.float64] = np.where(np.isnan(level), self.columns[LEAKAGE_COEFFICIENT], level)
+        return requests
+
+    @cached_property
+    def fixed_baseline(self) -> NDArray[np.int64]:
+        """Row of the sealed run under the baseline's conditions, for each run; `NO_BASELINE` without one."""
+        return self._sealed(self.columns[FIXED_BASELINE])
+
+    @cached_property
+    def matched_baseline(self) -> NDArray[np.int64]:
+        """Row of the sealed run under a run's own conditions, for each run; `NO_BASELINE` without one."""
+        return self._sealed(self.columns[MATCHED_BASELINE])
+
+    def _sealed(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Rows, without those that leak: earlier versions took them for baselines too."""
+        return np.where((rows >= 0) & (self.leakage_requests[rows] == 0.0), rows, NO_BASELINE)
+
+    def values(self, name: str) -> list[Any]:
+        """The value of a dotted parameter in SI, for each run; None where it is not set."""
+        variable = axis_variable(name)
+        if variable in self.columns:
+            stored = self.columns[variable].tolist()
+            return [None if value != value or value == "" else value for value in stored]
+        values = np.full(self.n_run, self.experiment.nominal_parameters.told(name), dtype=object)
+        if name in self.experiment.baseline:
+            of_baseline = [FIXED_BASELINE] + [MATCHED_BASELINE] * name.startswith("leakage.")
+            for rows in (self.columns[kind] for kind in of_baseline):
+                values[rows[rows >= 0]] = self.experiment.baseline[name]
+        return list(values)
+
+    def signal(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,).
+
+        Raises
+        ------
+        StoreError
+            The experiment did not store it.
+        """
+        return self.signals.read(name, position)

@@ -1,0 +1,119 @@
+"""What is read is what was written: rows carry their own labels and baselines."""
+
+import json
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from hydrofdi.pipeline import read_results
+from hydrofdi.report import analyze, summarize_table
+from hydrofdi.store import names
+from tests.conftest import run_hydrofdi, sweep_in
+
+FRICTION = """\
+name: friction
+run: {duration: 1 s}
+store: {signals: none}
+leakage: {external_coefficient: 1e-13}
+baseline: {friction.viscous: 70 N·s/m, leakage.external_coefficient_1: 0}
+sweep:
+  grid:
+    friction.viscous: [50 N·s/m, 250 N·s/m]
+    leakage.internal_coefficient: [0, 1e-8]
+"""
+
+
+@pytest.fixture(scope="module")
+def friction(tmp_path_factory):
+    return sweep_in(tmp_path_factory.mktemp("friction"), FRICTION)
+
+
+def changed_file(sweep, folder, change):
+    """A copy of an experiment file whose configuration is another."""
+    path = folder / "changed.h5"
+    shutil.copy(sweep.file, path)
+    with h5py.File(path, "a") as file:
+        configuration = json.loads(file.attrs["configuration"])
+        change(configuration)
+        file.attrs["configuration"] = json.dumps(configuration)
+    return path
+
+
+def test_a_row_keeps_its_labels_where_the_sweep_would_be_expanded_in_another_order(friction, tmp_path):
+    path = changed_file(
+        friction, tmp_path, lambda c: c["sweep"]["grid"].update({"friction.viscous": [250.0, 50.0]})
+    )
+    before, after = (
+        {row.run_id: (row.labels, row.leakage_request, row.detail_rms) for row in summarize_table(data).rows}
+        for data in map(read_results, (friction.file, path))
+    )
+    assert after == before
+    assert {labels["friction.viscous"] for labels, *_ in after.values()} == {50.0, 70.0, 250.0}
+
+
+def test_parameters_that_only_the_baseline_changes_are_known_of_every_row(friction):
+    data = read_results(friction.file)
+    healthy = set(data.matched_baseline.tolist()) | set(data.fixed_baseline.tolist())
+    inside = data.values("leakage.external_coefficient_1")
+    assert {row for row, value in enumerate(inside) if value == 0.0} == healthy
+    assert {value for row, value in enumerate(inside) if row not in healthy} == {None}
+    (fixed,) = set(data.fixed_baseline.tolist())
+    assert data.values("friction.viscous")[fixed] == 70.0
+
+
+def test_a_key_that_is_no_longer_known_is_named(friction, tmp_path):
+    path = changed_file(friction, tmp_path, lambda c: c["friction"].update(stiction=1.0))
+    result = run_hydrofdi("report", path, cwd=tmp_path)
+    assert result.returncode == 2
+    assert "friction.stiction: unknown key" in result.stderr
+    assert "hydrofdi 0.1.0 wrote it" in result.stderr
+
+
+@pytest.fixture(scope="module")
+def leaky_run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("single")
+    settings = ("--set=leakage.internal_coefficient=1e-8", "--set=run.duration=1 s")
+    assert run_hydrofdi("simulate", *settings, "--out", "run.h5", cwd=folder).returncode == 0
+    return folder / "run.h5"
+
+
+def test_a_leaky_run_by_itself_has_no_baseline_and_no_delta(leaky_run):
+    result = run_hydrofdi("report", leaky_run, "--json", cwd=leaky_run.parent)
+    record = json.loads(result.stdout)
+    (row,) = record["rows"]
+    assert row["delta_fixed_percent"] == row["delta_matched_percent"] == [None] * 5
+    assert row["detail_rms_Pa"][1] > 0.0
+    assert record["claims_not_evaluated"].startswith("There is no healthy run to compare with")
+
+
+def test_the_report_on_a_leaky_run_says_why_there_is_no_delta(leaky_run):
+    text = " ".join(run_hydrofdi("report", leaky_run, cwd=leaky_run.parent).stdout.split())
+    assert "There is no healthy run to compare with" in text
+    assert "δd2" not in text
+    rms = read_results(leaky_run).columns[names.DETAIL_RMS][0]
+    assert f"{rms[1] / 1e3:.2f}" in text
+
+
+def test_a_baseline_that_leaks_is_none_in_files_that_name_one(leaky_run, tmp_path):
+    """Files of earlier versions made a leaky run its own baseline."""
+    path = tmp_path / "earlier.h5"
+    shutil.copy(leaky_run, path)
+    with h5py.File(path, "a") as file:
+        assert file[names.FIXED_BASELINE][0] == names.NO_BASELINE
+        file[names.FIXED_BASELINE][0] = file[names.MATCHED_BASELINE][0] = 0
+    assert not analyze(read_results(path)).has_baseline
+
+
+def test_a_healthy_run_by_itself_is_its_own_baseline(tmp_path):
+    settings = ("--set=run.duration=1 s", "--out", "run.h5")
+    assert run_hydrofdi("simulate", *settings, cwd=tmp_path).returncode == 0
+    assert read_results(tmp_path / "run.h5").fixed_baseline.tolist() == [0]
+
+
+def test_rows_without_a_baseline_have_no_delta_in_xarray(leaky_run):
+    with xarray.open_dataset(leaky_run, engine="h5netcdf") as runs:
+        healthy = runs.detail_rms.reindex(run=runs.fixed_baseline_run.values)
+        assert np.isnan(healthy).all()

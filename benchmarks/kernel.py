@@ -22,6 +22,7 @@ import processes
 import solvers
 from jobs import AT_REST, IN_MOTION, Job, d2_rms, lane_jobs
 from options import measure_options
+from sensors import measure_sensors, tell_sensors
 
 from hydrofdi.execution import available_cores
 from hydrofdi.simulation import simulate_batch
@@ -297,6 +298,8 @@ def main() -> None:
     tell_kernels(report["kernels"])  # type: ignore[arg-type]
     report["options"], still_more = judge_options(options.rounds)
     more += still_more
+    report["sensors"] = measure_sensors(options.rounds)
+    tell_sensors(report["sensors"])  # type: ignore[arg-type]
     tell("\ntarget")
     for target in targets + more:
         tell(str(target))

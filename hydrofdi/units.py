@@ -72,6 +72,8 @@ _PREFIXES = {"G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "µ": -6, "μ": -6, "u": 
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 _TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(-?\d+(?:\.\d+)?|\(-?\d+/\d+\))|([⁻⁰¹²³⁴-⁹]+))")
+_ROOT = re.compile(r"(?:√|sqrt)\s*(?:\(\s*([A-Za-zµμ]+)\s*\)|([A-Za-zµμ]+))")
+"""Square root of a single unit, as in ``Pa/√Hz`` or ``Pa/sqrt(Hz)``."""
 _LARGEST_EXPONENT = 12
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
@@ -130,7 +132,7 @@ def convert(value: float, unit: str) -> float:
 
 @lru_cache(maxsize=256)
 def parse_unit(text: str) -> Unit:
-    """The unit that an expression such as ``"N·s/m"`` or ``"m^3.5/kg^0.5"`` stands for.
+    """The unit that an expression such as ``"N·s/m"``, ``"m^3.5/kg^0.5"`` or ``"Pa/√Hz"`` stands for.
 
     Raises
     ------
@@ -138,7 +140,7 @@ def parse_unit(text: str) -> Unit:
         The expression is malformed or names a unit that hydrofdi does not know.
     """
     result, power_sign, open_signs, pending = _SYMBOLS["1"], 1, [1], None
-    for symbol, operator, power in _tokens(text):
+    for symbol, operator, power in _tokens(_ROOT.sub(r"\1\2^0.5", text)):
         if symbol:
             result = result if pending is None else result * pending
             pending = _symbol(symbol, text) ** Fraction(power_sign * open_signs[-1])

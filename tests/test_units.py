@@ -30,6 +30,11 @@ from hydrofdi.units import convert, parse_quantity, parse_unit
         ("1 m^1.5/kg^0.5", "m^1.5/kg^0.5", 1.0),
         ("1 m^(3/2)/kg^(1/2)", "m^1.5/kg^0.5", 1.0),
         ("1 m³/(s·Pa)", "m^3/(s*Pa)", 1.0),
+        ("5 Pa/√Hz", "Pa/Hz^0.5", 5.0),
+        ("5 Pa/√(Hz)", "Pa/Hz^0.5", 5.0),
+        ("5 mPa/sqrt(Hz)", "Pa/Hz^0.5", 5e-3),
+        ("5 Pa·s^0.5", "Pa/Hz^0.5", 5.0),
+        ("0.4 µm/s/√Hz", "m/s/Hz^0.5", 4e-7),
         ("1 V", "kg*m^2/(s^3*A)", 1.0),
     ],
 )
@@ -62,7 +67,8 @@ def test_cycles_and_radians_are_not_mixed_up():
 @pytest.mark.parametrize(
     "text",
     ["", "MPa", "551 MPaa", "551 M Pa/", "five MPa", "1 (Pa", "1 Pa)", "1 /", "1 Pa//s", "1 ^2", "nan", "inf",
-     "0x10 Pa", "1,5 MPa", "1 Pa^(1/0)", "1 Pa⁻", "1 Pa^2^2", "1 Pa^99999999999", "1 GPa^100.5"],
+     "0x10 Pa", "1,5 MPa", "1 Pa^(1/0)", "1 Pa⁻", "1 Pa^2^2", "1 Pa^99999999999", "1 GPa^100.5",
+     "1 Pa/√", "1 √√Pa", "1 √Pa^2"],
 )  # fmt: skip
 def test_what_is_no_quantity_is_refused_as_a_mistake_of_the_user(text):
     with pytest.raises(ValueError):  # noqa: PT011
@@ -77,7 +83,7 @@ def test_no_text_raises_anything_but_a_value_error(text):
         return
 
 
-@given(st.text(alphabet="kgmsPaN^-·*/()²³⁻0123456789.% ", max_size=24))
+@given(st.text(alphabet="kgmsPaN√^-·*/()²³⁻0123456789.% ", max_size=24))
 def test_no_unit_raises_anything_but_a_value_error(text):
     try:
         parse_quantity(f"1 {text}", "Pa")

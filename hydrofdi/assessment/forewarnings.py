@@ -30,7 +30,7 @@ def forewarnings(runs: Iterable[RunParameters]) -> list[str]:
         (period_count(run), run.n_kept, run.wavelet) for run in distinct
     )  # many runs, few records
     sentences = step_warnings(distinct) + band_warnings(distinct)
-    sentences += _onset_warnings(distinct) + input_warnings(distinct)
+    sentences += _onset_warnings(distinct) + folding_warnings(distinct)
     for n_period, n_kept, wavelet in records:
         sentences += record_warnings(n_period, boundary_shares(n_kept, wavelet))
     return list(dict.fromkeys(sentences))
@@ -62,13 +62,27 @@ def _onset_warnings(runs: Iterable[RunParameters]) -> list[str]:
     ]
 
 
-def input_warnings(runs: Iterable[RunParameters]) -> list[str]:
-    """A sentence on each input that is faster than what a record shows."""
+def folding_warnings(runs: Sequence[RunParameters]) -> list[str]:
+    """A sentence on each input, and on each anti-alias filter, that is too fast for the sampling."""
+    return [*_input_warnings(runs), *_filter_warnings(runs)]
+
+
+def _input_warnings(runs: Sequence[RunParameters]) -> list[str]:
     inputs = dict.fromkeys((run.input, run.run.sampling_frequency) for run in runs)
     return [
         f"{sentence} more than half of run.sampling_frequency = {sampling:g} Hz"
         for drive, sampling in inputs
         if (sentence := _fast_input(drive, 0.5 * sampling))
+    ]
+
+
+def _filter_warnings(runs: Sequence[RunParameters]) -> list[str]:
+    filters = dict.fromkeys((run.measurement.anti_alias, run.run.sampling_frequency) for run in runs)
+    return [
+        f"measurement.anti_alias = {corner:g} Hz is not below half of run.sampling_frequency ="
+        f" {sampling:g} Hz: sampling folds what it lets pass"
+        for corner, sampling in filters
+        if corner is not None and corner >= 0.5 * sampling
     ]
 
 

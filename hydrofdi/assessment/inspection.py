@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrofdi.assessment.forewarnings import (
     NEAR_BAND_EDGE,
-    input_warnings,
+    folding_warnings,
     period_count,
     place_in_bands,
     record_warnings,
@@ -92,8 +92,8 @@ class Inspection:
         Share of each level's coefficients that depend on the extension of the record [-].
     noise : tuple of NoiseOfLevel
         Noise of the chamber-1 pressure sensor; empty where it has none.
-    fast_inputs : tuple of str
-        Sentences on inputs that are faster than what a record shows.
+    folding : tuple of str
+        Sentences on inputs and anti-alias filters that are too fast for the sampling.
     n_left_out : int
         Distinct runs of the experiment that are not among the modes.
     """
@@ -106,7 +106,7 @@ class Inspection:
     n_period: float
     boundary_shares: tuple[float, ...]
     noise: tuple[NoiseOfLevel, ...]
-    fast_inputs: tuple[str, ...]
+    folding: tuple[str, ...]
     n_left_out: int = 0
 
     @property
@@ -152,7 +152,7 @@ def inspect_experiment(selection: Selection, runs: Iterable[RunParameters] = ())
         n_period=period_count(nominal),
         boundary_shares=tuple(boundary_shares(nominal.n_kept, wavelet)),
         noise=noise_of_levels([*(job.parameters for job in jobs), *runs], rows),
-        fast_inputs=tuple(input_warnings([*(job.parameters for job in jobs), *runs])),
+        folding=tuple(folding_warnings([*(job.parameters for job in jobs), *runs])),
         n_left_out=selection.n_left_out,
     )
 
@@ -221,7 +221,7 @@ def _warnings(found: Inspection) -> Iterator[str]:
             f"f_h = {mode.frequency:.1f} Hz at EBM {mode.bulk_modulus / 1e6:g} MPa is"
             f" {mode.octaves_to_edge:.2f} octaves from the edge of a band: two levels answer"
         )
-    yield from found.fast_inputs
+    yield from found.folding
     yield from record_warnings(found.n_period, found.boundary_shares)
     for level, noise in enumerate(found.noise, 1):
         if noise.share > MUCH_NOISE:

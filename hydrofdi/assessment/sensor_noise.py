@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import RunParameters
-from hydrofdi.features.wavelet import white_noise_gains
-from hydrofdi.sensing import white_noise
+from hydrofdi.features.wavelet import noise_rms
+from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 
 MUCH_NOISE = 0.1
 """Noise above this share of a level's RMS is warned of; it adds half a percent to that RMS."""
@@ -24,7 +24,8 @@ class NoiseOfLevel:
     Attributes
     ----------
     noise : float
-        RMS of the detail coefficients of the sensor's noise and quantisation, of the noisiest run [Pa].
+        RMS of the detail coefficients of the sensor's noise, as the anti-alias filter leaves it, and of
+        quantisation, of the noisiest run [Pa].
     weakest_rms : float
         Least detail RMS of the pressure itself over the runs that ended well [Pa]; NaN where none did.
     """
@@ -50,17 +51,18 @@ def noise_of_levels(
     rows : sequence of dict
         Variables of simulated runs with ideal sensors.
     """
-    noises = {
-        (run.wavelet, white_noise(run.pressure_1_sensor.noise, run.pressure_1_sensor.resolution))
-        for run in runs
-    }
-    if not any(noise for _, noise in noises):
+    noises = {(run.wavelet, _autocovariance(run)) for run in runs}
+    if not any(noise[0] for _, noise in noises):
         return ()
     levels = min(wavelet.levels for wavelet, _ in noises)
-    gains = {wavelet: white_noise_gains(wavelet) for wavelet, _ in noises}
+    noisiest = np.max([noise_rms(wavelet, noise)[:levels] for wavelet, noise in noises], axis=0)
     signals = np.array([row["detail_rms"][:levels] for row in rows if row["status"] == "ok"])
     weakest = signals.min(axis=0) if len(signals) else np.full(levels, np.nan)
-    return tuple(
-        NoiseOfLevel(max(noise * gains[wavelet][level] for wavelet, noise in noises), float(weakest[level]))
-        for level in range(levels)
-    )
+    return tuple(NoiseOfLevel(float(noisiest[level]), float(weakest[level])) for level in range(levels))
+
+
+def _autocovariance(run: RunParameters) -> tuple[float, ...]:
+    """Autocovariance of noise and quantisation in the chamber-1 pressure [Pa²]."""
+    sensor = run.pressure_1_sensor
+    variance, *others = noise_autocovariance(sensor, run.measurement, run.run)
+    return variance + quantisation_noise(sensor.resolution) ** 2, *others

@@ -61,12 +61,17 @@ _NEEDS: dict[str, tuple[_Needs, ...]] = {
     "control.derivative_gain": (_Needs("control.law", only=("pid",)),),
     "control.sample_time": (_CLOSED_LOOP,),
     "control.voltage_limit": (_CLOSED_LOOP,),
+    "measurement.anti_alias_order": (_Needs("measurement.anti_alias", but=(None,)),),
     "load.random_period": (_RANDOM_FORCE,),
     "load.seed": (_RANDOM_FORCE,),
 } | {
-    f"{section}.damping_ratio": (_Needs(f"{section}.order", only=("second",)),)
+    f"{section}.{name}": (_Needs(f"{section}.{option}", **values),)
     for section, info in RunParameters.model_fields.items()
     if isinstance(info.default, SensorConfig)
+    for name, option, values in (
+        ("damping_ratio", "order", {"only": ("second",)}),
+        ("noise_bandwidth", "noise", {"but": (0.0,)}),
+    )
 }
 """Parameter → what it needs for an effect, all of it; parameters that always have one are left out."""
 
@@ -93,9 +98,15 @@ def _sentence(name: str, needs: tuple[_Needs, ...], experiment: ExperimentConfig
     for need in needs:
         values = list(dict.fromkeys(_occurring_values(need.option, experiment)))
         if not any(need.are_met_by(value) for value in values):
-            told = " or ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+            told = " or ".join(_told(value) for value in values)
             return f"{name} has no effect: {need.option} is {told} in every run"
     return ""
+
+
+def _told(value: Any) -> str:
+    if value is None:
+        return "null"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _occurring_values(option: str, experiment: ExperimentConfig) -> Iterator[Any]:

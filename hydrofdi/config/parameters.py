@@ -156,7 +156,8 @@ class RunParameters(Section):
 
     def is_shown_exactly(self, sensor: str) -> bool:
         """Whether a sensor, named by its section, shows its signal as it is."""
-        return self.measurement.jitter == 0.0 and bool(getattr(self, sensor).is_ideal)
+        shared = self.measurement
+        return shared.jitter == 0.0 and shared.anti_alias is None and bool(getattr(self, sensor).is_ideal)
 
     def text(self) -> str:
         """What differs from the defaults, as JSON; keys sorted, floats in their shortest exact form.

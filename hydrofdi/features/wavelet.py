@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -165,27 +167,32 @@ def decomposition_filters(wavelet: WaveletConfig) -> tuple[NDArray[np.float64], 
     return np.array(filters.dec_lo), np.array(filters.dec_hi)
 
 
-def white_noise_gains(wavelet: WaveletConfig) -> list[float]:
-    """RMS of each level's detail coefficients of white noise, over its standard deviation.
+def noise_rms(wavelet: WaveletConfig, autocovariance: Sequence[float]) -> list[float]:
+    """RMS of each level's detail coefficients of noise, d1 first, in the unit of the noise.
 
-    1 for an orthogonal wavelet; in general the norm of the filter from the record to the level.
+    White noise of an orthogonal wavelet has its standard deviation in every level.
 
     Parameters
     ----------
     wavelet : WaveletConfig
-
-    Returns
-    -------
-    list of float
-        d1 first [-].
+    autocovariance : sequence of float
+        Of the noise at distances of 0, 1, … samples; zero beyond.
     """
     low_pass, high_pass = decomposition_filters(wavelet)
-    approximation, gains = np.ones(1), []
+    approximation, levels = np.ones(1), []
     for level in range(wavelet.levels):
         detail = _spread_convolution(approximation, high_pass, 2**level)
         approximation = _spread_convolution(approximation, low_pass, 2**level)
-        gains.append(float(np.linalg.norm(detail)))
-    return gains
+        levels.append(math.sqrt(_filtered_variance(detail, autocovariance)))
+    return levels
+
+
+def _filtered_variance(taps: NDArray[np.float64], autocovariance: Sequence[float]) -> float:
+    """Variance of noise behind a filter."""
+    variance = autocovariance[0] * float(taps @ taps)
+    for distance, covariance in enumerate(autocovariance[1 : taps.size], 1):
+        variance += 2.0 * covariance * float(taps[distance:] @ taps[:-distance])
+    return max(variance, 0.0)
 
 
 def _spread_convolution(

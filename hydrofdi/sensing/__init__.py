@@ -1,7 +1,8 @@
 """What sensors make of the simulated signals."""
 
 from hydrofdi.sensing.channels import CHANNELS, Channel
-from hydrofdi.sensing.conversion import white_noise
+from hydrofdi.sensing.conversion import quantisation_noise
 from hydrofdi.sensing.measurement import Measurement
+from hydrofdi.sensing.noise import noise_autocovariance
 
-__all__ = ["CHANNELS", "Channel", "Measurement", "white_noise"]
+__all__ = ["CHANNELS", "Channel", "Measurement", "noise_autocovariance", "quantisation_noise"]

@@ -10,9 +10,9 @@ import numpy as np
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sensor import SensorConfig
-from hydrofdi.sensing.dynamics import Lag, first_order_lag, second_order_lag
+from hydrofdi.sensing.dynamics import Lag, butterworth_lags, first_order_lag, second_order_lag
 
-Sensor = SensorConfig[float, float, float]
+Sensor = SensorConfig[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,15 @@ class Channel:
 
     def lags(self, run: RunParameters) -> tuple[Lag, ...]:
         """What the signal passes before it is sampled; empty where it is followed at once."""
-        sensor = self.sensor(run)
-        if sensor.bandwidth is None:
-            return ()
-        angle = 2.0 * math.pi * sensor.bandwidth * run.run.step
-        if sensor.order == "first":
-            return (first_order_lag(angle),)
-        return (second_order_lag(angle, sensor.damping_ratio),)
+        sensor, shared, turn = self.sensor(run), run.measurement, 2.0 * math.pi * run.run.step
+        lags: tuple[Lag, ...] = ()
+        if sensor.bandwidth is not None and sensor.order == "first":
+            lags = (first_order_lag(turn * sensor.bandwidth),)
+        elif sensor.bandwidth is not None:
+            lags = (second_order_lag(turn * sensor.bandwidth, sensor.damping_ratio),)
+        if shared.anti_alias is not None:
+            lags += butterworth_lags(turn * shared.anti_alias, shared.anti_alias_order)
+        return lags
 
 
 CHANNELS = (

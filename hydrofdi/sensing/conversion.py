@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 Value = Any
 """A float, or an array of any shape."""
@@ -25,11 +24,6 @@ def systematic_error(time: Value, bias: float, drift: float) -> Value:
         In the unit of the signal per second.
     """
     return bias + drift * np.asarray(time)
-
-
-def random_error(n_time: int, noise: float, generator: np.random.Generator) -> NDArray[np.float64]:
-    """White Gaussian noise of standard deviation `noise`, shape (n_time,), in the unit of the signal."""
-    return noise * generator.standard_normal(n_time)
 
 
 def saturated(signal: Value, lowest: float | None, highest: float | None) -> Value:
@@ -53,17 +47,15 @@ def quantised(signal: Value, lowest: float, resolution: float) -> Value:
     return lowest + resolution * np.round((np.asarray(signal) - lowest) / resolution)
 
 
-def white_noise(noise: float, resolution: float) -> float:
-    """Standard deviation of noise and quantisation together, in the unit of the signal.
+def quantisation_noise(resolution: float) -> float:
+    """Standard deviation of what quantisation adds, in the unit of the signal.
 
-    Quantisation counts as white noise that is spread evenly over a level; this holds for a signal that moves
-    by more than a level from sample to sample, or whose noise spans one.
+    It counts as white noise that is spread evenly over a level; this holds for a signal that moves by more
+    than a level from sample to sample, or whose noise spans one.
 
     Parameters
     ----------
-    noise : float
-        Standard deviation of the sensor's own noise.
     resolution : float
         Distance of neighbouring levels (LSB).
     """
-    return math.hypot(noise, resolution / math.sqrt(12.0))
+    return resolution / math.sqrt(12.0)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.sensing.channels import CHANNELS, CLOCK, Channel, random_generator
-from hydrofdi.sensing.conversion import quantised, random_error, saturated, systematic_error
+from hydrofdi.sensing.conversion import quantised, saturated, systematic_error
 from hydrofdi.sensing.lagging import LaggedRuns
+from hydrofdi.sensing.noise import gaussian_noise, noise_autocovariance
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
 from hydrofdi.simulation import Trajectory
 
@@ -109,8 +110,9 @@ def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: 
     """
     sensor = channel.sensor(run)
     reading = np.asarray(samples + systematic_error(time, sensor.bias, sensor.drift))
-    if sensor.noise > 0.0:
-        reading = reading + random_error(time.size, sensor.noise, random_generator(run, channel.section))
+    noise = noise_autocovariance(sensor, run.measurement, run.run)
+    if noise[0] > 0.0:
+        reading = reading + gaussian_noise(noise, time.size, random_generator(run, channel.section))
     reading = saturated(reading, sensor.lowest, sensor.highest)
     if sensor.bits is not None and sensor.lowest is not None:
         reading = quantised(reading, sensor.lowest, sensor.resolution)

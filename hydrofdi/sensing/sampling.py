@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.config.run import RunConfig
+from hydrofdi.simulation.compilation import strictly_compiled
 
 
 def sampling_instants(
@@ -90,16 +91,46 @@ class Clocks:
             samples[:, -(-first_step // every) :][:, : picked.shape[1]] = picked
             return
         first = max(0, (first_step - self._reach) // every)
-        near = slice(first, (first_step + len(values) + self._reach) // every + 1)
-        for node in range(4):
-            steps = self._first_nodes[:, near] + node - first_step
-            lanes, places = np.nonzero((steps >= 0) & (steps < len(values)))
-            weights = cubic_weight(node, self._offsets[lanes, first + places])
-            samples[lanes, first + places] += weights * values[steps[lanes, places], lanes]
+        last = min(self._n_time, (first_step + len(values) + self._reach) // every + 1)
+        add_nodes(values, first_step, self._first_nodes, self._offsets, first, last, samples)
 
 
-def cubic_weight(node: int, place: ArrayLike) -> NDArray[np.float64]:
+@strictly_compiled
+def cubic_weight(node: int, place: float) -> float:
     """Weight of the value at a node, 0 … 3, in the cubic through the values at all four."""
-    others = [other for other in range(4) if other != node]
-    factors = [(np.asarray(place) - other) / (node - other) for other in others]
-    return np.asarray(factors[0] * factors[1] * factors[2], dtype=float)
+    weight = 1.0
+    for other in range(4):
+        if other != node:
+            weight *= (place - other) / (node - other)
+    return weight
+
+
+@strictly_compiled
+def add_nodes(
+    values: NDArray[np.float64],
+    first_step: int,
+    first_nodes: NDArray[np.int64],
+    offsets: NDArray[np.float64],
+    first: int,
+    last: int,
+    samples: NDArray[np.float64],
+) -> None:
+    """Add to samples what the nodes within a stretch of time contribute.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_step, n_lane)
+    first_step : int
+        Number of the first step.
+    first_nodes, offsets : ndarray, shape (n_lane, n_time)
+        Step of the first of four nodes, and the place of the sample from there, in steps.
+    first, last : int
+        Samples that are looked at.
+    samples : ndarray, shape (n_lane, n_time)
+    """
+    for lane in range(samples.shape[0]):
+        for k in range(first, last):
+            for node in range(4):
+                step = first_nodes[lane, k] + node - first_step
+                if 0 <= step < values.shape[0]:
+                    samples[lane, k] += cubic_weight(node, offsets[lane, k]) * values[step, lane]

@@ -180,6 +180,25 @@ def test_sensor_noise_is_set_against_each_level_of_the_weakestrun_hydrofdi(tmp_p
     assert inspect_experiment(select_runs(quiet)).noise == ()
 
 
+def test_noise_of_a_level_is_what_the_anti_alias_filter_leaves_of_it() -> None:
+    settings = (*SHORT, "pressure_1_sensor.noise_density=100 Pa/√Hz")
+    white, filtered = (
+        [
+            level.noise
+            for level in inspect_experiment(
+                select_runs(experiment), [run.parameters for run in expand_runs(experiment).runs]
+            ).noise
+        ]
+        for experiment in (
+            load_experiment(settings=(*settings, *more)) for more in ((), ("measurement.anti_alias=100 Hz",))
+        )
+    )
+    np.testing.assert_allclose(white, 100.0 * np.sqrt(250.0))
+    assert filtered[0] < 0.2 * white[0]
+    assert 0.5 * white[1] < filtered[1] < 0.9 * white[1]
+    np.testing.assert_allclose(filtered[3:], white[3:], rtol=1e-3)
+
+
 def test_noisiest_sensor_of_a_sweep_counts() -> None:
     swept = load_experiment(
         settings=(

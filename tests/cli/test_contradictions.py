@@ -53,9 +53,14 @@ def test_what_is_off_contradicts_nothing(hydrofdi):
             ["input.shape=multisine", "input.harmonics=120", "run.sampling_frequency=100"],
             "input.harmonics = 120 reach 60 Hz, more than half of run.sampling_frequency = 100 Hz",
         ),
+        (
+            ["measurement.anti_alias=60 Hz", "run.sampling_frequency=100"],
+            "measurement.anti_alias = 60 Hz is not below half of run.sampling_frequency = 100 Hz:"
+            " sampling folds what it lets pass",
+        ),
     ],
 )
-def test_an_input_that_is_faster_than_the_record_shows_is_told(hydrofdi, settings, expected):
+def test_what_is_too_fast_for_the_sampling_is_told(hydrofdi, settings, expected):
     settings = ["run.duration=4 s", "wavelet.levels=3", *settings]
     options = [part for setting in settings for part in ("--set", setting)]
     assert f"warning: {expected}\n" in hydrofdi("simulate", *options).stderr

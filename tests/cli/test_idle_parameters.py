@@ -46,6 +46,10 @@ def test_commands_warn_of_swept_parameters(hydrofdi, experiment_file, command):
         (["load.seed=1", "ensemble.sample={count: 2, over: {load.random_force: {uniform: [0, 10]}}}"], []),
         (["leakage.onset_duration=2", "leakage.onset=step"], ["leakage.onset_duration has no effect: leakage.onset is step in every run"]),
         (["fluid.free_air=0.005"], []),
+        (["pressure_1_sensor.noise_bandwidth=1e3"], ["pressure_1_sensor.noise_bandwidth has no effect: pressure_1_sensor.noise is 0 in every run"]),
+        (["pressure_1_sensor.noise_bandwidth=1e3", "sweep.grid.pressure_1_sensor.noise=[0, 1e3]"], []),
+        (["measurement.anti_alias_order=2"], ["measurement.anti_alias_order has no effect: measurement.anti_alias is null in every run"]),
+        (["measurement={anti_alias: 200, anti_alias_order: 2}"], []),
         (["supply_sensor={order: first, bandwidth: 100, damping_ratio: 0.5}"], ["supply_sensor.damping_ratio has no effect: supply_sensor.order is first in every run"]),
     ],
 )  # fmt: skip

@@ -43,8 +43,8 @@ def _equation_rows() -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
 
 
-UNNUMBERED = {"1", "3", "10", "u1", "u2", "u3", "u4", "m8"}
-"""Derivatives by name, the twin of 9, signals, and what takes a section of the configuration."""
+UNNUMBERED = {"1", "3", "10", "u1", "u2", "u3", "u4", "m8", "m10"}
+"""Derivatives by name, the twin of 9, signals, what takes a section of the configuration, and lags in series."""
 
 
 def test_every_equation_has_a_number() -> None:

@@ -7,9 +7,10 @@ import pytest
 
 from hydrofdi.config.wavelet import WaveletConfig
 from hydrofdi.features import detail_rms
-from hydrofdi.features.wavelet import white_noise_gains
-from hydrofdi.sensing import white_noise
-from hydrofdi.sensing.conversion import quantised, random_error, saturated, systematic_error
+from hydrofdi.features.wavelet import noise_rms
+from hydrofdi.sensing import quantisation_noise
+from hydrofdi.sensing.conversion import quantised, saturated, systematic_error
+from hydrofdi.sensing.noise import gaussian_noise
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
 
 SIGMA, MANY = 5e3, 2**17
@@ -17,7 +18,7 @@ SIGMA, MANY = 5e3, 2**17
 
 @pytest.fixture(scope="module")
 def noise() -> np.ndarray:
-    return random_error(MANY, SIGMA, np.random.default_rng(1))
+    return gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
 
 
 def test_noise_has_its_standard_deviation_and_no_mean(noise: np.ndarray) -> None:
@@ -38,14 +39,14 @@ def test_noise_is_gaussian(noise: np.ndarray) -> None:
 @pytest.mark.parametrize("name", ["db8", "sym4", "bior3.3"])
 def test_noise_has_in_every_level_the_rms_that_its_gain_says(noise: np.ndarray, name: str) -> None:
     wavelet = WaveletConfig(name=name, levels=5)
-    gains = np.array(white_noise_gains(wavelet))
+    expected = noise_rms(wavelet, (SIGMA**2,))
     scatter = 5.0 / np.sqrt(2.0 * MANY / 2.0 ** np.arange(1, 6))
-    assert np.all(np.abs(detail_rms(noise, wavelet) / (SIGMA * gains) - 1.0) < 2.0 * scatter)
+    assert np.all(np.abs(detail_rms(noise, wavelet) / expected - 1.0) < 2.0 * scatter)
 
 
 def test_orthogonal_wavelet_hands_white_noise_on_as_it_is() -> None:
-    np.testing.assert_allclose(white_noise_gains(WaveletConfig(name="db8", levels=6)), 1.0, rtol=1e-9)
-    assert max(white_noise_gains(WaveletConfig(name="bior3.3", levels=3))) > 1.1
+    np.testing.assert_allclose(noise_rms(WaveletConfig(name="db8", levels=6), (1.0,)), 1.0, rtol=1e-9)
+    assert max(noise_rms(WaveletConfig(name="bior3.3", levels=3), (1.0,))) > 1.1
 
 
 @pytest.mark.parametrize("bits", [1, 8, 12])
@@ -65,8 +66,7 @@ def test_quantisation_error_is_the_white_noise_that_is_stated() -> None:
     signal = np.random.default_rng(2).uniform(0.0, 25e6, MANY)
     resolution = 25e6 / 4095
     error = quantised(signal, 0.0, resolution) - signal
-    assert np.std(error) == pytest.approx(white_noise(0.0, resolution), rel=0.01)
-    assert white_noise(3.0, 4.0 * 12**0.5) == pytest.approx(5.0)
+    assert np.std(error) == pytest.approx(quantisation_noise(resolution), rel=0.01)
 
 
 def test_saturation_holds_either_end_and_leaves_the_rest() -> None:

@@ -22,6 +22,11 @@ from hydrofdi.errors import ConfigError
         ("pressure_1_sensor.noise=-1 kPa", "must be at least 0"),
         ("pressure_1_sensor.noise=1 mm", "must be convertible to Pa"),
         ("pressure_1_sensor.drift=1 Pa", "must be convertible to Pa/s"),
+        ("pressure_1_sensor.noise_density=1 Pa", "must be convertible to Pa/Hz^0.5"),
+        ("pressure_1_sensor={noise: 1 kPa, noise_density: 1 Pa/√Hz}", "noise_density stands alone"),
+        ("spool_sensor={noise_bandwidth: 1 kHz, noise_density: 1 nm/√Hz}", "noise_density stands alone"),
+        ("measurement.anti_alias=0", "must be greater than 0"),
+        ("measurement.anti_alias_order=3", "must be 2 or 4; found 3"),
         ("velocity_sensor.drift=1 m/s", "must be convertible to m/s^2"),
         ("pressure_1_sensor.nose=1 kPa", "unknown key; did you mean 'noise'?"),
         ("pressure_3_sensor.noise=1 kPa", "did you mean 'pressure_"),
@@ -50,5 +55,6 @@ def test_quantities_have_the_unit_of_their_channel() -> None:
     assert sensor.position_sensor.lowest == -0.2
     assert sensor.position_sensor.drift == pytest.approx(1e-6 / 60)
     assert parameter_unit("pressure_2_sensor.lowest") == "Pa"
+    assert parameter_unit("velocity_sensor.noise_density") == "m/s/Hz^0.5"
     assert parameter_unit("velocity_sensor.drift") == "m/s^2"
     assert parameter_unit("voltage_sensor.bits") is None

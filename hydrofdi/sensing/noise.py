@@ -1,0 +1,94 @@
+"""Gaussian noise of a record: how its samples go together, and samples that do."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydrofdi.config.run import RunConfig
+from hydrofdi.config.sensor import MeasurementConfig, SensorConfig
+
+_NEGLIGIBLE = 40.0
+"""Beyond so many time constants samples count as independent: e^−40 is below the rounding of a variance."""
+
+
+@lru_cache(maxsize=1024)
+def noise_autocovariance(
+    sensor: SensorConfig[float, float, float, float], measurement: MeasurementConfig, run: RunConfig
+) -> tuple[float, ...]:
+    """Autocovariance of a sensor's noise in the record, in the square of the signal's unit.
+
+    ``noise`` alone is that of each sample. A density passes the anti-alias filter, and sampling folds what it
+    leaves. Without a filter the record holds the noise up to ``noise_bandwidth``, at least up to half the
+    sampling frequency.
+
+    Returns
+    -------
+    tuple of float
+        At distances of 0, 1, … samples; zero beyond.
+    """
+    half, corner, order = 0.5 * run.sampling_frequency, measurement.anti_alias, measurement.anti_alias_order
+    if not sensor.density:
+        return (sensor.noise**2,)
+    if corner is None:
+        return (sensor.density**2 * max(half, sensor.noise_bandwidth or 0.0),)
+    decay = 2.0 * math.pi * corner * math.sin(0.5 * math.pi / order) / run.sampling_frequency
+    delays = np.arange(min(1 + math.ceil(_NEGLIGIBLE / decay), 10 * run.n_sample)) / run.sampling_frequency
+    return tuple(filtered_noise_autocovariance(sensor.density, corner, order, delays).tolist())
+
+
+def filtered_noise_autocovariance(
+    density: float, corner: float, order: int, delay: ArrayLike
+) -> NDArray[np.float64]:
+    """Autocovariance of white noise behind a Butterworth low-pass.
+
+    Without delay it is the variance: the square of the density times the filter's noise bandwidth
+    f_c π/(2n)/sin(π/(2n)).
+
+    Parameters
+    ----------
+    density : float
+        One-sided, in the unit of the signal per √Hz.
+    corner : float
+        f_c, where the gain is −3 dB [Hz].
+    order : int
+        n.
+    delay : array_like
+        [s].
+    """
+    half_turn = math.pi / (2 * order)
+    poles = np.exp(1j * half_turn * np.arange(1, 2 * order, 2))
+    turns = 2.0 * math.pi * corner * np.abs(np.asarray(delay, dtype=float))
+    responses = np.exp(1j * np.multiply.outer(turns, poles)) @ poles
+    return np.asarray(density**2 * corner * half_turn * np.imag(responses))
+
+
+def gaussian_noise(
+    autocovariance: tuple[float, ...], n_time: int, generator: np.random.Generator
+) -> NDArray[np.float64]:
+    """Gaussian noise of a given autocovariance, from the first sample on.
+
+    White noise is coloured on a ring so long that no two samples of the record are close across its seam.
+
+    Parameters
+    ----------
+    autocovariance : tuple of float
+        At distances of 0, 1, … samples; zero beyond.
+    n_time : int
+    generator : Generator
+
+    Returns
+    -------
+    ndarray, shape (n_time,)
+    """
+    if len(autocovariance) == 1:
+        return math.sqrt(autocovariance[0]) * generator.standard_normal(n_time)
+    n_distance = len(autocovariance)
+    ring = np.zeros(1 << (max(n_time, n_distance) + n_distance - 2).bit_length())
+    ring[:n_distance], ring[1 - n_distance :] = autocovariance, autocovariance[:0:-1]
+    power = np.maximum(np.fft.rfft(ring).real, 0.0)
+    colours = np.sqrt(power) * np.fft.rfft(generator.standard_normal(ring.size))
+    return np.asarray(np.fft.irfft(colours, ring.size)[:n_time])

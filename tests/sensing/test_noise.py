@@ -1,0 +1,131 @@
+"""Noise by density: what the anti-alias filter and sampling make of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import integrate, signal
+
+from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.config.wavelet import WaveletConfig
+from hydrofdi.execution import Job, compute_columns
+from hydrofdi.features import detail_rms
+from hydrofdi.features.wavelet import noise_rms
+from hydrofdi.sensing.noise import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
+
+DENSITY, CORNER, SAMPLING = 20.0, 100.0, 500.0
+
+
+def run_with(*settings: str) -> RunParameters:
+    return load_experiment(None, settings).nominal_parameters
+
+
+def autocovariance_of(*settings: str) -> tuple[float, ...]:
+    run = run_with(*settings)
+    return noise_autocovariance(run.pressure_1_sensor, run.measurement, run.run)
+
+
+@pytest.mark.parametrize("order", [2, 4])
+@pytest.mark.parametrize("delay", [0.0, 1e-3, 2e-2])
+def test_autocovariance_is_the_transform_of_what_the_filter_lets_through(order: int, delay: float) -> None:
+    def spectrum(frequency: float) -> float:
+        return float(DENSITY**2 / (1.0 + (frequency / CORNER) ** (2 * order)))
+
+    if delay:
+        more: dict[str, Any] = {"weight": "cos", "wvar": 2.0 * np.pi * delay}
+    else:
+        more = {}
+    expected, _ = integrate.quad(spectrum, 0.0, 200 * CORNER, limit=2000, **more)
+    found = filtered_noise_autocovariance(DENSITY, CORNER, order, delay)
+    assert found == pytest.approx(expected, abs=1e-5 * DENSITY**2 * CORNER)
+
+
+@pytest.mark.parametrize("order", [2, 4])
+def test_noise_is_as_if_drawn_at_a_high_rate_filtered_and_sampled(order: int) -> None:
+    """An oracle that filters white noise at 20 kHz with SciPy's Butterworth, over seeded repeats."""
+    rate, n_time, n_repeat, every = 20e3, 500, 200, 40
+    white = np.random.default_rng(8).standard_normal((n_repeat, every * (n_time + 100)))
+    filter_ = signal.butter(order, CORNER, fs=rate, output="sos")
+    drawn = signal.sosfilt(filter_, DENSITY * np.sqrt(rate / 2.0) * white, axis=1)[:, 100 * every :: every]
+    autocovariance = autocovariance_of(
+        f"pressure_1_sensor.noise_density={DENSITY}",
+        f"measurement={{anti_alias: {CORNER}, anti_alias_order: {order}}}",
+    )
+    ours = np.array(
+        [gaussian_noise(autocovariance, n_time, np.random.default_rng(k)) for k in range(n_repeat)]
+    )
+    for distance in range(6):
+        theory = autocovariance[distance]
+        found = [
+            np.mean(noise[:, distance:] * noise[:, : n_time - distance], axis=1) for noise in (ours, drawn)
+        ]
+        for repeats in found:
+            assert (
+                abs(np.mean(repeats) - theory)
+                < 4.0 * np.std(repeats) / np.sqrt(n_repeat) + 2e-3 * autocovariance[0]
+            )
+
+
+def test_noise_is_stationary_from_the_first_sample_on() -> None:
+    autocovariance = autocovariance_of("pressure_1_sensor.noise_density=20", "measurement.anti_alias=20 Hz")
+    first = np.array(
+        [gaussian_noise(autocovariance, 50, np.random.default_rng(k))[[0, -1]] for k in range(4000)]
+    )
+    np.testing.assert_allclose(np.var(first, axis=0), autocovariance[0], rtol=4.0 * np.sqrt(2.0 / 4000))
+    correlation = np.mean(first[:, 0] * first[:, 1]) / autocovariance[0]
+    assert abs(correlation) < 4.0 / np.sqrt(4000)
+
+
+def test_spread_over_repeats_covers_the_stated_variance() -> None:
+    """In the record of 100 seeds, the 95 % interval of the variance holds the theory about 95 times."""
+    settings = ("run.duration=2 s", "input.amplitude=0", "supply_sensor.noise_density=20 Pa/√Hz")
+    runs = [run_with(*settings, f"measurement={{seed: {seed}, anti_alias: 100 Hz}}") for seed in range(100)]
+    noise = compute_columns([Job("run", run, 0.0) for run in runs])["valve_supply_pressure"] - 17.2e6
+    autocovariance = np.zeros(1000)
+    known = noise_autocovariance(runs[0].supply_sensor, runs[0].measurement, runs[0].run)
+    autocovariance[: len(known)] = known
+    spread = np.sqrt(2.0 * (2.0 * np.sum(autocovariance**2) - autocovariance[0] ** 2) / 1000)
+    covered = np.abs(np.mean(noise**2, axis=1) - autocovariance[0]) < 1.96 * spread
+    assert 87 <= covered.sum() <= 100
+    assert known[0] == pytest.approx(20.0**2 * 100.0 * (np.pi / 8) / np.sin(np.pi / 8))
+
+
+@pytest.mark.parametrize(
+    ("settings", "variance"),
+    [
+        (["noise=3 Pa"], 9.0),
+        (["noise_density=2 Pa/√Hz"], 4.0 * 250.0),
+        (["noise=3 Pa", "noise_bandwidth=100 Hz"], 9.0 / 100.0 * 250.0),
+        (["noise=3 Pa", "noise_bandwidth=10 kHz"], 9.0),
+        ([], 0.0),
+    ],
+)
+def test_without_a_filter_noise_is_white_with_the_stated_variance(
+    settings: list[str], variance: float
+) -> None:
+    found = autocovariance_of(*(f"pressure_1_sensor.{setting}" for setting in settings))
+    assert found == (pytest.approx(variance),)
+
+
+def test_filter_leaves_noise_of_a_sample_and_takes_that_of_a_bandwidth_as_its_density() -> None:
+    shared = "measurement={anti_alias: 100 Hz, anti_alias_order: 2}"
+    assert autocovariance_of("pressure_1_sensor.noise=3 Pa", shared) == (9.0,)
+    stated = "pressure_1_sensor={noise: 200 Pa, noise_bandwidth: 10 kHz}"
+    np.testing.assert_allclose(
+        autocovariance_of(stated, shared),
+        autocovariance_of("pressure_1_sensor.noise_density=2 Pa/√Hz", shared),
+    )
+
+
+@pytest.mark.parametrize("corner", [20.0, 100.0, 240.0])
+@pytest.mark.parametrize("name", ["db8", "bior3.3"])
+def test_filtered_noise_has_in_every_level_the_rms_that_is_stated(corner: float, name: str) -> None:
+    autocovariance = autocovariance_of(
+        "pressure_1_sensor.noise_density=20", f"measurement.anti_alias={corner}", "run.duration=200 s"
+    )
+    wavelet = WaveletConfig(name=name, levels=4)
+    noise: NDArray[np.float64] = gaussian_noise(autocovariance, 2**18, np.random.default_rng(9))
+    np.testing.assert_allclose(detail_rms(noise, wavelet), noise_rms(wavelet, autocovariance), rtol=0.03)

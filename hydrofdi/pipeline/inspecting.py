@@ -16,12 +16,12 @@ from hydrofdi.errors import StoreError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.store import read_index
-from hydrofdi.store.names import STATUS, stored_variables
+from hydrofdi.store.names import MESSAGE, stored_variables
 from hydrofdi.store.provenance import read_provenance
 from hydrofdi.store.reading import read_statuses
 from hydrofdi.store.request import read_request
 from hydrofdi.store.results import ShardResults
-from hydrofdi.store.shard import lacks_variable, read_variable
+from hydrofdi.store.shard import lacks_variable, read_variables
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def sweep_status(directory: Path) -> SweepStatus:
     """
     plan = _stored_plan(directory)
     results = ShardResults(plan.run_ids, plan.index.runs, plan.failures)
-    statuses = Counter(map(str, results.column(_variable(STATUS))))
+    statuses = Counter(results.statuses())
     missing = len(plan.missing)
     failed = sum(count for status, count in statuses.items() if status not in ("ok", "missing"))
     damaged = list(plan.index.damaged.values())
@@ -141,7 +141,7 @@ def explain(directory: Path, wanted: str) -> Explanation:
     stored, failure = plan.index.runs.get(run_id), plan.failures.get(run_id)
     message = ""
     if stored is not None:
-        message = str(read_variable(stored.shard, "message", np.array([stored.row]))[0])
+        message = str(read_variables(stored.shard, [MESSAGE], np.array([stored.row]))[MESSAGE][0])
     provenance = read_provenance(directory)
     return Explanation(
         run_id=run_id,
@@ -179,12 +179,15 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     if stored is None:
         raise StoreError(f"run {run_id} is not stored; there is nothing to compare with")
     columns = compute_columns([_job(run, run_id)])
+    variables = [
+        variable
+        for variable in stored_variables(stored.signals, phases=True)
+        if not lacks_variable(stored.shard, variable.name)
+    ]
+    held = read_variables(stored.shard, [variable.name for variable in variables], np.array([stored.row]))
     differing = []
-    for variable in stored_variables(stored.signals, phases=True):
-        if lacks_variable(stored.shard, variable.name):
-            continue
-        old = read_variable(stored.shard, variable.name, np.array([stored.row]))
-        new = np.asarray(columns[variable.name])
+    for variable in variables:
+        old, new = held[variable.name], np.asarray(columns[variable.name])
         new = new.astype(stored.dtype) if variable.is_signal else new
         same = np.array_equal(old, new) if variable.is_text else np.array_equal(old, new, equal_nan=True)
         if not same:
@@ -219,7 +222,3 @@ def _differences(baseline: RunParameters, run: RunParameters) -> dict[str, tuple
         for name in parameter_names()
         if baseline.value(name) != run.value(name)
     }
-
-
-def _variable(name: str) -> Any:
-    return next(variable for variable in stored_variables("none") if variable.name == name)

@@ -6,7 +6,7 @@ Its bytes depend on the configuration, the results and the library versions alon
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,11 +38,8 @@ from hydrofdi.store.names import (
     stored_variables,
 )
 from hydrofdi.store.results import Results
-from hydrofdi.store.shard import compression, create_still_signal, write_moving_rows
+from hydrofdi.store.signals import create_signal, write_block
 from hydrofdi.store.variables import fill_empty_features
-
-_WINDOW = 256
-"""Runs of a signal that are held in memory at a time."""
 
 
 def write_experiment(
@@ -73,7 +70,7 @@ def write_experiment(
         for variable in stored_variables(experiment.store.signals, phases=experiment.measures_phases)
         if time is not None or not variable.is_signal
     ]
-    columns = {variable.name: results.column(variable) for variable in variables if not variable.is_signal}
+    columns = results.columns([variable for variable in variables if not variable.is_signal])
     fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
     fill_empty_features(columns, results.n_run, experiment.wavelet.levels)
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
@@ -83,14 +80,11 @@ def write_experiment(
         requested = requested_columns(table)
         for variable in (*REQUESTED, *_axis_variables(table)):
             _write_column(file, variable, requested[variable.name])
-        shared_input = _share_input(table)
         for variable in variables:
             if not variable.is_signal:
                 _write_column(file, variable, columns[variable.name])
-            elif variable.name == INPUT_VOLTAGE and shared_input:
+            elif variable.name == INPUT_VOLTAGE and _share_input(table):
                 _write_shared_input(file, variable, results)
-            elif variable.is_mostly_still:
-                _write_still_signal(file, variable, results, experiment)
             else:
                 _write_signal(file, variable, results, experiment)
 
@@ -147,46 +141,26 @@ def _write_column(file: h5py.File, variable: Variable, values: NDArray[Any]) -> 
 
 
 def _write_shared_input(file: h5py.File, variable: Variable, results: Results) -> None:
-    for window in _windows(results):
-        rows = results.signal(variable.name, window)
-        present = ~np.isnan(rows).all(axis=1)
-        if present.any():
-            dataset = file.create_dataset(variable.name, data=rows[np.argmax(present)])
-            _label(file, dataset, variable, variable.dimensions[1:])
-            return
+    signals = (results.signal(variable.name, position) for position in range(results.n_run))
+    voltage = next((values for values in signals if values.size), None)
+    if voltage is not None:
+        dataset = file.create_dataset(variable.name, data=voltage)
+        _label(file, dataset, variable, variable.dimensions[1:])
 
 
 def _write_signal(
     file: h5py.File, variable: Variable, results: Results, experiment: ExperimentConfig
 ) -> None:
     shape = (results.n_run, file[TIME].shape[0])
-    options = compression(experiment.store, np.empty((0, shape[1])))
-    dataset = file.create_dataset(variable.name, shape, experiment.store.dtype, **options)
-    for window in _windows(results):
-        dataset[window] = _rows(variable, results, window, shape[1])
+    still = None
+    if variable.is_mostly_still:
+        first = results.signal(variable.name, 0)
+        still = first[0] if first.size else np.nan
+    dataset = create_signal(file, variable.name, shape, experiment.store, still)
+    row = 0
+    for block in results.blocks(variable.name, dataset):
+        row += write_block(dataset, row, block)
     _label(file, dataset, variable, variable.dimensions)
-
-
-def _write_still_signal(
-    file: h5py.File, variable: Variable, results: Results, experiment: ExperimentConfig
-) -> None:
-    shape = (results.n_run, file[TIME].shape[0])
-    value = _rows(variable, results, slice(0, 1), shape[1])[0, 0]
-    dataset = create_still_signal(file, variable.name, shape, experiment.store, value)
-    for window in _windows(results):
-        write_moving_rows(dataset, window.start, _rows(variable, results, window, shape[1]))
-    _label(file, dataset, variable, variable.dimensions)
-
-
-def _windows(results: Results) -> Iterator[slice]:
-    for first in range(0, results.n_run, _WINDOW):
-        yield slice(first, min(first + _WINDOW, results.n_run))
-
-
-def _rows(variable: Variable, results: Results, window: slice, n_time: int) -> NDArray[np.float64]:
-    """Rows of a signal; NaN where none of the window's runs has a result."""
-    rows = results.signal(variable.name, window)
-    return rows if rows.shape[1] == n_time else np.full((window.stop - window.start, n_time), np.nan)
 
 
 def _label(file: h5py.File, dataset: h5py.Dataset, variable: Variable, dimensions: tuple[str, ...]) -> None:

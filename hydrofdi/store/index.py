@@ -7,21 +7,19 @@ time of change differs from what the index remembers.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from hydrofdi.errors import StoreError
 from hydrofdi.store.files import write_whole_text
-from hydrofdi.store.shard import SHARDS, ShardContent, read_content
+from hydrofdi.store.shard import SHARDS, read_content
 
 _FILE = "index.json"
 _FORMAT = 1
 
 
-@dataclass(frozen=True)
-class StoredRun:
-    """Where the results of a run lie, and what they are."""
+class StoredRun(NamedTuple):
+    """Where the results of a run lie, and what they are. A tuple, for there are very many."""
 
     shard: Path
     row: int
@@ -62,8 +60,8 @@ class ShardIndex:
         self.physics_versions.add(entry["physics_version"])
         for row, (run_id, status) in enumerate(zip(entry["run_ids"], entry["statuses"], strict=True)):
             stored = StoredRun(shard, row, status, signals, dtype)
-            known = self.runs.get(run_id)
-            if known is None or _richness(known) < _richness(stored):
+            known = self.runs.setdefault(run_id, stored)
+            if known is not stored and _richness(known) < _richness(stored):
                 self.runs[run_id] = stored
 
     def save(self) -> None:
@@ -105,15 +103,11 @@ def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = f
             entries[path.name] = known
             continue
         try:
-            entries[path.name] = _entry(read_content(path, check=path.name not in fresh)) | mark
+            entries[path.name] = vars(read_content(path, check=path.name not in fresh)) | mark
         except StoreError as error:
             damaged[path] = str(error)
     lost = {run_id for name in remembered.keys() - entries.keys() for run_id in remembered[name]["run_ids"]}
     return ShardIndex(directory, entries, damaged, lost)
-
-
-def _entry(content: ShardContent) -> dict[str, Any]:
-    return asdict(content)
 
 
 def _remembered(path: Path) -> dict[str, Any]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.store.failures import Failure
+from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.index import StoredRun
-from hydrofdi.store.names import COMPUTED, MESSAGE, RUN_ID, STATUS, TIME, Variable
-from hydrofdi.store.shard import Columns, read_variable
-from hydrofdi.store.variables import absent_values, holds_variable
+from hydrofdi.store.names import MESSAGE, RUN_ID, STATUS, TIME, Variable
+from hydrofdi.store.shard import Columns, read_variables
+from hydrofdi.store.signals import Block, lacking_blocks, read_blocks
 
 MISSING = "missing"
 """Status of a run that has not been computed."""
@@ -27,12 +30,16 @@ class Results(Protocol):
         """Number of runs."""
         ...
 
-    def column(self, variable: Variable) -> NDArray[Any]:
-        """A variable that is no signal, one row per run."""
+    def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
+        """Variables that are no signals, by name, one row per run."""
         ...
 
-    def signal(self, name: str, window: slice) -> NDArray[Any]:
-        """Rows of a signal, shape (n_run in the window, n_time)."""
+    def signal(self, name: str, position: int) -> NDArray[Any]:
+        """A signal of one run, shape (n_time,); empty where it is not stored."""
+        ...
+
+    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
+        """All rows of a signal in their order, to be written to a target one by one."""
         ...
 
     def time(self) -> NDArray[np.float64] | None:
@@ -57,17 +64,29 @@ class HeldResults:
         """Number of runs."""
         return len(self._columns[RUN_ID])
 
-    def column(self, variable: Variable) -> NDArray[Any]:
-        """A variable that is no signal, one row per run."""
-        return self._columns[variable.name]
+    def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
+        """Variables that are no signals, by name, one row per run."""
+        return {variable.name: self._columns[variable.name] for variable in variables}
 
-    def signal(self, name: str, window: slice) -> NDArray[Any]:
-        """Rows of a signal."""
-        return self._columns[name][window]
+    def signal(self, name: str, position: int) -> NDArray[Any]:
+        """A signal of one run."""
+        return np.asarray(self._columns[name][position])
+
+    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
+        """All rows of a signal at once."""
+        yield self._columns[name]
 
     def time(self) -> NDArray[np.float64] | None:
         """Sampling instants [s]."""
         return self._columns[TIME]
+
+
+class _Stretch(NamedTuple):
+    """Runs that follow each other both in the experiment and in a shard, or that lack a result."""
+
+    shard: Path | None
+    row: int
+    n_run: int
 
 
 class ShardResults:
@@ -89,94 +108,106 @@ class ShardResults:
         self._run_ids = run_ids
         self._failures = failures
         self._located = [stored.get(run_id) for run_id in run_ids]
-        self._any_shard = next((run.shard for run in self._located if run is not None), None)
 
     @property
     def n_run(self) -> int:
         """Number of runs."""
         return len(self._run_ids)
 
-    def column(self, variable: Variable) -> NDArray[Any]:
-        """A variable that is no signal; NaN, or the reason, where a run has no result."""
-        if variable.name == RUN_ID:
-            return np.array(self._run_ids, dtype=object)
-        if variable.name == STATUS:
-            return np.array([self._reason(position)[0] for position in range(self.n_run)], dtype=object)
-        column = self._gathered(variable.name, slice(0, self.n_run))
-        if variable.name == MESSAGE:
-            for position in range(self.n_run):
-                if self._located[position] is None:
-                    column[position] = self._reason(position)[1]
-        return column
+    def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
+        """Variables that are no signals; NaN, or the reason, where a run has no result."""
+        known = {
+            RUN_ID: np.array(self._run_ids, dtype=object),
+            STATUS: np.array(self.statuses(), dtype=object),
+        }
+        columns = known | self._gathered([variable for variable in variables if variable.name not in known])
+        for position, located in enumerate(self._located):
+            if located is None and MESSAGE in columns:
+                columns[MESSAGE][position] = self._reason(position)[1]
+        return {variable.name: columns[variable.name] for variable in variables}
 
-    def signal(self, name: str, window: slice) -> NDArray[Any]:
-        """Rows of a signal; NaN where a run has no result."""
-        return self._gathered(name, window)
+    def statuses(self) -> list[str]:
+        """How the runs ended, or why they have no result."""
+        return [
+            self._reason(position)[0] if located is None else located.status
+            for position, located in enumerate(self._located)
+        ]
+
+    def signal(self, name: str, position: int) -> NDArray[Any]:
+        """A signal of one run; empty where it is not stored."""
+        located = self._located[position]
+        if located is None:
+            return np.empty(0)
+        with open_for_reading(located.shard) as file:
+            return np.asarray(file[name][located.row]) if name in file else np.empty(0)
+
+    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
+        """All rows of a signal in their order; NaN where it is not stored."""
+        for shard, row, n_run in self._stretches:
+            if shard is None:
+                yield from lacking_blocks(n_run, target)
+                continue
+            with open_for_reading(shard) as file:
+                yield from (
+                    read_blocks(file[name], row, n_run, target)
+                    if name in file
+                    else lacking_blocks(n_run, target)
+                )
 
     def time(self) -> NDArray[np.float64] | None:
         """Sampling instants [s]; None where no run is stored with signals."""
         shard = next((run.shard for run in self._located if run is not None and run.signals != "none"), None)
-        return None if shard is None else _whole_variable(shard, TIME)
+        if shard is None:
+            return None
+        with open_for_reading(shard) as file:
+            return np.asarray(file[TIME][:])
+
+    @cached_property
+    def _stretches(self) -> list[_Stretch]:
+        stretches: list[_Stretch] = []
+        for located in self._located:
+            shard, row = (None, 0) if located is None else (located.shard, located.row)
+            last = stretches[-1] if stretches else None
+            if last and last.shard == shard and (shard is None or row == last.row + last.n_run):
+                stretches[-1] = last._replace(n_run=last.n_run + 1)
+            else:
+                stretches.append(_Stretch(shard, row, 1))
+        return stretches
 
     def _reason(self, position: int) -> tuple[str, str]:
-        located = self._located[position]
-        if located is not None:
-            return located.status, ""
+        """Status and message of a run without a result."""
         failure = self._failures.get(self._run_ids[position])
         return (failure.status, failure.message) if failure else (MISSING, "not computed yet")
 
-    def _gathered(self, name: str, window: slice) -> NDArray[Any]:
-        by_shard: dict[Path, list[int]] = {}
-        for position in range(window.start, window.stop):
-            located = self._located[position]
+    def _gathered(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
+        """Variables out of the shards, each of which is opened once."""
+        positions_in: dict[Path, list[int]] = {}
+        rows_in: dict[Path, list[int]] = {}
+        for position, located in enumerate(self._located):
             if located is not None:
-                by_shard.setdefault(located.shard, []).append(position)
-        column: NDArray[Any] = np.full((window.stop - window.start, 0), np.nan)
-        for shard, positions in by_shard.items():
-            rows = np.array([self._row(position) for position in positions])
-            values = read_variable(shard, name, rows)
-            column = _room_for(values, column)
-            inside = tuple(slice(size) for size in values.shape[1:])
-            column[(np.array(positions) - window.start, *inside)] = values
-        return column if by_shard else self._empty(name, window.stop - window.start)
-
-    def _row(self, position: int) -> int:
-        located = self._located[position]
-        assert located is not None
-        return located.row
-
-    def _empty(self, name: str, n_run: int) -> NDArray[Any]:
-        """Rows of a variable of which no run of a window has any."""
-        if name == MESSAGE:
-            return np.full(n_run, "", dtype=object)
-        if self._any_shard is None:
-            two_dimensional = any(
-                variable.name == name and len(variable.dimensions) > 1 for variable in COMPUTED
-            )
-            return np.full((n_run, 0) if two_dimensional else n_run, np.nan)
-        like = _whole_variable(self._any_shard, name)
-        return np.full((n_run, *like.shape[1:]), np.nan, dtype=like.dtype)
+                positions_in.setdefault(located.shard, []).append(position)
+                rows_in.setdefault(located.shard, []).append(located.row)
+        names = [variable.name for variable in variables]
+        pieces = [
+            (np.array(positions), read_variables(shard, names, np.array(rows_in[shard])))
+            for shard, positions in positions_in.items()
+        ]
+        return {
+            variable.name: _joined(variable, [(where, of[variable.name]) for where, of in pieces], self.n_run)
+            for variable in variables
+        }
 
 
-def _whole_variable(shard: Path, name: str) -> NDArray[Any]:
-    from hydrofdi.store.files import open_for_reading
-
-    with open_for_reading(shard) as file:
-        if not holds_variable(file, name):
-            return absent_values(file, name)
-        return np.asarray(file[name][:])
-
-
-def _room_for(values: NDArray[Any], column: NDArray[Any]) -> NDArray[Any]:
-    """A column that values fit into, with what it held."""
-    n_run = column.shape[0]
-    if values.dtype == object:
-        return column if column.dtype == object else np.full(n_run, "", dtype=object)
-    if values.ndim != column.ndim:
-        return np.full((n_run, *values.shape[1:]), np.nan)
-    shape = tuple(map(max, column.shape[1:], values.shape[1:]))
-    if shape == column.shape[1:]:
-        return column
-    wider = np.full((n_run, *shape), np.nan, dtype=values.dtype)
-    wider[(slice(None), *(slice(size) for size in column.shape[1:]))] = column
-    return wider
+def _joined(
+    variable: Variable, pieces: Sequence[tuple[NDArray[np.int64], NDArray[Any]]], n_run: int
+) -> NDArray[Any]:
+    """One array from the rows of some runs, as large as the largest; NaN, or no text, for the others."""
+    n_axis = len(variable.dimensions) - 1
+    sizes = [max((values.shape[1 + axis] for _, values in pieces), default=0) for axis in range(n_axis)]
+    joined = np.full(
+        (n_run, *sizes), "" if variable.is_text else np.nan, object if variable.is_text else float
+    )
+    for positions, values in pieces:
+        inside = tuple(slice(size) for size in values.shape[1:])
+        joined[(positions, *inside)] = values
+    return joined

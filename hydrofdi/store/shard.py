@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
 from hydrofdi.store.names import FORMAT_VERSION, PHASE_DETAIL_RMS, RUN_ID, STATUS, TIME, stored_variables
+from hydrofdi.store.signals import create_signal, write_block
 from hydrofdi.store.variables import absent_values, holds_variable
 
 Columns = Mapping[str, NDArray[Any]]
@@ -108,42 +109,13 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
             if variable.is_text:
                 texts = [str(text) for text in values]
                 file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())
-            elif variable.is_mostly_still:
-                dataset = create_still_signal(file, variable.name, values.shape, store, values[0, 0])
-                write_moving_rows(dataset, 0, values)
             elif variable.is_signal:
-                file.create_dataset(
-                    variable.name, data=values.astype(store.dtype, copy=False), **compression(store, values)
-                )
+                still = values[0, 0] if variable.is_mostly_still else None
+                write_block(create_signal(file, variable.name, values.shape, store, still), 0, values)
             else:
                 file.create_dataset(variable.name, data=values)
         if store.signals != "none":
             file.create_dataset(TIME, data=columns[TIME])
-
-
-def compression(store: StoreConfig, signal: NDArray[Any]) -> dict[str, Any]:
-    """Options of h5py for a signal of shape (n_run, n_time); a compressed chunk is one run."""
-    if store.compression == "none":
-        return {}
-    options = {"compression": store.compression, "shuffle": True, "chunks": (1, signal.shape[1])}
-    return options | ({"compression_opts": 4} if store.compression == "gzip" else {})
-
-
-def create_still_signal(
-    file: h5py.File, name: str, shape: tuple[int, ...], store: StoreConfig, value: float
-) -> h5py.Dataset:
-    """A signal of shape (n_run, n_time) that holds one value, and takes no space, until rows are written."""
-    options = {"chunks": (1, shape[1])} | compression(store, np.empty((0, shape[1])))
-    return file.create_dataset(name, shape, store.dtype, fillvalue=value, **options)
-
-
-def write_moving_rows(dataset: h5py.Dataset, first: int, rows: NDArray[Any]) -> None:
-    """Write those rows, the first of them at `first`, that are not what the data set holds without."""
-    still = dataset.fillvalue
-    kept = rows.astype(dataset.dtype, copy=False)
-    same = np.isnan(kept) if np.isnan(still) else kept == still
-    for row in np.flatnonzero(~same.all(axis=1)):
-        dataset[first + row] = kept[row]
 
 
 def content_digest(path: Path) -> str:
@@ -174,16 +146,20 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
         )
 
 
-def read_variable(path: Path, name: str, rows: NDArray[np.int64]) -> NDArray[Any]:
-    """Rows of a variable of a shard; NaN where it was added after the shard was written."""
+def read_variables(path: Path, names: Collection[str], rows: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+    """Rows of variables of a shard; NaN where one was added after the shard was written."""
     with open_for_reading(path) as file:
-        if not holds_variable(file, name):
-            return absent_values(file, name)[rows]
-        dataset = file[name]
-        if h5py.check_string_dtype(dataset.dtype):
-            return np.asarray(dataset.asstr()[:])[rows]
-        first, last = int(rows.min()), int(rows.max())
-        return np.asarray(dataset[first : last + 1])[rows - first]
+        return {name: _read_rows(file, name, rows) for name in names}
+
+
+def _read_rows(file: h5py.File, name: str, rows: NDArray[np.int64]) -> NDArray[Any]:
+    if not holds_variable(file, name):
+        return absent_values(file, name)[rows]
+    dataset = file[name]
+    if h5py.check_string_dtype(dataset.dtype):
+        return np.asarray(dataset.asstr()[:])[rows]
+    first, last = int(rows.min()), int(rows.max())
+    return np.asarray(dataset[first : last + 1])[rows - first]
 
 
 def lacks_variable(path: Path, name: str) -> bool:

@@ -28,10 +28,7 @@ class ShardSignals:
     def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sampling instants [s] and a signal of one run."""
         time = self.results.time()
-        try:
-            values = self.results.signal(name, slice(position, position + 1))[0]
-        except KeyError:
-            values = np.empty(0)
+        values = self.results.signal(name, position)
         if time is None or values.size == 0:
             raise StoreError(f"the shards hold no {name}; set store: {{signals: all}} and sweep again")
         return time, values
@@ -81,6 +78,6 @@ def join_results(data: ExperimentData, results: ShardResults) -> ExperimentData:
 
 def _computed(experiment: ExperimentConfig, results: ShardResults) -> dict[str, NDArray[Any]]:
     kept = stored_variables("none", phases=experiment.measures_phases)
-    columns = {variable.name: results.column(variable) for variable in kept}
+    columns = results.columns(kept)
     fill_empty_features(columns, results.n_run, experiment.wavelet.levels)
     return columns

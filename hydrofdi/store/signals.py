@@ -1,0 +1,114 @@
+"""Signals in HDF5 files: how their rows are laid out, and how they get from one file into another."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.store import StoreConfig
+
+_BLOCK_BYTES = 1_000_000
+"""About so much is held in memory at a time, so that it stays in the processor's cache."""
+
+
+class Chunk(NamedTuple):
+    """One row of a signal as it lies in a file, compressed or not."""
+
+    filter_mask: int
+    content: bytes
+
+
+Block = NDArray[Any] | Chunk
+"""Rows of a signal on their way: an array of shape (n_row, n_time), or one row."""
+
+
+def create_signal(
+    file: h5py.File, name: str, shape: tuple[int, int], store: StoreConfig, still: float | None = None
+) -> h5py.Dataset:
+    """A signal of shape (n_run, n_time), in chunks of one run where it is compressed.
+
+    With a value that it mostly stands still at, it holds that and takes no space until rows are written.
+    """
+    options: dict[str, Any] = {}
+    if still is not None:
+        options = {"chunks": (1, shape[1]), "fillvalue": still}
+    if store.compression != "none":
+        options |= {"chunks": (1, shape[1]), "compression": store.compression, "shuffle": True}
+    if store.compression == "gzip":
+        options["compression_opts"] = 4
+    return file.create_dataset(name, shape, store.dtype, **options)
+
+
+def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset) -> Iterator[Block]:
+    """Rows of a signal in the form that suits a target; each has to be written before the next one is read.
+
+    Rows in chunks like those of the target stay packed. The others are dropped from the system's page cache
+    once they are read: its pages then serve the target.
+    """
+    if _laid_out_alike(source, target):
+        for k in range(row, row + n_row):
+            yield _read_chunk(source, k)
+        return
+    n_time = source.shape[1]
+    buffer = np.empty((_rows_per_block(n_time), n_time), target.dtype)
+    for first in range(row, row + n_row, len(buffer)):
+        block = buffer[: min(len(buffer), row + n_row - first)]
+        source.read_direct(block, np.s_[first : first + len(block)])
+        yield block
+    _drop_from_page_cache(source, row, n_row)
+
+
+def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
+    """NaN for rows of a signal that nobody has."""
+    n_time = target.shape[1]
+    block = np.full((_rows_per_block(n_time), n_time), np.nan, target.dtype)
+    for first in range(0, n_row, len(block)):
+        yield block[: n_row - first]
+
+
+def write_block(target: h5py.Dataset, row: int, block: Block) -> int:
+    """Write rows from a row on; returns how many. Rows that stand at the signal's own value are left out."""
+    if isinstance(block, Chunk):
+        if block.content:
+            target.id.write_direct_chunk((row, 0), block.content, block.filter_mask)
+        return 1
+    rows = block.astype(target.dtype, copy=False)
+    if target.id.get_create_plist().fill_value_defined() != h5py.h5d.FILL_VALUE_USER_DEFINED:
+        target[row : row + len(rows)] = rows
+        return len(rows)
+    stands = np.isnan(rows) if np.isnan(target.fillvalue) else rows == target.fillvalue
+    for moving in np.flatnonzero(~stands.all(axis=1)):
+        target[row + moving] = rows[moving]
+    return len(rows)
+
+
+def _rows_per_block(n_time: int) -> int:
+    return max(1, _BLOCK_BYTES // (8 * n_time))
+
+
+def _laid_out_alike(source: h5py.Dataset, target: h5py.Dataset) -> bool:
+    layouts = [
+        (data.chunks, data.dtype, data.compression, data.compression_opts) for data in (source, target)
+    ]
+    same_fill = np.array_equal(source.fillvalue, target.fillvalue, equal_nan=True)
+    return target.chunks is not None and layouts[0] == layouts[1] and same_fill
+
+
+def _read_chunk(source: h5py.Dataset, row: int) -> Chunk:
+    """A row as it lies in the file; empty where it stands still."""
+    if source.id.get_chunk_info_by_coord((row, 0)).byte_offset is None:
+        return Chunk(0, b"")
+    return Chunk(*source.id.read_direct_chunk((row, 0)))
+
+
+def _drop_from_page_cache(source: h5py.Dataset, row: int, n_row: int) -> None:
+    offset = source.id.get_offset()
+    if offset is not None and hasattr(os, "posix_fadvise"):
+        size = source.dtype.itemsize * source.shape[1]
+        handle = source.file.id.get_vfd_handle()
+        os.posix_fadvise(handle, offset + row * size, n_row * size, os.POSIX_FADV_DONTNEED)

@@ -202,12 +202,11 @@ def _joined(
     variable: Variable, pieces: Sequence[tuple[NDArray[np.int64], NDArray[Any]]], n_run: int
 ) -> NDArray[Any]:
     """One array from the rows of some runs, as large as the largest; NaN, or no text, for the others."""
-    n_axis = len(variable.dimensions) - 1
-    sizes = [max((values.shape[1 + axis] for _, values in pieces), default=0) for axis in range(n_axis)]
-    joined = np.full(
-        (n_run, *sizes), "" if variable.is_text else np.nan, object if variable.is_text else float
-    )
+    axes = range(1, len(variable.dimensions))
+    sizes = [max((values.shape[axis] for _, values in pieces), default=0) for axis in axes]
+    blank, kind = ("", object) if variable.is_text else (np.nan, float)
+    joined = np.full((n_run, *sizes), blank, kind)
     for positions, values in pieces:
-        inside = tuple(slice(size) for size in values.shape[1:])
-        joined[(positions, *inside)] = values
+        inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
+        joined[tuple(inside)] = values
     return joined

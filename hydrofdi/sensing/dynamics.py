@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.physics.settled import settled
 from hydrofdi.simulation.compilation import strictly_compiled
 
 
@@ -120,6 +121,6 @@ def advance_lag(signals: NDArray[np.float64], lag: NDArray[np.float64], state: N
             value, error, rate = signals[i, k], state[1, k], state[2, k]
             change = value - state[0, k]
             state[0, k] = value
-            state[1, k] = lag[0, k] * error + lag[1, k] * rate + lag[4, k] * change
-            state[2, k] = lag[2, k] * error + lag[3, k] * rate + lag[5, k] * change
+            state[1, k] = settled(lag[0, k] * error + lag[1, k] * rate + lag[4, k] * change)
+            state[2, k] = settled(lag[2, k] * error + lag[3, k] * rate + lag[5, k] * change)
             signals[i, k] = value + state[1, k]

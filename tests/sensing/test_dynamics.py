@@ -95,6 +95,12 @@ def test_a_very_slow_lag_is_exact_after_many_steps() -> None:
     np.testing.assert_allclose(shown(ramp, first_order_lag(1e-4 * omega)), lagging, atol=1e-7)
 
 
+def test_an_error_decays_to_zero_and_not_to_subnormal_numbers() -> None:
+    fallen = np.concatenate([np.ones(1), np.zeros(99_999)])
+    assert shown(fallen, first_order_lag(0.01))[-1] == 0.0
+    assert shown(fallen, second_order_lag(0.01, 0.7))[-1] == 0.0
+
+
 LANES: Sequence[tuple[Lag, ...]] = [
     (),
     (first_order_lag(0.05),),

@@ -11,6 +11,7 @@ from hydrofdi.report.controls import BestLevel, SealedAlarm, best_levels, sealed
 from hydrofdi.report.deviations import Deviation, compare_reference
 from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.modes import ModeGrid, arrange_modes
+from hydrofdi.report.phases import Standing, standings
 from hydrofdi.report.readings import ReadingsStudy, study_readings
 from hydrofdi.report.table import SensitivityTable, summarize_table
 from hydrofdi.store import ExperimentData, names
@@ -26,6 +27,8 @@ class Analysis:
     verdicts: tuple[Verdict, ...]
     sealed_alarms: tuple[SealedAlarm, ...]
     best_levels: tuple[BestLevel, ...]
+    standings: tuple[Standing, ...]
+    """How claims and controls stand over the start phases, as configured and settled."""
     deviations: tuple[Deviation, ...]
     external: ExternalStudy | None
     """What external leakage does to the approximation, where the experiment varies it."""
@@ -49,13 +52,15 @@ def analyze(data: ExperimentData) -> Analysis:
     table, grid = summarize_table(data), arrange_modes(data)
     study = study_readings(grid, data) if data.experiment.has_readings and not grid.lack else None
     feasible = None if study is None else np.flatnonzero(study.feasible).tolist()
+    alarms, levels = sealed_alarms(table), best_levels(table)
     return Analysis(
         data=data,
         table=table,
         grid=grid,
         verdicts=judge_claims(grid, data, feasible),
-        sealed_alarms=sealed_alarms(table),
-        best_levels=best_levels(table),
+        sealed_alarms=alarms,
+        best_levels=levels,
+        standings=standings(grid, data, alarms, levels, feasible),
         deviations=compare_reference(table, data),
         external=study_external(table),
         readings=study,

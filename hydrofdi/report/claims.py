@@ -1,7 +1,8 @@
 """The sentences of the paper as checks, and whether an experiment reproduces them.
 
-A check is a number of percentage points, its *margin*: how far the δ that it looks at could move before it
-turns. It holds where the margin is above zero. q1 < q2 < q3 are the leakages, β0 is the normal EBM.
+A check is a number of percentage points, its *margin*: how far a single δ that it looks at could move before
+it turns. It holds where the margin is above zero. Where the margin is a difference of two δ, both may move at
+once, and half of it is enough: that is its *allowance*. q1 < q2 < q3 are the leakages, β0 is the normal EBM.
 """
 
 from __future__ import annotations
@@ -24,10 +25,37 @@ D2, D3 = 1, 2
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a claim: the modes that it looks at, and its margin in every reading."""
+    """One check of a claim.
+
+    Attributes
+    ----------
+    modes : tuple of Mode
+        What it looks at.
+    size : ndarray, shape (n_reading,), or None
+        How far a δ is on the right side of zero [percentage points].
+    lead : ndarray, shape (n_reading,), or None
+        How far one δ is on the right side of another [percentage points].
+    """
 
     modes: tuple[Mode, ...]
-    margin: Margin
+    size: Margin | None = None
+    lead: Margin | None = None
+
+    @property
+    def margin(self) -> Margin:
+        """How far a single δ may move before the check turns."""
+        return _least(self.size, self.lead)
+
+    @property
+    def allowance(self) -> Margin:
+        """How far every δ may move at once before the check turns."""
+        return _least(self.size, None if self.lead is None else 0.5 * self.lead)
+
+
+def _least(first: Margin | None, second: Margin | None) -> Margin:
+    known = [margin for margin in (first, second) if margin is not None]
+    least: Margin = np.minimum.reduce(known)
+    return least
 
 
 @dataclass(frozen=True)
@@ -54,12 +82,13 @@ class Claim:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """A check of one reading: the modes and runs behind it, and its margin (NaN: not to be decided)."""
+    """A check of one reading: the modes and runs behind it, margin and allowance (NaN: not to be decided)."""
 
     reading: int
     modes: tuple[Mode, ...]
     run_ids: tuple[str, ...]
     margin: float
+    allowance: float
 
     @property
     def holds(self) -> bool | None:
@@ -88,17 +117,22 @@ class Verdict:
         known = [check.margin for check in self.checks if check.holds is not None]
         return min(known, default=float("nan"))
 
+    @property
+    def allowance(self) -> float:
+        """The least allowance of the checks that are decided; NaN where there is none."""
+        known = [check.allowance for check in self.checks if check.holds is not None]
+        return min(known, default=float("nan"))
 
-def _lead(delta: NDArray[np.float64], level: int) -> Margin:
-    """How far one level is above zero and above all other levels; `delta` has shape (..., n_level)."""
+
+def _leads(mode: Mode, delta: NDArray[np.float64], level: int) -> Check:
+    """One level above zero and above all others; `delta` has shape (n_reading, n_level)."""
     others = np.delete(delta, level, axis=-1)
-    lead: Margin = np.minimum(delta[..., level], delta[..., level] - others.max(axis=-1))
-    return lead
+    return Check((mode,), size=delta[:, level], lead=delta[:, level] - others.max(axis=-1))
 
 
 def _d2_is_most_sensitive(grid: ModeGrid) -> list[Check]:
     modes = grid.modes(bulk_modulus=grid.normal)
-    return [Check((mode,), _lead(grid.leaky[:, mode[0], mode[1]], D2)) for mode in modes]
+    return [_leads(mode, grid.leaky[:, mode[0], mode[1]], D2) for mode in modes]
 
 
 def _d2_grows_with_leakage(grid: ModeGrid) -> list[Check]:
@@ -106,7 +140,7 @@ def _d2_grows_with_leakage(grid: ModeGrid) -> list[Check]:
     if len(modes) < 2:
         return []
     delta = grid.leaky[:, [q for q, _ in modes], grid.normal, D2]
-    return [Check(tuple(modes), np.diff(delta, axis=1).min(axis=1))]
+    return [Check(tuple(modes), lead=np.diff(delta, axis=1).min(axis=1))]
 
 
 def _d2_falls_with_bulk_modulus(grid: ModeGrid) -> list[Check]:
@@ -115,20 +149,20 @@ def _d2_falls_with_bulk_modulus(grid: ModeGrid) -> list[Check]:
         modes = grid.modes(leakage=leakage)
         if len(modes) > 1:
             delta = grid.leaky[:, leakage, [b for _, b in modes], D2]
-            checks.append(Check(tuple(modes), -np.diff(delta, axis=1).max(axis=1)))
+            checks.append(Check(tuple(modes), lead=-np.diff(delta, axis=1).max(axis=1)))
     return checks
 
 
 def _d3_leads_above_normal(grid: ModeGrid) -> list[Check]:
     modes = [mode for mode in grid.modes() if mode[1] > grid.normal]
-    return [Check((mode,), _lead(grid.leaky[:, mode[0], mode[1]], D3)) for mode in modes]
+    return [_leads(mode, grid.leaky[:, mode[0], mode[1]], D3) for mode in modes]
 
 
 def _d3_alone_is_positive(grid: ModeGrid) -> list[Check]:
     modes = [mode for mode in grid.modes(leakage=0) if mode[1] > grid.normal] if grid.leakage_flows else []
     deltas = [grid.leaky[:, q, b] for q, b in modes]
-    margins = [np.minimum(d[:, D3], -np.delete(d, D3, axis=-1).max(axis=-1)) for d in deltas]
-    return [Check((mode,), margin) for mode, margin in zip(modes, margins, strict=True)]
+    sizes = [np.minimum(d[:, D3], -np.delete(d, D3, axis=-1).max(axis=-1)) for d in deltas]
+    return [Check((mode,), size=size) for mode, size in zip(modes, sizes, strict=True)]
 
 
 def _no_level_is_always_largest(grid: ModeGrid) -> list[Check]:
@@ -140,7 +174,7 @@ def _no_level_is_always_largest(grid: ModeGrid) -> list[Check]:
         (np.delete(size, level, axis=-1).max(axis=-1) - size[..., level]).max(axis=1)
         for level in range(grid.n_level)
     ]
-    return [Check(tuple(modes), np.min(shortfalls, axis=0))]
+    return [Check(tuple(modes), lead=np.min(shortfalls, axis=0))]
 
 
 CLAIMS = (
@@ -217,7 +251,13 @@ def _results(
     claim: Claim, grid: ModeGrid, data: ExperimentData, readings: Sequence[int]
 ) -> tuple[CheckResult, ...]:
     return tuple(
-        CheckResult(r, check.modes, _run_ids(grid, data, r, check.modes), float(check.margin[r]))
+        CheckResult(
+            r,
+            check.modes,
+            _run_ids(grid, data, r, check.modes),
+            float(check.margin[r]),
+            float(check.allowance[r]),
+        )
         for check in _checks(claim, grid)
         for r in readings
     )

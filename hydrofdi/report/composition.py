@@ -12,8 +12,9 @@ from hydrofdi.report.sections.holes import holes_block, remarks_block
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.readings import readings_block, readings_controls_block
 from hydrofdi.report.sections.reference import reference_block
-from hydrofdi.report.sections.sensitivity import sensitivity_block
+from hydrofdi.report.sections.sensitivity import sensitivity_block, settled_block
 from hydrofdi.report.sections.small_leakage import small_leakage_block
+from hydrofdi.report.sections.standing import standing_block
 from hydrofdi.report.sections.verdicts import guarded_block, verdicts_block
 
 _LEAD = (
@@ -33,7 +34,9 @@ def compose_report(analysis: Analysis) -> Document:
         doubts_block(analysis),
         external_block(analysis),
         sensitivity_block(analysis),
+        settled_block(analysis),
         small_leakage_block(analysis),
+        standing_block(analysis) if analysis.has_baseline else None,
         verdicts_block(analysis),
         controls_block(analysis) if analysis.has_baseline else None,
         reference_block(analysis),

@@ -20,6 +20,8 @@ class SealedAlarm:
 
     Attributes
     ----------
+    position : int
+        Row of the run in the experiment.
     labels : dict
         Further varied parameters → their values in SI.
     bulk_modulus : float
@@ -30,6 +32,7 @@ class SealedAlarm:
         Whether δd3 is positive and the largest; None where the run is missing or failed.
     """
 
+    position: int
     labels: dict[str, Any]
     bulk_modulus: float
     delta_fixed: Levels
@@ -42,6 +45,8 @@ class BestLevel:
 
     Attributes
     ----------
+    position : int
+        Row of the run in the experiment.
     labels : dict
         Further varied parameters → their values in SI.
     leakage_flow, bulk_modulus : float
@@ -54,6 +59,7 @@ class BestLevel:
         Whether the run is missing or failed.
     """
 
+    position: int
     labels: dict[str, Any]
     leakage_flow: float
     bulk_modulus: float
@@ -77,7 +83,7 @@ def sealed_alarms(table: SensitivityTable) -> tuple[SealedAlarm, ...]:
 def _sealed_alarm(row: TableRow, labels: dict[str, Any]) -> SealedAlarm:
     is_open = any(math.isnan(number) for number in row.delta_fixed)
     alarm = None if is_open else largest_positive(row.delta_fixed) == D3
-    return SealedAlarm(labels, row.bulk_modulus, row.delta_fixed, alarm)
+    return SealedAlarm(row.position, labels, row.bulk_modulus, row.delta_fixed, alarm)
 
 
 def best_levels(table: SensitivityTable) -> tuple[BestLevel, ...]:
@@ -89,7 +95,7 @@ def _best_level(row: TableRow, labels: dict[str, Any]) -> BestLevel:
     level = largest_positive(row.delta_matched)
     value = math.nan if level is None else row.delta_matched[level]
     is_open = any(math.isnan(number) for number in row.delta_matched)
-    return BestLevel(labels, row.leakage_flow, row.bulk_modulus, level, value, is_open)
+    return BestLevel(row.position, labels, row.leakage_flow, row.bulk_modulus, level, value, is_open)
 
 
 def _controlled(table: SensitivityTable) -> list[tuple[TableRow, dict[str, Any]]]:

@@ -118,8 +118,8 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
         bulk_moduli=axes.bulk_moduli,
         normal=normal,
         positions=positions,
-        fixed=_gathered(fixed, positions),
-        matched=_gathered(matched, positions),
+        fixed=gathered(fixed, positions),
+        matched=gathered(matched, positions),
         lack=lack,
     )
 
@@ -174,7 +174,8 @@ def _ranks(values: Sequence[Any], order: Sequence[Any]) -> NDArray[np.int64]:
     return np.array([rank[value] for value in values])
 
 
-def _gathered(changes: NDArray[np.float64], positions: NDArray[np.int64]) -> NDArray[np.float64]:
+def gathered(changes: NDArray[np.float64], positions: NDArray[np.int64]) -> NDArray[np.float64]:
+    """δ of runs, shape (n_run, n_level), at the places of a grid; NaN where a run is absent."""
     return np.where((positions == ABSENT)[..., None], np.nan, changes[positions])
 
 

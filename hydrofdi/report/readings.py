@@ -1,4 +1,4 @@
-"""How much a conclusion hangs on what is not known: claims and controls over the readings of an ensemble."""
+"""How a conclusion depends on what is not known: claims and controls over the readings of an ensemble."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.report.claims import CLAIMS, Margin, claim_margins
-from hydrofdi.report.controls import alarm_matrix, best_level_matrix
+from hydrofdi.report.claims import CLAIMS, Margin
+from hydrofdi.report.controls import best_level_matrix
+from hydrofdi.report.intervals import Share, clustered_share
 from hydrofdi.report.modes import ABSENT, ModeGrid
+from hydrofdi.report.reading_phases import ReadingPhases, reading_phases
 from hydrofdi.store import ExperimentData, names
 from hydrofdi.store.results import MISSING
 
@@ -58,19 +60,51 @@ class ReadingsStudy:
     grid : ModeGrid
     outcomes : tuple of str, length n_reading
         ``ok`` where all runs of a reading ended well, else the status of the first that did not.
-    margins : dict
-        Claim → margin in every reading [percentage points].
-    alarms : ndarray of bool, shape (n_reading, n_raised)
-        Whether the d3 rule alarms on the sealed actuator at each β above the normal one.
+    configured : ReadingPhases
+        Claims and sealed alarms of the records as configured.
+    settled : ReadingPhases or None
+        The same of the settled records; None where no run has settled features.
     best_levels : ndarray of int, shape (n_reading, n_mode)
         Position of the best level of each leaky mode under the matched baseline; −1 where there is none.
+    doubts : dict
+        Word of a verdict → the readings with a run that it was given to, shape (n_reading,).
+    draws : ndarray of int, shape (n_reading,)
+        The draw of the sample that a reading was made from; those of one draw depend on each other.
+    is_drawn : bool
+        Whether the ensemble draws its readings, so that shares have an interval.
     """
 
     grid: ModeGrid
     outcomes: tuple[str, ...]
-    margins: dict[str, Margin]
-    alarms: Mask
+    configured: ReadingPhases
+    settled: ReadingPhases | None
     best_levels: NDArray[np.int64]
+    doubts: dict[str, Mask]
+    draws: NDArray[np.int64]
+    is_drawn: bool
+
+    @property
+    def margins(self) -> dict[str, Margin]:
+        """Claim → margin in every reading, as configured [percentage points]."""
+        return self.configured.margins
+
+    @property
+    def alarms(self) -> Mask:
+        """Whether the d3 rule alarms on the sealed actuator at each β above the normal one, as configured."""
+        return self.configured.alarms
+
+    @property
+    def sound(self) -> Mask:
+        """Feasible readings without a doubtful run."""
+        doubtful = np.logical_or.reduce([np.zeros_like(self.feasible), *self.doubts.values()])
+        sound: Mask = self.feasible & ~doubtful
+        return sound
+
+    def share(self, outcomes: NDArray[np.bool_], members: Mask) -> Share:
+        """Share of outcomes among some readings; `outcomes` has shape (n_reading, ...)."""
+        kept = outcomes[members]
+        per_reading = kept.size // max(1, len(kept))
+        return clustered_share(kept.ravel(), np.repeat(self.draws[members], per_reading))
 
     @property
     def n_reading(self) -> int:
@@ -89,9 +123,7 @@ class ReadingsStudy:
 
     def reproducing(self, claims: tuple[str, ...]) -> Mask:
         """Feasible readings in which all of these claims hold."""
-        with np.errstate(invalid="ignore"):
-            held = [self.margins[claim] > 0.0 for claim in claims]
-        mask: Mask = np.logical_and.reduce([self.feasible, *held])
+        mask: Mask = self.feasible & self.configured.held(claims)
         return mask
 
     def decided(self, claims: tuple[str, ...]) -> Mask:
@@ -131,7 +163,38 @@ def study_readings(grid: ModeGrid, data: ExperimentData) -> ReadingsStudy:
     """
     statuses = np.asarray(data.columns[names.STATUS]).astype(str)
     outcomes = tuple(_outcome(statuses, positions) for positions in grid.positions)
-    return ReadingsStudy(grid, outcomes, claim_margins(grid), alarm_matrix(grid), best_level_matrix(grid))
+    configured, settled = reading_phases(grid, data)
+    return ReadingsStudy(
+        grid=grid,
+        outcomes=outcomes,
+        configured=configured,
+        settled=settled,
+        best_levels=best_level_matrix(grid),
+        doubts=_doubts(data, grid),
+        draws=_draws(data, grid),
+        is_drawn=data.experiment.ensemble.sample is not None,
+    )
+
+
+def _doubts(data: ExperimentData, grid: ModeGrid) -> dict[str, Mask]:
+    verdicts = np.asarray(data.columns[names.VERDICT]).astype(str)
+    doubts: dict[str, Mask] = {}
+    for word in names.DOUBTS:
+        found = np.char.find(verdicts, word) >= 0
+        in_reading = (found[grid.positions] & (grid.positions != ABSENT)).any(axis=(1, 2))
+        if in_reading.any():
+            doubts[word] = in_reading
+    return doubts
+
+
+def _draws(data: ExperimentData, grid: ModeGrid) -> NDArray[np.int64]:
+    """Readings that agree in all sampled parameters are of one draw."""
+    sample = data.experiment.ensemble.sample
+    if sample is None:
+        return np.arange(len(grid.readings))
+    places: dict[tuple[Any, ...], int] = {}
+    keys = [tuple(reading[name] for name in sample.over) for reading in grid.readings]
+    return np.array([places.setdefault(key, len(places)) for key in keys])
 
 
 def _outcome(statuses: NDArray[Any], positions: NDArray[np.int64]) -> str:

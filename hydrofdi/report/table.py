@@ -78,7 +78,11 @@ class TableRow:
     mode_frequency, mode_damping_ratio : float
         f_h [Hz] and ζ [-].
     details, approximations : LevelChanges
-        d1, d2, … and a1, a2, … of P_1.
+        d1, d2, … and a1, a2, … of P_1, as configured.
+    settled_details, settled_approximations : LevelChanges
+        The same of the settled record.
+    position : int
+        Row in the experiment.
     external : ExternalLeakage
         Leakage out of the chambers.
     mean_pressure : float
@@ -104,6 +108,9 @@ class TableRow:
     mode_damping_ratio: float
     details: LevelChanges
     approximations: LevelChanges
+    settled_details: LevelChanges
+    settled_approximations: LevelChanges
+    position: int
     external: ExternalLeakage
     mean_pressure: float
     status: str
@@ -177,6 +184,11 @@ class SensitivityTable:
         """Whether any run that ended well has a verdict other than ``ok``."""
         return any(row.doubts for row in self.rows)
 
+    @cached_property
+    def has_settled(self) -> bool:
+        """Whether any run has features of its settled record."""
+        return any(math.isfinite(row.settled_details.rms[0]) for row in self.rows)
+
     @property
     def varies_external(self) -> bool:
         """Whether the runs differ in their external leakage."""
@@ -200,6 +212,14 @@ def largest_positive(levels: Sequence[float]) -> int | None:
 def level_name(level: int | None) -> str | None:
     """``d1`` for position 0, and so on."""
     return None if level is None else f"d{level + 1}"
+
+
+_FEATURES = (
+    names.DETAIL_RMS,
+    names.APPROXIMATION_RMS,
+    names.SETTLED_DETAIL_RMS,
+    names.SETTLED_APPROXIMATION_RMS,
+)
 
 
 def summarize_table(data: ExperimentData) -> SensitivityTable:
@@ -231,15 +251,16 @@ def _changes(data: ExperimentData, name: str) -> list[LevelChanges]:
 
 
 def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> tuple[Any, Any]:
-    """δ [%] of all runs against the fixed and the matched baseline, each of shape (n_run, n_level).
+    """δ [%] of all runs against the fixed and the matched baseline, each in the shape of the variable `name`.
 
     NaN where a run failed, or where the RMS of the healthy one is rounding.
     """
     rms = data.columns[name]
-    rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE][:, None]
+    column = (-1, *[1] * (rms.ndim - 1))
+    rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE].reshape(column)
     healthy = np.where(rms < rounding, np.nan, rms)
     fixed, matched = (
-        np.where((rows == names.NO_BASELINE)[:, None], np.nan, healthy[rows])
+        np.where((rows == names.NO_BASELINE).reshape(column), np.nan, healthy[rows])
         for rows in (data.fixed_baseline, data.matched_baseline)
     )
     return percentage_change(fixed, rms), percentage_change(matched, rms)
@@ -286,7 +307,7 @@ def _rows(data: ExperimentData) -> Iterator[TableRow]:
     numbers = {name: data.columns[name].tolist() for name in (*_NUMBERS, *names.DOUBTS.values())}
     texts = {name: data.columns[name].astype(str).tolist() for name in _TEXTS}
     labels = {name: data.values(name) for name in label_names(data)}
-    details, approximations = _changes(data, names.DETAIL_RMS), _changes(data, names.APPROXIMATION_RMS)
+    features = [_changes(data, name) for name in _FEATURES]
     requests, coefficients = data.leakage_requests.tolist(), _external_coefficients(data)
     flows = list(zip(*(numbers[name] for name in names.EXTERNAL_LEAKAGE_FLOWS), strict=True))
     for k, more in enumerate(leaks_out_more(data).tolist()):
@@ -301,8 +322,11 @@ def _rows(data: ExperimentData) -> Iterator[TableRow]:
             bulk_modulus=numbers[names.BULK_MODULUS][k],
             mode_frequency=numbers[names.MODE_FREQUENCY][k],
             mode_damping_ratio=numbers[names.MODE_DAMPING_RATIO][k],
-            details=details[k],
-            approximations=approximations[k],
+            details=features[0][k],
+            approximations=features[1][k],
+            settled_details=features[2][k],
+            settled_approximations=features[3][k],
+            position=k,
             external=ExternalLeakage(coefficients[k], flows[k]),
             mean_pressure=numbers[names.MEAN_CHAMBER_1_PRESSURE][k],
             status=status,

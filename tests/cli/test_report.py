@@ -118,7 +118,12 @@ def test_every_form_shows_the_same_numbers_and_marks_the_largest_positive(
         if len(parts) == 8 and parts[0] in ("sealed", "0.12", "0.89", "2"):
             found.append(parts[3:])
     expected = []
-    for key in ("delta_fixed_percent", "delta_matched_percent"):
+    for key in (
+        "delta_fixed_percent",
+        "delta_matched_percent",
+        "settled_delta_fixed_percent",
+        "settled_delta_matched_percent",
+    ):
         for row, shown in zip(table3_rows, cells(table3_rows, key), strict=True):
             best = largest(row[key])
             if row[key][best] > 0.0:

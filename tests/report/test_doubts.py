@@ -63,7 +63,10 @@ def test_no_change_and_no_claim_is_made_of_records_that_stand_still(tmp_path):
     record = json.loads((tmp_path / "out" / "small.json").read_text())
     assert {row["verdict"] for row in record["rows"]} == {"still"}
     assert {value for row in record["rows"] for value in row["delta_fixed_percent"]} == {None}
-    assert "C1, C2, C3, C4, C5 and C6: open." in (tmp_path / "out" / "small.md").read_text()
+    assert (
+        "C1, C2, C3, C4, C5 and C6: open, at the configured phase."
+        in (tmp_path / "out" / "small.md").read_text()
+    )
 
 
 def test_a_clipped_sensor_is_marked_and_its_constant_record_gives_no_change(tmp_path):

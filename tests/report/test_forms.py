@@ -72,7 +72,8 @@ ROWS = st.builds(
     labels=st.fixed_dictionaries({"friction.viscous": FINITE, "input.shape": st.sampled_from(["a", 'b,"c'])}),
     leakage_request=FINITE, leakage_flow=NUMBER, mean_leakage_flow=NUMBER, leakage_coefficient=NUMBER,
     bulk_modulus=FINITE, mode_frequency=NUMBER, mode_damping_ratio=NUMBER, details=CHANGES,
-    approximations=CHANGES, external=st.builds(ExternalLeakage, coefficients=PAIR, flows=PAIR),
+    approximations=CHANGES, settled_details=CHANGES, settled_approximations=CHANGES, position=st.just(0),
+    external=st.builds(ExternalLeakage, coefficients=PAIR, flows=PAIR),
     mean_pressure=NUMBER, status=st.just("ok"), message=st.just(""),
     verdict=st.sampled_from(["ok", "cavitating", "cavitating, unsettled"]), doubt_numbers=st.just({}),
 )  # fmt: skip

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from typing import Any
 
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.claims import CheckResult, Verdict
+from hydrofdi.report.claims import D3, CheckResult, Verdict
 from hydrofdi.report.controls import BestLevel, SealedAlarm
 from hydrofdi.report.deviations import Deviation
 from hydrofdi.report.external import ExternalStudy
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.readings_record import readings_record
 from hydrofdi.report.modes import ModeGrid
+from hydrofdi.report.phases import PhaseCount
 from hydrofdi.report.readings import ReadingsStudy
 from hydrofdi.report.table import TableRow, largest_positive, level_name
 from hydrofdi.report.wording import mode_name
@@ -33,11 +35,20 @@ def report_record(analysis: Analysis) -> dict[str, Any]:
             "experiment": analysis.table.name,
             "rows": [_row_record(row) for row in analysis.table.rows],
             "verdicts": _verdict_counts(analysis),
-            "claims": [_verdict_record(verdict, analysis.grid) for verdict in analysis.verdicts],
+            "claims": [
+                _verdict_record(verdict, analysis.grid) | _claim_standing(analysis, verdict.claim.id)
+                for verdict in analysis.verdicts
+            ],
             "guarded_claims": list(analysis.data.experiment.claims),
             "controls": {
-                "sealed_alarms": [_alarm_record(alarm) for alarm in analysis.sealed_alarms],
-                "best_level_matched": [_best_level_record(mode) for mode in analysis.best_levels],
+                "sealed_alarms": [
+                    _alarm_record(alarm) | _alarm_standing(analysis, place)
+                    for place, alarm in enumerate(analysis.sealed_alarms)
+                ],
+                "best_level_matched": [
+                    _best_level_record(mode) | _best_level_standing(analysis, place)
+                    for place, mode in enumerate(analysis.best_levels)
+                ],
             },
             "reference": [_deviation_record(deviation) for deviation in analysis.deviations],
         }
@@ -65,6 +76,52 @@ def render_json(analysis: Analysis) -> str:
     return json.dumps(report_record(analysis), indent=2, allow_nan=False) + "\n"
 
 
+def _claim_standing(analysis: Analysis, claim: str) -> dict[str, Any]:
+    """How a claim stands over the start phases, and in the settled records."""
+    configured, *settled = analysis.standings
+    record = _phases_record(configured.claims[claim], "margin_percentage_points")
+    for standing in settled:
+        margin = standing.margins[claim]
+        record["settled"] = {
+            "reproduced": None if math.isnan(margin) else margin > 0.0,
+            "margin_percentage_points": finite(margin),
+            **_phases_record(standing.claims[claim], "margin_percentage_points"),
+        }
+    return record
+
+
+def _alarm_standing(analysis: Analysis, place: int) -> dict[str, Any]:
+    configured, *settled = analysis.standings
+    record = _phases_record(configured.alarms[place], "delta_d3_percent")
+    for standing in settled:
+        deltas = standing.alarm_deltas[place]
+        record["settled"] = {
+            "alarm": None if any(map(math.isnan, deltas)) else largest_positive(deltas) == D3,
+            "delta_fixed_percent": [finite(value) for value in deltas],
+            **_phases_record(standing.alarms[place], "delta_d3_percent"),
+        }
+    return record
+
+
+def _best_level_standing(analysis: Analysis, place: int) -> dict[str, Any]:
+    configured, *settled = analysis.standings
+    record = _phases_record(configured.best_levels[place], "delta_matched_percent")
+    for standing in settled:
+        record["settled"] = _phases_record(standing.best_levels[place], "delta_matched_percent")
+    return record
+
+
+def _phases_record(count: PhaseCount, quantity: str) -> dict[str, Any]:
+    numbers = {"least": count.least, "mean": count.mean, "largest": count.largest}
+    return {
+        "phases": {
+            "held": count.held,
+            "of": count.of,
+            quantity: {name: finite(value) for name, value in numbers.items()},
+        }
+    }
+
+
 def _row_record(row: TableRow) -> dict[str, Any]:
     return {
         "run_id": row.run_id,
@@ -84,6 +141,16 @@ def _row_record(row: TableRow) -> dict[str, Any]:
         "approximation_rms_Pa": [finite(value) for value in row.approximations.rms],
         "approximation_delta_fixed_percent": [finite(value) for value in row.approximations.fixed],
         "approximation_delta_matched_percent": [finite(value) for value in row.approximations.matched],
+        "settled_detail_rms_Pa": [finite(value) for value in row.settled_details.rms],
+        "settled_delta_fixed_percent": [finite(value) for value in row.settled_details.fixed],
+        "settled_delta_matched_percent": [finite(value) for value in row.settled_details.matched],
+        "settled_approximation_rms_Pa": [finite(value) for value in row.settled_approximations.rms],
+        "settled_approximation_delta_fixed_percent": [
+            finite(value) for value in row.settled_approximations.fixed
+        ],
+        "settled_approximation_delta_matched_percent": [
+            finite(value) for value in row.settled_approximations.matched
+        ],
         "labels": row.labels,
         "sealed": row.is_sealed,
         "status": row.status,
@@ -125,6 +192,7 @@ def _verdict_record(verdict: Verdict, grid: ModeGrid) -> dict[str, Any]:
         "rule": verdict.claim.rule,
         "reproduced": verdict.reproduced,
         "margin_percentage_points": finite(verdict.margin),
+        "each_may_move_percentage_points": finite(verdict.allowance),
         "checks": [_check_record(check, grid) for check in verdict.checks],
     }
 
@@ -135,6 +203,7 @@ def _check_record(check: CheckResult, grid: ModeGrid) -> dict[str, Any]:
         "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
         "holds": check.holds,
         "margin_percentage_points": finite(check.margin),
+        "each_may_move_percentage_points": finite(check.allowance),
     } | _labels(grid.readings[check.reading])
 
 

@@ -62,6 +62,11 @@ def _level_records(row: TableRow) -> Iterator[dict[str, Any]]:
             "approximation_rms_Pa": finite(row.approximations.rms[level]),
             "approximation_delta_fixed_percent": finite(row.approximations.fixed[level]),
             "approximation_delta_matched_percent": finite(row.approximations.matched[level]),
+            "settled_detail_rms_Pa": finite(row.settled_details.rms[level]),
+            "settled_delta_fixed_percent": finite(row.settled_details.fixed[level]),
+            "settled_delta_matched_percent": finite(row.settled_details.matched[level]),
+            "settled_approximation_delta_fixed_percent": finite(row.settled_approximations.fixed[level]),
+            "settled_approximation_delta_matched_percent": finite(row.settled_approximations.matched[level]),
         }
 
 

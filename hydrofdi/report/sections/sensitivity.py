@@ -24,6 +24,12 @@ BASELINES: dict[str, Callable[[TableRow], Levels]] = {
 }
 """Kind of baseline → δ of a row against it."""
 
+SETTLED: dict[str, Callable[[TableRow], Levels]] = {
+    "fixed": lambda row: row.settled_details.fixed,
+    "matched": lambda row: row.settled_details.matched,
+}
+"""The same of the settled record."""
+
 
 def baseline_title(table: SensitivityTable, baseline: str) -> str:
     """What δ is taken against, as a title."""
@@ -49,7 +55,10 @@ def sensitivity_block(analysis: Analysis) -> Block:
         "table3",
         "Table 3: change of the details with leakage and EBM",
         (legend, band_sentence(table)),
-        tuple(_sheet(table, baseline) for baseline in BASELINES),
+        tuple(
+            _sheet(table, f"table3-{baseline}", baseline_title(table, baseline), delta)
+            for baseline, delta in BASELINES.items()
+        ),
         ("sensitivity",),
     )
 
@@ -73,12 +82,30 @@ def _rms_sheet(table: SensitivityTable) -> Sheet:
     )
 
 
-def _sheet(table: SensitivityTable, baseline: str) -> Sheet:
-    delta = BASELINES[baseline]
+def settled_block(analysis: Analysis) -> Block | None:
+    """The same table of the settled records; None where no run has settled."""
+    table = analysis.table
+    if not (table.has_settled and analysis.has_baseline):
+        return None
+    return Block(
+        "settled",
+        "The same, settled: mean over the start phases, without the start, free of boundaries",
+        (
+            "From the undecimated transform of whole periods that agree with the last one, taken as a circle."
+            " It does not depend on the sample that the record starts at, nor on an extension.",
+        ),
+        tuple(
+            _sheet(table, f"settled-{baseline}", f"Settled: {baseline_title(table, baseline)}", delta)
+            for baseline, delta in SETTLED.items()
+        ),
+    )
+
+
+def _sheet(table: SensitivityTable, key: str, title: str, delta: Callable[[TableRow], Levels]) -> Sheet:
     levels = [f"δd{level}" for level in range(1, table.n_level + 1)]
     return Sheet(
-        key=f"table3-{baseline}",
-        title=baseline_title(table, baseline),
+        key=key,
+        title=title,
         headers=(*lead_headers(table), *levels, *doubt_headers(table)),
         rows=tuple(
             (*lead_cells(row), *delta_cells(delta(row)), *doubt_cells(table, row)) for row in table.rows

@@ -32,7 +32,9 @@ def _sentences(analysis: Analysis) -> list[str]:
         outcome: [v.claim.id for v in analysis.verdicts if v.reproduced is outcome]
         for outcome in (True, False, None)
     }
-    sentences = [f"{joined(ids)}: {word(outcome)}." for outcome, ids in groups.items() if ids]
+    sentences = [
+        f"{joined(ids)}: {word(outcome)}, at the configured phase." for outcome, ids in groups.items() if ids
+    ]
     decided = [v for v in analysis.verdicts if v.reproduced]
     if decided:
         least = min(decided, key=lambda verdict: verdict.margin)
@@ -66,12 +68,20 @@ def _claims_sheet(verdicts: tuple[Verdict, ...]) -> Sheet:
     return Sheet(
         key="claims",
         title="Claims",
-        headers=("Claim", "Sentence", "Verdict", "Checks held", "Margin [points]"),
+        headers=(
+            "Claim",
+            "Sentence",
+            "Verdict",
+            "Checks held",
+            "Margin [points]",
+            "Each δ may move [points]",
+        ),
         rows=tuple(_claim_cells(verdict) for verdict in verdicts),
         text_columns=(0, 1, 2),
-        note="Margin: how far the δ behind a claim could move before its verdict turns [percentage points];"
-        " negative where it does not hold. Open: a run is missing or failed, its healthy run stands still,"
-        " or there is no such mode.",
+        note="At the configured start phase. Margin: how far one δ behind a claim could move before its"
+        " verdict turns; negative where it does not hold. Where it is a difference of two δ, both may move,"
+        " each by half of it. Open: a run is missing or failed, its healthy run stands still, or there is no"
+        " such mode.",
     )
 
 
@@ -83,6 +93,7 @@ def _claim_cells(verdict: Verdict) -> tuple[Cell, ...]:
         Cell(word(verdict.reproduced), verdict.reproduced is False, word(verdict.reproduced)),
         Cell(f"{held} of {len(verdict.checks)}"),
         Cell(signed(verdict.margin, 2), value=verdict.margin),
+        Cell(signed(verdict.allowance, 2), value=verdict.allowance),
     )
 
 

@@ -121,10 +121,10 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
         if version is None or "configuration" not in file.attrs:
             raise StoreError(f"{path}: is not an experiment file of hydrofdi")
         if version != FORMAT_VERSION:
-            writer = file.attrs.get(f"{_VERSION}hydrofdi", "an unknown version")
+            can = "no longer reads" if version < FORMAT_VERSION else "does not read yet"
             raise StoreError(
-                f"{path}: has format version {version}, written by hydrofdi {writer}; this hydrofdi reads"
-                f" {FORMAT_VERSION}: sweep again with this one, or read it with that one"
+                f"{path}: has format version {version}, which this hydrofdi {can}"
+                f" (it reads {FORMAT_VERSION}); sweep again into another folder"
             )
         yield file
 

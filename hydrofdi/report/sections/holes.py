@@ -19,8 +19,8 @@ def remarks_block(analysis: Analysis) -> Block | None:
     sentences = [*data.remarks]
     if data.physics_version != PHYSICS_VERSION:
         sentences.append(
-            f"Computed with version {data.physics_version} of the physics; that of this hydrofdi is"
-            f" {PHYSICS_VERSION}, and 'hydrofdi sweep' computes the runs again."
+            f"Computed with version {data.physics_version} of the physics; this hydrofdi has version"
+            f" {PHYSICS_VERSION}, and runs that are computed now may differ."
         )
     return Block("remarks", "Remarks", tuple(sentences)) if sentences else None
 

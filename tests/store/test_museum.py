@@ -1,0 +1,121 @@
+"""Files that earlier versions wrote, through the present report."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from hydrofdi.pipeline import read_results
+from hydrofdi.store import names
+from tests.conftest import run_hydrofdi
+
+MUSEUM = Path(__file__).parent.parent / "museum"
+READABLE = ("format_2_physics_1_first", "format_2_physics_1", "format_2_physics_2")
+
+
+def reported(place, *arguments):
+    result = run_hydrofdi("report", place, *arguments, cwd=MUSEUM)
+    assert (result.returncode, result.stderr) == (0, "")
+    return result.stdout
+
+
+def then(version, name):
+    return json.loads((MUSEUM / version / "reported.json").read_text(encoding="utf-8"))[name]
+
+
+def assert_same_rows(rows, earlier):
+    """Rows as they were reported; what an earlier version did not tell is left out."""
+    assert len(rows) == len(earlier)
+    for row, before in zip(rows, earlier, strict=True):
+        told = {name: value for name, value in before.items() if value is not None}
+        assert {name: row[name] for name in told} == told
+
+
+@pytest.mark.parametrize("version", READABLE)
+@pytest.mark.parametrize("name", ["kept", "pressures"])
+def test_a_file_is_reported_with_the_numbers_and_labels_that_it_had(version, name):
+    rows = json.loads(
+        reported(MUSEUM / version / ("kept/kept.h5" if name == "kept" else "pressures.h5"), "--json")
+    )
+    assert_same_rows(rows["rows"], then(version, name))
+
+
+@pytest.mark.parametrize("version", READABLE)
+def test_a_folder_is_reported_from_its_file_and_names_its_physics(version):
+    folder = MUSEUM / version / "kept"
+    assert_same_rows(json.loads(reported(folder, "--json"))["rows"], then(version, "kept"))
+    text = " ".join(reported(folder).split())
+    assert f"Computed with version {version.split('_')[3]} of the physics" in text
+    assert "not computed yet" not in text
+
+
+def test_shards_without_a_file_are_found_by_the_identities_of_their_own_physics(tmp_path):
+    folder = tmp_path / "kept"
+    shutil.copytree(MUSEUM / "format_2_physics_2" / "kept", folder)
+    (folder / "kept.h5").unlink()
+    rows = json.loads(reported(folder, "--json"))["rows"]
+    assert_same_rows(rows, then("format_2_physics_2", "kept"))
+
+
+def test_shards_whose_identities_are_of_another_kind_are_not_guessed(tmp_path):
+    folder = tmp_path / "kept"
+    shutil.copytree(MUSEUM / "format_2_physics_1_first" / "kept", folder)
+    (folder / "kept.h5").unlink()
+    text = " ".join(reported(folder).split())
+    assert "None of the 8 stored runs is one of this experiment" in text
+    assert "8 of 8 runs have no numbers" in text
+
+
+@pytest.mark.parametrize("version", READABLE)
+def test_a_leaky_run_by_itself_is_no_longer_its_own_baseline(version):
+    file = MUSEUM / version / "run.h5"
+    record = json.loads(reported(file, "--json"))
+    (row,) = record["rows"]
+    assert row["detail_rms_Pa"] == read_results(file).columns[names.DETAIL_RMS][0].tolist()
+    assert row["delta_fixed_percent"] == row["delta_matched_percent"] == [None] * 5
+    assert "single run" in record["claims_not_evaluated"]
+
+
+@pytest.mark.parametrize("version", READABLE)
+@pytest.mark.parametrize("form", ["markdown", "csv", "latex"])
+def test_every_form_of_the_report_can_be_made(version, form):
+    assert all(reported(MUSEUM / version / name, "--format", form) for name in ("pressures.h5", "run.h5"))
+
+
+def test_a_figure_can_be_drawn_from_the_signals_of_the_first_files(tmp_path):
+    picture = tmp_path / "spectrum.svg"
+    result = run_hydrofdi(
+        "report", MUSEUM / READABLE[0] / "pressures.h5", "--figure", picture, "--json", cwd=tmp_path
+    )
+    assert result.returncode == 0, result.stderr
+    assert picture.read_text(encoding="utf-8").startswith("<?xml")
+
+
+@pytest.mark.parametrize("version", READABLE)
+def test_xarray_opens_every_file(version):
+    for path in (MUSEUM / version).rglob("*.h5"):
+        if path.parent.name == "shards":
+            continue
+        with xarray.open_dataset(path, engine="h5netcdf") as runs:
+            assert runs.detail_rms.attrs["units"] == "Pa"
+            assert np.isfinite(runs.detail_rms).all()
+
+
+def test_a_format_that_is_no_longer_read_is_refused_plainly():
+    result = run_hydrofdi("report", MUSEUM / "format_1" / "kept.h5", cwd=MUSEUM)
+    assert result.returncode == 2
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert "format version 1, which this hydrofdi no longer reads" in line
+
+
+def test_no_piece_tells_of_the_machine_that_wrote_it():
+    for path in MUSEUM.rglob("*"):
+        assert path.name not in ("provenance.json", "run.log", ".lock")
+        if path.is_file():
+            assert not [
+                mark for mark in (b"/home/", b"/root/", b"/tmp/", b"/work/") if mark in path.read_bytes()
+            ]

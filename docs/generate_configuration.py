@@ -18,6 +18,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.docstrings import field_texts
 from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.config.quantities import SI
 from hydrofdi.units import convert, parse_quantity
@@ -53,7 +54,7 @@ def page() -> str:
         (name, info) for name, info in ExperimentConfig.model_fields.items() if _model(info) is not None
     ]
     plain = {name: info for name, info in ExperimentConfig.model_fields.items() if _model(info) is None}
-    parts = [INTRODUCTION, "## Top level\n", _table(plain)]
+    parts = [INTRODUCTION, "## Top level\n", _table(plain, field_texts(ExperimentConfig))]
     names: dict[type[BaseModel], list[str]] = {}
     for name, info in models:
         names.setdefault(_model(info), []).append(name)
@@ -66,17 +67,17 @@ def _section(names: list[str], model: type[BaseModel]) -> Iterator[str]:
     fields = model.model_fields
     yield "\n## " + ", ".join(f"`{name}`" for name in names) + "\n"
     yield f"{_sentence(model.__doc__)}\n"
-    yield _table(fields)
+    yield _table(fields, field_texts(model))
     for field, info in fields.items():
         inner = _model(info)
         if inner not in (None, model):
             yield from _section([f"{name}.{field}" for name in names], inner)
 
 
-def _table(fields: dict[str, FieldInfo]) -> str:
+def _table(fields: dict[str, FieldInfo], texts: dict[str, str]) -> str:
     lines = ["| key | default | allowed | meaning |", "|---|---|---|---|"]
     for name, info in fields.items():
-        cells = f"`{name}`", _default(info), _allowed(info), _sentence(info.description)
+        cells = f"`{name}`", _default(info), _allowed(info), _sentence(texts.get(name))
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines)
 

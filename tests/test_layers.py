@@ -39,7 +39,8 @@ HOMES = {
     "matplotlib": ("report/figures/",),
     "pyarrow": ("report/forms/tidy.py",),
     "pebble": ("execution/",),
-    "numba": ("physics/equation.py", "simulation/"),
+    "numba": ("simulation/compilation.py", "simulation/object_code.py"),
+    "llvmlite": ("simulation/object_code.py",),
     "distributed": ("execution/",),
     "dask": ("execution/",),
 }

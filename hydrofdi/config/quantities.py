@@ -16,7 +16,7 @@ from hydrofdi.units import parse_quantity
 class Section(BaseModel):
     """A strict, frozen part of a configuration."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     @cached_property
     def stated_text(self) -> str:

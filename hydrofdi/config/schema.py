@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
+from hydrofdi.config.docstrings import field_texts
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.parameters import parameter_names
+from hydrofdi.config.quantities import Section
 
 
 def experiment_schema() -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of an experiment file, field texts and units included."""
     schema = ExperimentConfig.model_json_schema()
+    sections = {section.__name__: section for section in _sections(Section)}
+    for name, definition in [(ExperimentConfig.__name__, schema), *schema["$defs"].items()]:
+        for field, text in field_texts(sections[name]).items():
+            described = definition["properties"][field] | {"description": text}
+            definition["properties"][field] = dict(sorted(described.items()))
     names = {"enum": list(parameter_names())}
     sweep = schema["$defs"]["SweepConfig"]["properties"]
     sample = schema["$defs"]["SampleConfig"]["properties"]
@@ -26,3 +34,9 @@ def experiment_schema() -> dict[str, Any]:
         "title": "hydrofdi experiment",
         **{key: value for key, value in schema.items() if key != "title"},
     }
+
+
+def _sections(base: type[Section]) -> Iterator[type[Section]]:
+    for section in base.__subclasses__():
+        yield section
+        yield from _sections(section)

@@ -97,20 +97,20 @@ def boundary_length(wavelet: WaveletConfig) -> int:
 def _responses(wavelet: WaveletConfig, n_time: int) -> tuple[Complex, Complex]:
     """Frequency responses from a record to details and approximations, each (n_level, n_frequency)."""
     low_pass, high_pass = decomposition_filters(wavelet)
-    frequency = np.arange(n_time // 2 + 1) / n_time
-    approximation = np.ones(frequency.size, dtype=complex)
+    places = np.arange(n_time // 2 + 1)
+    approximation = np.ones(places.size, dtype=complex)
     details, approximations = [], []
     for level in range(wavelet.levels):
-        details.append(approximation * _response(high_pass, frequency * 2**level))
-        approximation = approximation * _response(low_pass, frequency * 2**level)
+        details.append(approximation * _response(high_pass, places << level, n_time))
+        approximation = approximation * _response(low_pass, places << level, n_time)
         approximations.append(approximation)
     return np.array(details), np.array(approximations)
 
 
-def _response(taps: NDArray[np.float64], frequency: NDArray[np.float64]) -> Complex:
-    """Response of a filter at frequencies in cycles per sample."""
-    delays: Complex = np.exp(-2j * np.pi * np.outer(frequency, np.arange(taps.size)))
-    response: Complex = delays @ taps
+def _response(taps: NDArray[np.float64], places: NDArray[np.int64], n_time: int) -> Complex:
+    """Response of a filter at frequencies in cycles per record."""
+    delays: Complex = np.exp(-2j * np.pi * np.arange(n_time) / n_time)
+    response: Complex = delays[np.outer(places, np.arange(taps.size)) % n_time] @ taps
     return response
 
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pywt
 from numpy.typing import NDArray
 
 from hydrofdi.config.wavelet import WaveletConfig
@@ -40,10 +39,12 @@ def coefficient_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
         Wavelet, number of levels, extension at the ends of the record, and whether the coefficients that
         depend on it count.
     """
+    from pywt import dwt
+
     details, approximations = [], []
     approximation = signal
     for inside in _counted(signal.shape[-1], wavelet):
-        approximation, detail = pywt.dwt(approximation, wavelet.name, mode=wavelet.extension, axis=-1)
+        approximation, detail = dwt(approximation, wavelet.name, mode=wavelet.extension, axis=-1)
         details.append(root_mean_square(detail[..., inside]))
         approximations.append(root_mean_square(approximation[..., inside]))
     return CoefficientRms(np.stack(details, axis=-1), np.stack(approximations, axis=-1))
@@ -121,7 +122,9 @@ def detail_coefficients(
     coefficients : ndarray, shape (n_coefficient,)
         In the unit of the signal.
     """
-    details = pywt.wavedec(signal, wavelet.name, mode=wavelet.extension, level=wavelet.levels)[-level]
+    from pywt import wavedec
+
+    details = wavedec(signal, wavelet.name, mode=wavelet.extension, level=wavelet.levels)[-level]
     return np.linspace(time[0], time[-1], details.size), details
 
 
@@ -138,9 +141,11 @@ def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
     list of float
         d1 first; 0 … 1.
     """
-    taps, length, shares = pywt.Wavelet(wavelet.name).dec_len, n_sample, []
+    from pywt import Wavelet, dwt_coeff_len
+
+    taps, length, shares = Wavelet(wavelet.name).dec_len, n_sample, []
     for inside in _inner_coefficients(n_sample, wavelet):
-        length = pywt.dwt_coeff_len(length, taps, wavelet.extension)
+        length = dwt_coeff_len(length, taps, wavelet.extension)
         shares.append(1.0 - max(0, inside.stop - inside.start) / length)
     return shares
 
@@ -154,7 +159,9 @@ def _counted(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
 
 def _inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
     """The coefficients of each level that look at nothing but the record."""
-    taps, first, last, inside = pywt.Wavelet(wavelet.name).dec_len, 0, n_sample - 1, []
+    from pywt import Wavelet
+
+    taps, first, last, inside = Wavelet(wavelet.name).dec_len, 0, n_sample - 1, []
     for _ in range(wavelet.levels):
         first, last = -(-(first + taps - 2) // 2), (last - 1) // 2
         inside.append(slice(first, last + 1))
@@ -163,7 +170,9 @@ def _inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
 
 def decomposition_filters(wavelet: WaveletConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Taps of the low-pass and the high-pass filter."""
-    filters = pywt.Wavelet(wavelet.name)
+    from pywt import Wavelet
+
+    filters = Wavelet(wavelet.name)
     return np.array(filters.dec_lo), np.array(filters.dec_hi)
 
 

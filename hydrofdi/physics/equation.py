@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias, TypeVar
 
-from numba.extending import register_jitable
-
 Quantity: TypeAlias = Any
 """A float, or a NumPy array of any shape that broadcasts with the other arguments."""
 
@@ -16,10 +14,11 @@ FAST_MATH = {"nsz", "arcp", "contract", "afn"}
 """Liberties of the compiler within compiled equations. NaN and infinity keep their meaning. Sums keep their
 order: where the compiler may reorder them, it does so differently in the two halves of the lanes."""
 
+EQUATIONS: list[Callable[..., object]] = []
+"""All functions that compiled code may call; the compiler is told of them before it compiles a kernel."""
+
 
 def equation(function: _Function) -> _Function:
     """Leave a function as it is for Python, and let compiled code inline it."""
-    register: Callable[[_Function], _Function] = register_jitable(
-        forceinline=True, fastmath=FAST_MATH, error_model="numpy"
-    )
-    return register(function)
+    EQUATIONS.append(function)
+    return function

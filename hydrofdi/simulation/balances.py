@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.cylinder import end_stop_force
 from hydrofdi.physics.equation import equation
-from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.hydraulics import (
     LaneParameters,
     State,
@@ -26,6 +25,7 @@ from hydrofdi.simulation.hydraulics import (
     port_flows,
 )
 from hydrofdi.simulation.lanes import pack_singles
+from hydrofdi.simulation.object_code import kernel
 from hydrofdi.simulation.options import ModelOptions, group_by_options
 from hydrofdi.simulation.trajectory import Trajectory
 
@@ -125,7 +125,7 @@ def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float
     return energy
 
 
-@compiled
+@kernel
 def integrate_balances(
     parameters: NDArray[Any],
     spool_position: NDArray[np.float64],

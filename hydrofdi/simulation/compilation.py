@@ -10,39 +10,58 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Callable
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
-import numba
-
-from hydrofdi.physics.equation import FAST_MATH
+from hydrofdi.physics.equation import EQUATIONS, FAST_MATH
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
 def compiled(function: _Function) -> _Function:
     """Compile a kernel on its first call, or load it from the cache on disk."""
-    return _compiled(function, FAST_MATH)
+    return _on_first_call(function, fastmath=FAST_MATH, cache=True)
 
 
 def strictly_compiled(function: _Function) -> _Function:
     """As `compiled`, with every operation rounded as it is written, so that all lanes get the same bits."""
-    return _compiled(function, False)
+    return _on_first_call(function, fastmath=False, cache=True)
 
 
-def _compiled(function: _Function, fast_math: set[str] | bool) -> _Function:
+def _on_first_call(function: _Function, **options: Any) -> _Function:
+    @cache
+    def kernel() -> Any:
+        return dispatcher(function, **options)
+
+    @wraps(function)
+    def call(*arguments: Any) -> object:
+        return kernel()(*arguments)
+
+    return cast(_Function, call)
+
+
+def dispatcher(function: Callable[..., object], **options: Any) -> Any:
+    """Numba's function that compiles for each combination of argument types."""
+    import numba
+
     settings: Any = numba.config
     previous = settings.CACHE_DIR
     settings.CACHE_DIR = str(cache_directory())
     try:
-        compile_: Any = numba.njit(
-            fastmath=fast_math, error_model="numpy", boundscheck=False, nogil=True, cache=True
-        )
-        kernel: _Function = compile_(function)
-        return kernel
+        _register_equations()
+        compile_: Any = numba.njit(error_model="numpy", boundscheck=False, nogil=True, **options)
+        return compile_(function)
     finally:
         settings.CACHE_DIR = previous
+
+
+def _register_equations() -> None:
+    """Tell the compiler which functions it may inline; later ones are told with the next kernel."""
+    from numba.extending import register_jitable
+
+    while EQUATIONS:
+        register_jitable(forceinline=True, fastmath=FAST_MATH, error_model="numpy")(EQUATIONS.pop())
 
 
 @cache

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from hydrofdi.physics.equation import equation
 from hydrofdi.physics.settled import settled
-from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.control_loop import steer
 from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.lanes import HALF_WIDTH
+from hydrofdi.simulation.object_code import kernel
 from hydrofdi.simulation.options import ModelOptions
 
 
@@ -114,7 +114,7 @@ def take_loads(half: Any, loads: NDArray[np.float64], columns: NDArray[np.int64]
         half.load[k] = loads[columns[first + k]]
 
 
-@compiled
+@kernel
 def advance_lanes(
     lanes: NDArray[Any],
     drive: NDArray[np.float64],
@@ -158,7 +158,9 @@ def advance_lanes(
     """
     left, right = lanes[0].left, lanes[0].right
     half_step, sixth_step = 0.5 * step, step / 6.0
-    first, share_drive = drive_of_lane[0], drive_of_lane.min() == drive_of_lane.max()
+    first, share_drive = drive_of_lane[0], True
+    for k in range(1, 2 * HALF_WIDTH):
+        share_drive &= drive_of_lane[k] == first
     for i in range(drive.shape[0]):
         stages = drive[i]
         time = (first_step + i) * step

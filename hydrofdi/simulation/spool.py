@@ -14,8 +14,8 @@ from hydrofdi.physics.equation import equation
 from hydrofdi.physics.limited import limited
 from hydrofdi.physics.settled import settled
 from hydrofdi.physics.valve import spool_acceleration
-from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.simulation.object_code import kernel
 from hydrofdi.simulation.options import Chosen
 
 
@@ -77,7 +77,7 @@ def move_spool(spools: Any, k: int, step: float, is_limited: Chosen) -> None:
     spools.spool_velocity[k] = settled(v + sixth_step * (a1 + 2.0 * (a2 + a3) + a4))
 
 
-@compiled
+@kernel
 def advance_spools(
     spools: NDArray[Any],
     voltage: NDArray[np.float64],

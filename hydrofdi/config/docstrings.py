@@ -1,0 +1,30 @@
+"""The texts below the fields of a section, read from its source; pages and schemas alone need them."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from itertools import pairwise
+
+from pydantic import BaseModel
+
+
+def field_texts(model: type[BaseModel]) -> dict[str, str]:
+    """Field → its docstring, those of the bases included."""
+    texts: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        if issubclass(base, BaseModel) and base is not BaseModel:
+            texts |= _own_texts(base.__pydantic_generic_metadata__["origin"] or base)
+    return texts
+
+
+def _own_texts(model: type[BaseModel]) -> dict[str, str]:
+    definition = ast.parse(textwrap.dedent(inspect.getsource(model))).body[0]
+    assert isinstance(definition, ast.ClassDef)
+    texts = {}
+    for field, text in pairwise(definition.body):
+        match field, text:
+            case ast.AnnAssign(target=ast.Name(name)), ast.Expr(value=ast.Constant(value=str(words))):
+                texts[name] = inspect.cleandoc(words)
+    return texts

@@ -1,0 +1,124 @@
+"""Machine code that is kept on disk."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.simulation import object_code, simulate_batch
+from hydrofdi.simulation.object_code import kernel
+
+
+class Choices(NamedTuple):
+    doubled: bool | None
+    shifted: bool | None
+
+
+def mixed(
+    source: NDArray[Any], record: NDArray[Any], n: int, factor: float, choices: Choices, total: NDArray[Any]
+) -> None:
+    for row in range(n):
+        for column in range(source.shape[1]):
+            value = factor * source[row, column] + record[0].level[row]
+            if choices.doubled is not None:
+                value = 2.0 * value
+            if choices.shifted is not None:
+                value = value + 1.0
+            total[row] += value
+
+
+def with_memory_of_its_own(values: NDArray[Any]) -> None:
+    copy = np.sort(values)
+    for k in range(values.size):
+        values[k] = copy[values.size - 1 - k]
+
+
+RECORD = np.dtype([("name", "i8"), ("level", "f8", (3,))])
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache."""
+    monkeypatch.setattr(object_code, "cache_directory", lambda: tmp_path)
+    return tmp_path
+
+
+def _read_only(values: NDArray[Any]) -> NDArray[Any]:
+    values = values.copy()
+    values.flags.writeable = False
+    return values
+
+
+def test_arguments_of_all_kinds_arrive(folder: Path) -> None:
+    grid = np.arange(12.0).reshape(3, 4)
+    record = np.array([(7, [0.1, 0.2, 0.3])], RECORD)
+    sources = (grid, np.asfortranarray(grid), np.arange(48.0).reshape(6, 8)[::-2, ::2], grid[:, ::-1])
+    choices = (Choices(None, None), Choices(True, None), Choices(None, True), Choices(True, True))
+    native = kernel(mixed)
+    for source in (*sources, _read_only(grid), np.broadcast_to(np.arange(4.0), (3, 4))):
+        for choice in choices:
+            expected, found = np.zeros(3), np.zeros(6)[::2]
+            mixed(source, record.view(np.recarray), 3, 0.5, choice, expected)
+            native(source, record, 3, 0.5, choice, found)
+            np.testing.assert_allclose(found, expected, rtol=1e-15)
+    assert len(list(folder.glob("mixed-*.o"))) >= len(choices)
+
+
+def test_damaged_machine_code_is_not_run_but_made_again(folder: Path) -> None:
+    def results() -> NDArray[Any]:
+        total = np.zeros(3)
+        record = np.array([(7, [0.1, 0.2, 0.3])], RECORD)
+        kernel(mixed)(np.ones((3, 4)), record, 3, 2.0, Choices(None, None), total)
+        return total
+
+    expected = results()
+    (file,) = folder.iterdir()
+    whole = file.read_bytes()
+    for damage in (whole[:-1], b"", bytes([whole[0] ^ 1]) + whole[1:], whole[:-9] + b"\0" + whole[-8:]):
+        assert damage != whole
+        file.write_bytes(damage)
+        np.testing.assert_array_equal(results(), expected)
+        assert file.read_bytes() != damage
+    assert list(folder.iterdir()) == [file]
+
+
+def test_what_needs_the_runtime_of_numba_is_run_by_numba(folder: Path) -> None:
+    values = np.array([2.0, 3.0, 1.0])
+    kernel(with_memory_of_its_own)(values)
+    assert values.tolist() == [3.0, 2.0, 1.0]
+    assert not list(folder.iterdir())
+
+
+def test_a_cache_that_cannot_be_written_costs_time_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(object_code, "cache_directory", lambda: tmp_path / "absent")
+    total = np.zeros(3)
+    record = np.array([(7, [0.0, 0.0, 0.0])], RECORD)
+    kernel(mixed)(np.ones((3, 4)), record, 3, 2.0, Choices(None, None), total)
+    assert total.tolist() == [8.0] * 3
+
+
+LATER = """
+import sys
+from hydrofdi.config import RunParameters
+from hydrofdi.simulation import simulate_batch
+run = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, **%r})
+print(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1].hex())
+print("numba" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize("options", [{}, {"fluid.law": "free_air", "control.law": "p"}])
+def test_a_later_process_gets_the_same_bits_without_numba(options: dict[str, str]) -> None:
+    run = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, **options})
+    pressure = float(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1])
+    done = subprocess.run([sys.executable, "-c", LATER % options], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [pressure.hex(), "False"]

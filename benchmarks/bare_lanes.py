@@ -10,9 +10,9 @@ from hydrofdi.physics.equation import equation
 from hydrofdi.physics.friction import friction_force
 from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
-from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.kernel import take_spools
 from hydrofdi.simulation.lanes import HALF_WIDTH
+from hydrofdi.simulation.object_code import kernel
 
 
 @equation
@@ -48,10 +48,12 @@ def weighted(a, b, c, d):
     )
 
 
-@compiled
+@kernel
 def advance(lanes, spool, drive_of_lane, step, steps_per_sample, samples):
     """Advance all lanes by the steps of `spool` (n_step, 4, n_drive)."""
-    first, share_drive = drive_of_lane[0], drive_of_lane.min() == drive_of_lane.max()
+    first, share_drive = drive_of_lane[0], True
+    for k in range(1, 2 * HALF_WIDTH):
+        share_drive &= drive_of_lane[k] == first
     left, right = lanes[0].left, lanes[0].right
     for i in range(spool.shape[0]):
         if i % steps_per_sample == 0:

@@ -19,6 +19,21 @@ from jobs import LARGEST_LEAKAGE_COEFFICIENT
 HYDROFDI = str(Path(sysconfig.get_path("scripts")) / "hydrofdi")
 IMPORT_NUMPY = [sys.executable, "-c", "import numpy"]
 
+COMMANDS = (
+    "simulate", "check", "plan small.yaml", "--help", "report --help", "schema", "status results/small",
+    "why results/small 1", "report results/small",
+)  # fmt: skip
+SMALL = """\
+name: small
+run: {duration: 2 s}
+sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551 MPa, 827 MPa]}}
+"""
+
+
+def bytecode(folder: str) -> dict[str, str]:
+    """An environment in which Python keeps what it has parsed, as it does where nothing forbids it."""
+    return {"PYTHONPYCACHEPREFIX": str(Path(folder) / "bytecode"), "PYTHONDONTWRITEBYTECODE": ""}
+
 
 def seconds(command: list[str], cwd: str, **environment: str) -> float:
     """Wall time of a process [s]."""
@@ -29,18 +44,19 @@ def seconds(command: list[str], cwd: str, **environment: str) -> float:
 
 def start_up(repetitions: int) -> dict[str, dict[str, float]]:
     """Median and least wall time of each command [s], all of them in turn in every round."""
-    commands = {
-        "import numpy": IMPORT_NUMPY,
-        "hydrofdi --help": [HYDROFDI, "--help"],
-        "hydrofdi simulate": [HYDROFDI, "simulate"],
+    commands = {"import numpy": IMPORT_NUMPY} | {
+        f"hydrofdi {line}": [HYDROFDI, *line.split()] for line in COMMANDS
     }
     times: dict[str, list[float]] = {name: [] for name in commands}
     with tempfile.TemporaryDirectory() as folder:
+        environment = bytecode(folder)
+        (Path(folder) / "small.yaml").write_text(SMALL)
+        seconds([HYDROFDI, "sweep", "small.yaml"], folder, **environment)
         for name in commands:
-            seconds(commands[name], folder)
+            seconds(commands[name], folder, **environment)
         for _ in range(repetitions):
             for name, command in commands.items():
-                times[name].append(seconds(command, folder))
+                times[name].append(seconds(command, folder, **environment))
     return {name: {"median": float(np.median(all_)), "least": min(all_)} for name, all_ in times.items()}
 
 

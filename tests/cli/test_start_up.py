@@ -1,0 +1,58 @@
+"""What a command loads before it answers."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from tests.commands import run_hydrofdi
+
+LOADING = """
+import sys
+from hydrofdi.cli.app import main
+try:
+    main()
+except SystemExit as end:
+    sys.stderr.write(f"{end.code} {' '.join({name.split('.')[0] for name in sys.modules})}\\n")
+"""
+
+COMPILERS = {"numba", "llvmlite"}
+HEAVY = {"numba", "scipy", "matplotlib", "pyarrow", "xarray", "pandas", "distributed"}
+
+
+def _loaded(folder: Path, *arguments: str) -> set[str]:
+    """Libraries in a process after a command."""
+    command = [sys.executable, "-c", LOADING, *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    code, *libraries = done.stderr.splitlines()[-1].split()
+    assert code == "0", done.stderr
+    return set(libraries)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--help",), ("report", "--help"), ("schema",), ("report",), ("status", "results/small"),
+        ("verify", "results/small"), ("why", "results/small", "1"), ("plan", "experiment.yaml"),
+        ("sweep", "experiment.yaml"),
+    ],
+)  # fmt: skip
+def test_a_command_that_simulates_nothing_loads_no_compiler(
+    small_sweep: SimpleNamespace, arguments: tuple[str, ...]
+) -> None:
+    loaded = _loaded(small_sweep.folder, *arguments)
+    assert "typer" in loaded
+    assert not loaded & (HEAVY | COMPILERS)
+
+
+@pytest.mark.parametrize("command", ["simulate", "check", "plan"])
+def test_a_warm_command_that_simulates_does_not_load_numba(tmp_path: Path, command: str) -> None:
+    (tmp_path / "short.yaml").write_text("run: {duration: 2 s}\n")
+    assert run_hydrofdi(command, "short.yaml", cwd=tmp_path).returncode == 0
+    loaded = _loaded(tmp_path, command, "short.yaml")
+    assert "llvmlite" in loaded
+    assert not loaded & HEAVY

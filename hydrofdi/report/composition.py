@@ -10,7 +10,8 @@ from hydrofdi.report.sections.doubts import doubts_block
 from hydrofdi.report.sections.external import external_block
 from hydrofdi.report.sections.holes import holes_block, remarks_block
 from hydrofdi.report.sections.provenance import provenance_block
-from hydrofdi.report.sections.readings import readings_block, readings_controls_block
+from hydrofdi.report.sections.readings import readings_block
+from hydrofdi.report.sections.readings_controls import readings_controls_block
 from hydrofdi.report.sections.reference import reference_block
 from hydrofdi.report.sections.sensitivity import sensitivity_block, settled_block
 from hydrofdi.report.sections.small_leakage import small_leakage_block

@@ -42,6 +42,16 @@ class ReadingPhases:
         """Number of start phases that were measured."""
         return len(self.phase_alarms)
 
+    @property
+    def alarms_everywhere(self) -> Mask:
+        """Readings in which the d3 rule alarms at every β above the normal one."""
+        return np.asarray(self.alarms.all(axis=1))
+
+    @property
+    def alarms_throughout(self) -> Mask:
+        """Readings in which it does so at every start phase."""
+        return np.asarray(self.phase_alarms.all(axis=(0, 2)))
+
     def held(self, claims: tuple[str, ...]) -> Mask:
         """Readings in which all of these claims hold."""
         with np.errstate(invalid="ignore"):

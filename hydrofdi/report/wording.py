@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hydrofdi.report.document import Cell
+from hydrofdi.report.intervals import Share
 from hydrofdi.report.table import EXTERNAL, SensitivityTable, TableRow, label_header, largest_positive
 from hydrofdi.units import convert
 
@@ -150,6 +151,9 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
-def share(count: int, total: int) -> str:
-    """A share in percent, or a hole where there is nothing to share."""
-    return f"{100.0 * count / total:.1f} %" if total else HOLE
+def share_text(share: Share, *, with_interval: bool) -> str:
+    """A share in percent, e.g. ``3.5 % (2.7–4.5)``; a hole where there is nothing to share."""
+    if not share.total:
+        return HOLE
+    interval = f" ({100.0 * share.low:.1f}–{100.0 * share.high:.1f})" if with_interval else ""
+    return f"{100.0 * share.value:.1f} %{interval}"

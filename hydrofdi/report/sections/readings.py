@@ -1,38 +1,36 @@
-"""The readings study: how often each claim holds, what carries it, and what the controls say then."""
+"""The readings study: how often each claim holds, at which phases, and which values carry it."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.report.claims import CLAIMS
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.readings import CORE, Mask, ReadingsStudy, ValueShare
-from hydrofdi.report.table import label_header, level_name
-from hydrofdi.report.wording import HOLE, counted, joined, megapascal, mode_name, plain, share
+from hydrofdi.report.table import label_header
+from hydrofdi.report.wording import HOLE, counted, joined, plain, share_text
 
 
 def readings_block(study: ReadingsStudy) -> Block:
     """How many readings are feasible, how many reproduce each claim, and which values carry that."""
     return Block(
         "readings",
-        "Readings: how much hangs on what is not known",
-        (_feasible_sentence(study), _together_sentence(study)),
+        "Readings: how much depends on what is not known",
+        (_feasible_sentence(study), *_doubt_sentences(study), _together_sentence(study)),
         (_claims_sheet(study), _values_sheet(study)),
         ("readings",),
     )
 
 
-def readings_controls_block(study: ReadingsStudy) -> Block:
-    """The controls over the readings that reproduce C1–C4."""
-    core = study.reproducing(CORE)
-    none = (
-        "C1–C4 are open: no reading tests all."
-        if study.is_open(CORE)
-        else "No feasible reading reproduces C1–C4."
-    )
-    sentences = _control_sentences(study, core) if core.any() else (none,)
-    sheets = (_alarms_sheet(study, core), _best_levels_sheet(study, core)) if core.any() else ()
-    return Block("readings-controls", "Controls over the readings that reproduce C1–C4", sentences, sheets)
+def _doubt_sentences(study: ReadingsStudy) -> list[str]:
+    parts = [f"{word} in {int((mask & study.feasible).sum()):,}" for word, mask in study.doubts.items()]
+    if not parts:
+        return []
+    return [
+        f"Feasible readings with a run whose verdict is not ok: {joined(parts)};"
+        f" {int(study.sound.sum()):,} have none."
+    ]
 
 
 def _feasible_sentence(study: ReadingsStudy) -> str:
@@ -57,25 +55,53 @@ def _claims_sheet(study: ReadingsStudy) -> Sheet:
     rows = []
     for name, claims in study.claim_sets.items():
         sentence = sentences.get(name, "all of them")
-        rows.append((Cell(name), Cell(sentence), *_count_cells(study, claims, study.feasible)))
+        counts = _count_cells(study, claims, study.feasible)
+        rows.append((Cell(name), Cell(sentence), *counts, *_phase_cells(study, claims)))
     is_undecided = any((study.decided(c) != study.feasible).any() for c in study.claim_sets.values())
+    notes = [
+        "Readings and share: at the configured start phase. Phases kept: in how many it holds, median over"
+        " the readings that reproduce it at that phase.",
+        "Intervals: 95 %, Wilson's, for dependent readings of one draw." if study.is_drawn else "",
+        "Shares: of the feasible readings that decide a claim; –: none does." if is_undecided else "",
+    ]
     return Sheet(
         "readings-claims",
         "Readings that reproduce the claims",
-        ("Claim", "Sentence", "Readings", "Share of the feasible"),
+        ("Claim", "Sentence", "Readings", "Share", "In all phases", "Phases kept", "Settled"),
         tuple(rows),
         breaks=(len(CLAIMS),),
         text_columns=(0, 1),
-        note="Shares: of the feasible readings that decide a claim; –: none does." if is_undecided else "",
+        note=" ".join(note for note in notes if note),
     )
+
+
+def _phase_cells(study: ReadingsStudy, claims: tuple[str, ...]) -> tuple[Cell, Cell, Cell]:
+    """In how many readings claims hold at all phases, in how many phases they are kept, and settled."""
+    if study.is_open(claims):
+        return Cell(HOLE), Cell(HOLE), Cell(HOLE)
+    n_phase, phases = study.configured.n_phase, study.configured.phases_held(claims)
+    here = study.reproducing(claims)
+    kept = f"{float(np.median(phases[here])):g} of {n_phase}" if here.any() else HOLE
+    always = int((study.feasible & (phases == n_phase)).sum())
+    settled = (
+        HOLE if study.settled is None else f"{int((study.feasible & study.settled.held(claims)).sum()):,}"
+    )
+    return Cell(f"{always:,}", value=always), Cell(kept), Cell(settled)
 
 
 def _count_cells(study: ReadingsStudy, claims: tuple[str, ...], members: Mask) -> tuple[Cell, Cell]:
     """How many of these readings reproduce claims, and which share; holes where the claims are open."""
     if study.is_open(claims):
         return Cell(HOLE), Cell(HOLE)
-    count = int((members & study.reproducing(claims)).sum())
-    return Cell(f"{count:,}", value=count), Cell(share(count, int((members & study.decided(claims)).sum())))
+    held = study.reproducing(claims)
+    count = int((members & held).sum())
+    return Cell(f"{count:,}", value=count), _share_cell(study, held, members & study.decided(claims))
+
+
+def _share_cell(study: ReadingsStudy, outcomes: NDArray[np.bool_], members: Mask) -> Cell:
+    """A share among some readings, with its interval where readings are drawn."""
+    found = study.share(outcomes, members)
+    return Cell(share_text(found, with_interval=study.is_drawn), value=100.0 * found.value)
 
 
 def _values_sheet(study: ReadingsStudy) -> Sheet:
@@ -111,59 +137,3 @@ def value_text(value: ValueShare) -> str:
     if value.is_range:
         return " … ".join(f"{end:.3g}" for end in value.values)
     return ", ".join(plain(part) for part in value.values)
-
-
-def _control_sentences(study: ReadingsStudy, core: Mask) -> tuple[str, ...]:
-    total = int(core.sum())
-    alarms = study.alarms[core]
-    moduli = [f"{megapascal(study.grid.bulk_moduli[b])} MPa" for b in study.grid.raised]
-    parts = [f"at {beta} in {int(alarms[:, k].sum())}" for k, beta in enumerate(moduli)]
-    always, never = int(alarms.all(axis=1).sum()), int((~alarms.any(axis=1)).sum())
-    best = study.best_levels[core]
-    levels, counts = np.unique(best, return_counts=True)
-    shares = [
-        f"{level_name(int(level)) if level >= 0 else 'none'} in {share(int(count), best.size)}"
-        for level, count in zip(levels, counts, strict=True)
-    ]
-    return (
-        f"Where C1–C4 hold ({counted(total, 'reading')}), the d3 rule alarms on the sealed actuator"
-        f" {joined(parts)}; at every EBM above normal in {always} ({share(always, total)}),"
-        f" at none in {never}.",
-        f"Under the matched baseline the best level of their leaky modes is {joined(shares)} of the modes.",
-    )
-
-
-def _alarms_sheet(study: ReadingsStudy, core: Mask) -> Sheet:
-    rows = []
-    for k, beta in enumerate(study.grid.raised):
-        count, anywhere = int(study.alarms[core][:, k].sum()), int(study.alarms[study.feasible][:, k].sum())
-        rows.append(
-            (
-                Cell(megapascal(study.grid.bulk_moduli[beta])),
-                Cell(f"{count:,}", value=count),
-                Cell(share(count, int(core.sum()))),
-                Cell(f"{anywhere:,}", value=anywhere),
-                Cell(share(anywhere, int(study.feasible.sum()))),
-            )
-        )
-    headers = ("EBM [MPa]", "Alarms, C1–C4 hold", "Share", "Alarms, all feasible", "Share")
-    return Sheet("readings-alarms", "The d3 rule on the sealed actuator", headers, tuple(rows))
-
-
-def _best_levels_sheet(study: ReadingsStudy, core: Mask) -> Sheet:
-    grid = study.grid
-    rows = []
-    for column, (q, b) in enumerate(grid.modes()):
-        best = study.best_levels[core][:, column]
-        counts = [int((best == level).sum()) for level in (*range(grid.n_level), -1)]
-        cells = [Cell(share(count, best.size), count == max(counts), count) for count in counts]
-        rows.append((Cell(mode_name(grid.leakage_flows[q], grid.bulk_moduli[b])), *cells))
-    headers = ("Mode", *(f"d{level}" for level in range(1, grid.n_level + 1)), "none")
-    return Sheet(
-        "readings-best-levels",
-        "The best level of each mode against the matched baseline",
-        headers,
-        tuple(rows),
-        breaks=group_breaks([q for q, _ in grid.modes()]),
-        text_columns=(0,),
-    )

@@ -27,8 +27,8 @@ def test_a_grid_is_all_combinations_with_the_last_axis_varying_fastest():
 
 def test_baselines_that_the_sweep_holds_are_not_added():
     table = table_of(LEAKAGE, EBM)
-    assert table.fixed_baseline == (0, 0, 0, 0)
-    assert table.matched_baseline == (0, 1, 0, 1)
+    assert table.fixed_baseline.tolist() == [0, 0, 0, 0]
+    assert table.matched_baseline.tolist() == [0, 1, 0, 1]
 
 
 def test_baselines_that_the_sweep_lacks_are_added_after_it():

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
-from hydrofdi.assessment.step_limits import step_warnings, undamped_frequency
+from hydrofdi.assessment.step_limits import Distinct, step_warnings, undamped_frequency
 from hydrofdi.config import RunParameters
 from hydrofdi.config.input import InputConfig
 from hydrofdi.config.run import is_whole
@@ -23,12 +23,17 @@ FEW_SAMPLES = 20
 Bands = Sequence[tuple[float, float]]
 
 
-def forewarnings(runs: Iterable[RunParameters]) -> list[str]:
-    """Sentences on step, bands and record of runs, each said once."""
-    distinct = list(dict.fromkeys(runs))
+def forewarnings(distinct: Distinct) -> list[str]:
+    """Sentences on step, bands and record of runs, each said once.
+
+    Parameters
+    ----------
+    distinct : callable
+        Gives one run for each combination of sections that occurs, such as ``Runs.distinct``.
+    """
     records = dict.fromkeys(
-        (period_count(run), run.n_kept, run.wavelet) for run in distinct
-    )  # many runs, few records
+        (period_count(run), run.n_kept, run.wavelet) for run in distinct("input", "load", "run", "wavelet")
+    )
     sentences = step_warnings(distinct) + band_warnings(distinct)
     sentences += _onset_warnings(distinct) + folding_warnings(distinct)
     for n_period, n_kept, wavelet in records:
@@ -36,9 +41,12 @@ def forewarnings(runs: Iterable[RunParameters]) -> list[str]:
     return list(dict.fromkeys(sentences))
 
 
-def band_warnings(runs: Iterable[RunParameters]) -> list[str]:
+def band_warnings(distinct: Distinct) -> list[str]:
     """A sentence on the EBM whose mode is near the edge of a band; none where there are no such."""
-    modes = {(undamped_frequency(run) / (2.0 * math.pi), run.fluid.bulk_modulus): run for run in runs}
+    modes = {
+        (undamped_frequency(run) / (2.0 * math.pi), run.fluid.bulk_modulus): run
+        for run in distinct("actuator", "fluid", "run", "wavelet")
+    }
     near = [
         (frequency, modulus)
         for (frequency, modulus), run in modes.items()
@@ -52,23 +60,23 @@ def band_warnings(runs: Iterable[RunParameters]) -> list[str]:
     return [f"f_h is near the edge of a band, where two levels answer: {named}{more} (see 'hydrofdi check')"]
 
 
-def _onset_warnings(runs: Iterable[RunParameters]) -> list[str]:
+def _onset_warnings(distinct: Distinct) -> list[str]:
     return [
         f"an intermittent leak of period {run.leakage.onset_duration:g} s is sampled only"
         f" {run.leakage.onset_duration * run.run.sampling_frequency:g} times in it: its mean flow is off"
-        for run in runs
+        for run in distinct("leakage", "run")
         if run.leakage.onset == "intermittent"
         and run.leakage.onset_duration * run.run.sampling_frequency < FEW_SAMPLES
     ]
 
 
-def folding_warnings(runs: Sequence[RunParameters]) -> list[str]:
+def folding_warnings(distinct: Distinct) -> list[str]:
     """A sentence on each input, and on each anti-alias filter, that is too fast for the sampling."""
-    return [*_input_warnings(runs), *_filter_warnings(runs)]
+    return [*_input_warnings(distinct), *_filter_warnings(distinct)]
 
 
-def _input_warnings(runs: Sequence[RunParameters]) -> list[str]:
-    inputs = dict.fromkeys((run.input, run.run.sampling_frequency) for run in runs)
+def _input_warnings(distinct: Distinct) -> list[str]:
+    inputs = dict.fromkeys((run.input, run.run.sampling_frequency) for run in distinct("input", "run"))
     return [
         f"{sentence} more than half of run.sampling_frequency = {sampling:g} Hz"
         for drive, sampling in inputs
@@ -76,8 +84,10 @@ def _input_warnings(runs: Sequence[RunParameters]) -> list[str]:
     ]
 
 
-def _filter_warnings(runs: Sequence[RunParameters]) -> list[str]:
-    filters = dict.fromkeys((run.measurement.anti_alias, run.run.sampling_frequency) for run in runs)
+def _filter_warnings(distinct: Distinct) -> list[str]:
+    filters = dict.fromkeys(
+        (run.measurement.anti_alias, run.run.sampling_frequency) for run in distinct("measurement", "run")
+    )
     return [
         f"measurement.anti_alias = {corner:g} Hz is not below half of run.sampling_frequency ="
         f" {sampling:g} Hz: sampling folds what it lets pass"

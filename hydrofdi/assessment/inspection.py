@@ -18,8 +18,7 @@ from hydrofdi.assessment.forewarnings import (
 )
 from hydrofdi.assessment.selection import Selection, computed_rows
 from hydrofdi.assessment.sensor_noise import MUCH_NOISE, NoiseOfLevel, noise_of_levels
-from hydrofdi.assessment.step_limits import step_limits
-from hydrofdi.config import RunParameters
+from hydrofdi.assessment.step_limits import shortest_step_limits, step_limits
 from hydrofdi.execution import Job
 from hydrofdi.features.wavelet import boundary_shares, level_bands
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
@@ -125,24 +124,22 @@ class Inspection:
         return list(dict.fromkeys(_warnings(self)))
 
 
-def inspect_experiment(selection: Selection, runs: Iterable[RunParameters] = ()) -> Inspection:
-    """Inspect the runs of an experiment; all are simulated once.
+def inspect_experiment(selection: Selection) -> Inspection:
+    """Inspect the runs of an experiment; those selected are simulated once.
 
     Parameters
     ----------
     selection : Selection
-        At least one run.
-    runs : iterable of RunParameters
-        Further runs, whose step limits and sensors count as well; they are not simulated.
+        At least one run. Step limits, sensors and inputs of all other runs count as well.
     """
-    jobs = selection.jobs
-    runs, rows = list(runs), computed_rows(jobs)
+    jobs, distinct = selection.jobs, selection.distinct
+    rows = computed_rows(jobs)
     nominal = jobs[0].parameters
     run, wavelet = nominal.run, nominal.wavelet
     bands = tuple(level_bands(run.sampling_frequency, wavelet.levels))
     modes = [_mode_of_run(job, row, bands, selection.labels) for job, row in zip(jobs, rows, strict=True)]
     limits = [_limits(job, mode) for job, mode in zip(jobs, modes, strict=True)]
-    limits += [step_limits(parameters) for parameters in runs]
+    limits.append(shortest_step_limits(distinct))
     return Inspection(
         step=max(job.parameters.run.step for job in jobs),
         step_limits=_shortest(limits),
@@ -151,8 +148,8 @@ def inspect_experiment(selection: Selection, runs: Iterable[RunParameters] = ())
         n_sample=run.n_sample,
         n_period=period_count(nominal),
         boundary_shares=tuple(boundary_shares(nominal.n_kept, wavelet)),
-        noise=noise_of_levels([*(job.parameters for job in jobs), *runs], rows),
-        folding=tuple(folding_warnings([*(job.parameters for job in jobs), *runs])),
+        noise=noise_of_levels(distinct("wavelet", "pressure_1_sensor", "measurement", "run"), rows),
+        folding=tuple(folding_warnings(distinct)),
         n_left_out=selection.n_left_out,
     )
 

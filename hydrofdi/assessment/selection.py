@@ -9,7 +9,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.assessment.step_limits import Distinct
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
+from hydrofdi.config.parameters import SENSING
+from hydrofdi.config.runs import Runs
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
 
@@ -31,11 +34,14 @@ class Selection:
         Varied parameters, besides EBM, internal leakage and sensors.
     n_left_out : int
         Number of further distinct runs.
+    distinct : callable
+        Gives one run of the experiment for each combination of sections that occurs.
     """
 
     jobs: Jobs
     labels: tuple[str, ...]
     n_left_out: int
+    distinct: Distinct
 
 
 def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selection:
@@ -50,26 +56,24 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
         A leakage flow cannot be reached.
     """
     table = expand_runs(experiment)
-    distinct: dict[Any, RunSpec] = {}
-    for run in table.runs:
-        distinct.setdefault(run.parameters.with_ideal_sensors(), run)
     labels = tuple(name for name in table.axes if _is_label(name))
-    chosen = set(_most_different(list(distinct), labels)[:most])
+    distinct = table.runs.first(*(name for name in RunParameters.model_fields if name not in SENSING))
+    chosen = sorted(_most_different(table.runs, labels, distinct)[:most])
     return Selection(
-        _jobs([run for parameters, run in distinct.items() if parameters in chosen], experiment),
+        _jobs(list(table.runs.at(chosen)), experiment),
         labels,
         len(distinct) - len(chosen),
+        table.runs.distinct,
     )
 
 
-def _most_different(distinct: list[RunParameters], labels: tuple[str, ...]) -> list[RunParameters]:
-    """Runs in the order in which they are chosen."""
-    modes: dict[Any, RunParameters] = {}
-    others: dict[Any, RunParameters] = {}
-    for parameters in distinct:
-        modes.setdefault((parameters.fluid, parameters.leakage), parameters)
-        others.setdefault(tuple(parameters.told(name) for name in labels), parameters)
-    return list(dict.fromkeys([*modes.values(), *others.values(), *distinct]))
+def _most_different(runs: Runs, labels: tuple[str, ...], distinct: NDArray[np.intp]) -> list[int]:
+    """Positions of the runs that differ in more than their sensors, in the order in which they are chosen."""
+    modes = runs.first("fluid", "leakage").tolist()
+    others: dict[Any, int] = {}
+    for position in runs.first(*{name.partition(".")[0] for name in labels}).tolist():
+        others.setdefault(tuple(runs[position].parameters.told(name) for name in labels), position)
+    return list(dict.fromkeys([*modes, *others.values(), *distinct.tolist()]))
 
 
 def _jobs(runs: Sequence[RunSpec], experiment: ExperimentConfig) -> Jobs:

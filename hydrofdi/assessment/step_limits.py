@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.friction import (
@@ -15,6 +15,9 @@ from hydrofdi.physics.friction import (
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
 from hydrofdi.simulation.no_load import largest_opening, no_load_speed
+
+Distinct = Callable[..., Iterable[RunParameters]]
+"""Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""
 
 CONTACT_SHARE = 0.25
 """Share of the stable step that resolves the contact with an end stop, which is short and has a kink."""
@@ -34,24 +37,59 @@ def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[s
     dict
         Name of the part → step [s].
     """
-    actuator, friction, valve = run.actuator, run.friction, run.valve
-    limits = {"valve": _lag_limit(valve.angular_frequency, valve.damping_ratio)}
-    omega = undamped_frequency(run)
-    if mode is None:
-        limits["hydraulic mode"] = _lag_limit(omega, 0.0)
-    else:
+    limits: dict[str, float] = {}
+    for _, part_limits in _PARTS:
+        limits |= part_limits(run)
+    if mode is not None:
         limits["hydraulic mode"] = _lag_limit(2.0 * math.pi * mode.frequency, mode.damping_ratio)
-    if friction.law == "lugre":
-        limits["bristles"] = _bristle_limit(run)
-    else:
-        limits |= _decay_limit("friction zone", _friction_rate(run))
+    return limits
+
+
+def shortest_step_limits(distinct: Distinct) -> dict[str, float]:
+    """Longest step that is stable in all runs, for each part of the model that some run has."""
+    shortest: dict[str, float] = {}
+    for sections, part_limits in _PARTS:
+        for run in distinct(*sections):
+            for part, limit in part_limits(run).items():
+                shortest[part] = min(limit, shortest.get(part, math.inf))
+    return shortest
+
+
+def _valve_limits(run: RunParameters) -> dict[str, float]:
+    return {"valve": _lag_limit(run.valve.angular_frequency, run.valve.damping_ratio)}
+
+
+def _mode_limits(run: RunParameters) -> dict[str, float]:
+    actuator, omega = run.actuator, undamped_frequency(run)
+    limits = {"hydraulic mode": _lag_limit(omega, 0.0)}
     if actuator.end_stops == "elastic":
         stiffness = actuator.mass * omega**2 + actuator.end_stop_stiffness
         limits["end stops"] = CONTACT_SHARE * _lag_limit(math.sqrt(stiffness / actuator.mass), 0.0)
-    limits |= _decay_limit("leakage of the chambers", _chamber_rate(run))
-    if run.supply.droop == "first_order":
-        limits |= _decay_limit("supply", _supply_rate(run))
     return limits
+
+
+def _friction_limits(run: RunParameters) -> dict[str, float]:
+    if run.friction.law == "lugre":
+        return {"bristles": _bristle_limit(run)}
+    return _decay_limit("friction zone", _friction_rate(run))
+
+
+def _chamber_limits(run: RunParameters) -> dict[str, float]:
+    return _decay_limit("leakage of the chambers", _chamber_rate(run))
+
+
+def _supply_limits(run: RunParameters) -> dict[str, float]:
+    return _decay_limit("supply", _supply_rate(run)) if run.supply.droop == "first_order" else {}
+
+
+_PARTS: tuple[tuple[tuple[str, ...], Callable[[RunParameters], dict[str, float]]], ...] = (
+    (("valve",), _valve_limits),
+    (("actuator", "fluid"), _mode_limits),
+    (("actuator", "friction", "valve", "supply", "input", "control", "run"), _friction_limits),
+    (("actuator", "fluid", "leakage", "valve"), _chamber_limits),
+    (("supply", "valve", "input", "control", "run"), _supply_limits),
+)
+"""Sections that steps depend on, and the limits that they set."""
 
 
 def undamped_frequency(run: RunParameters) -> float:
@@ -109,13 +147,14 @@ def _bristle_limit(run: RunParameters) -> float:
     return min(_lag_limit(frequency, ratio), largest_stable_step(complex(-sliding)))
 
 
-def step_warnings(runs: Iterable[RunParameters]) -> list[str]:
+def step_warnings(distinct: Distinct) -> list[str]:
     """A sentence on each part of the model for which the step of some run is too long."""
     shortest: dict[str, tuple[float, float]] = {}
-    for run in dict.fromkeys(runs):
-        for part, limit in step_limits(run).items():
-            if run.run.step > limit:
-                shortest[part] = min(shortest.get(part, (math.inf, 0.0)), (limit, run.run.step))
+    for sections, part_limits in _PARTS:
+        for run in distinct(*sections, "run"):
+            for part, limit in part_limits(run).items():
+                if run.run.step > limit:
+                    shortest[part] = min(shortest.get(part, (math.inf, 0.0)), (limit, run.run.step))
     return [
         f"the step of {step:g} s is too long for the {part}: Runge-Kutta is stable up to {limit:.3g} s"
         for part, (limit, step) in shortest.items()

@@ -35,12 +35,12 @@ def check(
     from hydrofdi.assessment.selection import select_runs
     from hydrofdi.cli.assessment_rendering import inspection_record, print_convergence, print_inspection
     from hydrofdi.cli.rendering import print_json, tell_doubtful_settings
-    from hydrofdi.config import expand_runs, load_experiment
+    from hydrofdi.config import load_experiment
 
     experiment = load_experiment(config, settings or ())
     tell_doubtful_settings(experiment)
     selection = select_runs(experiment)
-    inspection = inspect_experiment(selection, (run.parameters for run in expand_runs(experiment).runs))
+    inspection = inspect_experiment(selection)
     convergence = halve_step(selection.jobs, tolerance) if converge else None
     if json:
         print_json(inspection_record(inspection, convergence))

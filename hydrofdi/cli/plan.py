@@ -61,6 +61,8 @@ def show_plan(
 
 
 def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, Any]:
+    from dataclasses import asdict
+
     from hydrofdi.config.csv_input import brief
     from hydrofdi.config.idle_parameters import idle_parameters
     from hydrofdi.config.plausibility import distant_baseline, unusual_values
@@ -79,6 +81,8 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "failed_before": sum(run_id in plan.failures for run_id in plan.run_ids),
         "missing": len(plan.missing),
         "reasons": plan.reasons(),
+        "solutions": asdict(plan.table.runs.at(plan.missing).solutions()),
+        "calibrated_at": plan.experiment.calibration.at,
         "workers": workers,
         "predicted_seconds": prediction.seconds,
         "predicted_file_bytes": prediction.file_bytes,
@@ -135,12 +139,30 @@ def _lines(record: dict[str, Any]) -> list[str]:
         lines.append(f"failed       {record['failed_before']} before; --retry-failed tries them again")
     lines.append(f"to compute   {record['missing']}")
     lines += [f"  because    {reason}: {count}" for reason, count in record["reasons"].items()]
+    lines += _solution_lines(record)
     lines.append(
         f"predicted    {record['predicted_seconds']:.1f} s with {record['workers']} workers,"
         f" {_megabytes(record['predicted_file_bytes'])} (and as much in shards);"
         f" {_megabytes(record['free_bytes'])} free"
     )
     return lines + [f"warning      {warning}" for warning in record["warnings"]]
+
+
+def _solution_lines(record: dict[str, Any]) -> list[str]:
+    """How often K_i is solved; empty where it is given."""
+    flows, conditions, total = record["solutions"].values()
+    if not total:
+        return []
+    text = f"{total:,} solutions"
+    if flows * conditions == total:
+        text = f"{_counted(flows, 'leakage flow')} × {_counted(conditions, 'condition')} = {text}"
+    if record["calibrated_at"] == "run" and conditions > 1:
+        text += "; 'calibration: {at: nominal}' solves each flow once"
+    return [f"K_i          {text}"]
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number:,} {noun}{'s' if number > 1 else ''}"
 
 
 def _megabytes(n_byte: int) -> str:

@@ -58,7 +58,7 @@ def simulate(
 
         save_figure(draw_signals(single.columns, experiment.wavelet, summary.title), figure)
         tell(f"drew {figure}")
-    for warning in forewarnings([single.run.parameters]):
+    for warning in forewarnings(lambda *_: [single.run.parameters]):
         tell(f"warning: {warning}")
     if json:
         print_json(run_record(summary))

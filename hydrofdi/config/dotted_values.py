@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from hydrofdi.config.condition import parse_condition
 from hydrofdi.config.csv_input import brief
+from hydrofdi.config.distributions import ARGUMENTS, DISTRIBUTIONS, require_order
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.mistakes import describe_error, nearest
 from hydrofdi.config.parameters import parameter_names, parameter_unit, validate_parameter
@@ -19,7 +20,6 @@ from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
 _GENERATORS = ("linspace", "logspace", "arange")
-_DISTRIBUTIONS = ("uniform", "loguniform", "normal", "choice")
 
 
 def normalize_baseline(source: Source) -> None:
@@ -149,47 +149,45 @@ def _range(kind: str, first: float, last: float, third: float) -> list[float]:
 
 def _distribution(source: Source, path: Path, name: str, distribution: Any) -> Any:
     """A distribution with its arguments in SI."""
-    known = ", ".join(_DISTRIBUTIONS)
     if not isinstance(distribution, dict) or len(distribution) != 1:
+        known = ", ".join(DISTRIBUTIONS)
         source.mistakes.append(
             source.mistake(path, f"expected one of {known}, e.g. {{uniform: [low, high]}}")
         )
         return distribution
     ((kind, arguments),) = distribution.items()
     path = (*path, kind)
-    if kind not in _DISTRIBUTIONS:
-        source.mistakes.append(source.mistake(path, f"unknown distribution{nearest(kind, _DISTRIBUTIONS)}"))
+    if kind not in DISTRIBUTIONS:
+        source.mistakes.append(source.mistake(path, f"unknown distribution{nearest(kind, DISTRIBUTIONS)}"))
         return distribution
-    if not isinstance(arguments, list) or (len(arguments) != 2 if kind != "choice" else not arguments):
-        wanted = "a list of values" if kind == "choice" else "two numbers"
+    roles = ARGUMENTS.get(kind)
+    if not isinstance(arguments, list) or not arguments or (roles and len(arguments) != len(roles)):
+        wanted = f"[{', '.join(roles)}]" if roles else "a list of values"
         source.mistakes.append(source.mistake(path, f"expected {wanted}; found {arguments!r}"))
         return distribution
-    return {kind: _distribution_arguments(source, path, name, kind, arguments)}
-
-
-def _distribution_arguments(
-    source: Source, path: Path, name: str, kind: str, arguments: list[Any]
-) -> list[Any]:
-    if kind == "normal":
-        mean = _parameter(source, (*path, 0), name, arguments[0])
-        try:
-            deviation = _in_unit_of(name, arguments[1])
-            if not deviation > 0.0:
-                raise ValueError(f"the standard deviation must be greater than 0; found {arguments[1]}")
-        except ValueError as error:
-            source.mistakes.append(source.mistake((*path, 1), _first_message(error)))
-            return arguments
-        return [mean, deviation]
-    values = [_parameter(source, (*path, index), name, value) for index, value in enumerate(arguments)]
-    if kind != "choice" and not all(isinstance(value, float) for value in values):
+    values = [
+        _argument(source, (*path, index), name, role, argument)
+        for index, (role, argument) in enumerate(zip(roles or [""] * len(arguments), arguments, strict=True))
+    ]
+    if roles and not all(isinstance(value, float) for value in values):
         _require_numbers(source, path)
-    elif kind != "choice":
-        low, high = values
-        if not low < high or (kind == "loguniform" and low <= 0.0):
-            source.mistakes.append(
-                source.mistake(path, f"needs low < high{', above zero' if kind == 'loguniform' else ''}")
-            )
-    return values
+    elif roles:
+        try:
+            require_order(kind, values)
+        except ValueError as error:
+            source.mistakes.append(source.mistake(path, str(error)))
+    return {kind: values}
+
+
+def _argument(source: Source, path: Path, name: str, role: str, argument: Any) -> Any:
+    """An argument of a distribution in SI."""
+    if role not in ("deviation", "factor"):
+        return _parameter(source, path, name, argument)
+    try:
+        return _in_unit_of(name if role == "deviation" else "", argument)
+    except ValueError as error:
+        source.mistakes.append(source.mistake(path, str(error)))
+        return argument
 
 
 def _in_unit_of(name: str, value: Any) -> float:

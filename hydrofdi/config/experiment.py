@@ -7,6 +7,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from hydrofdi.config.calibration import CalibrationConfig
 from hydrofdi.config.claims import ClaimId
 from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.limits import LimitsConfig
@@ -29,6 +30,9 @@ class ExperimentConfig(RunParameters):
     """Dotted parameters that, put into a run, make it the healthy run that δ compares with. The internal
     leakage flow is solved for K_i under the same conditions. What is left out: ``fluid.bulk_modulus`` is that
     of the experiment itself, and the piston is sealed."""
+
+    calibration: CalibrationConfig = CalibrationConfig()
+    """Which actuator a leakage flow is turned into K_i for."""
 
     sweep: SweepConfig = SweepConfig()
     """What varies."""

@@ -110,7 +110,7 @@ class RunParameters(Section):
         for name, value in values.items():
             section, field = name.split(".")
             changed.setdefault(section, []).append((field, value))
-        return {name: _replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
+        return {name: replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
 
     def with_sections(self, sections: Mapping[str, Section]) -> RunParameters:
         """These parameters with valid sections replaced.
@@ -120,15 +120,36 @@ class RunParameters(Section):
         ValueError
             The sections do not fit each other.
         """
-        moved = self.model_copy(update=sections)
-        if not sections.keys().isdisjoint(("fluid", "supply")):
-            require_fluid_fits(moved.fluid, moved.supply)
-        if not sections.keys().isdisjoint(("input", "control", "load", "run", "wavelet", "measurement")):
-            moved._require_fit()
+        moved = self.with_valid_sections(sections)
+        for fitting in FITTING_SECTIONS:
+            if not sections.keys().isdisjoint(fitting):
+                moved.require_fit(fitting)
+        return moved
+
+    def with_valid_sections(self, sections: Mapping[str, Section]) -> RunParameters:
+        """These parameters with sections replaced that are known to fit."""
+        moved = RunParameters.__new__(RunParameters)
+        object.__setattr__(moved, "__dict__", {**self.__dict__, **sections})
+        object.__setattr__(moved, "__pydantic_fields_set__", _ALL_SECTIONS)
+        object.__setattr__(moved, "__pydantic_extra__", None)
+        object.__setattr__(moved, "__pydantic_private__", None)
         return moved
 
     def _require_fit(self) -> None:
-        require_fluid_fits(self.fluid, self.supply)
+        for fitting in FITTING_SECTIONS:
+            self.require_fit(fitting)
+
+    def require_fit(self, sections: tuple[str, ...]) -> None:
+        """Check that the sections of one of ``FITTING_SECTIONS`` fit each other.
+
+        Raises
+        ------
+        ValueError
+            They do not.
+        """
+        if "fluid" in sections:
+            require_fluid_fits(self.fluid, self.supply)
+            return
         require_input_fits(self.input, self.control, self.run)
         require_load_fits(self.load, self.run)
         require_record_fits(self.n_kept - self.wavelet.latest_start, self.wavelet)
@@ -151,8 +172,8 @@ class RunParameters(Section):
 
     def with_ideal_sensors(self) -> RunParameters:
         """These parameters with every signal shown as it is."""
-        ideal = {name: kind() for name, kind in _SENSING.items() if not self.__dict__[name].is_default}
-        return self.model_copy(update=ideal) if ideal else self
+        ideal = {name: kind() for name, kind in SENSING.items() if not self.__dict__[name].is_default}
+        return self.with_valid_sections(ideal) if ideal else self
 
     def is_shown_exactly(self, sensor: str) -> bool:
         """Whether a sensor, named by its section, shows its signal as it is."""
@@ -165,13 +186,13 @@ class RunParameters(Section):
         So a parameter that is added later leaves the identity of stored runs alone. A default that changes
         has to raise ``PHYSICS_VERSION``.
         """
-        return _text(self.__dict__)
+        return sections_text(self.__dict__)
 
     @property
     def record_text(self) -> str:
         """`text` of all that the signals depend on; how they are analysed is left out."""
         analysis: dict[str, Section] = {"wavelet": WaveletConfig(), "run": self.run.without_discard}
-        return _text(self.__dict__ | analysis)
+        return sections_text(self.__dict__ | analysis)
 
     def value(self, name: str) -> Any:
         """The value of a dotted name, e.g. ``"fluid.bulk_modulus"``."""
@@ -191,9 +212,18 @@ class RunParameters(Section):
         return brief(self.value(name))
 
 
-_SORTED_SECTIONS = tuple(sorted(RunParameters.model_fields))
+SORTED_SECTIONS = tuple(sorted(RunParameters.model_fields))
+"""The sections in the order of a request."""
 
-_SENSING: dict[str, type[Section]] = {
+_ALL_SECTIONS = set(RunParameters.model_fields)
+
+FITTING_SECTIONS = (
+    ("fluid", "supply"),
+    ("input", "control", "load", "run", "wavelet", "measurement"),
+)
+"""Sections that have to fit each other; in what else they hold, they are free."""
+
+SENSING: dict[str, type[Section]] = {
     name: info.annotation
     for name, info in RunParameters.model_fields.items()
     if isinstance(info.annotation, type) and issubclass(info.annotation, SensorConfig | MeasurementConfig)
@@ -201,10 +231,15 @@ _SENSING: dict[str, type[Section]] = {
 """Sections that say how signals are measured, not what happens."""
 
 
-def _text(sections: Mapping[str, Section]) -> str:
-    stated = [(name, sections[name]) for name in _SORTED_SECTIONS]
-    parts = [f'"{name}":{section.stated_text}' for name, section in stated if not section.is_default]
-    return "{" + ",".join(parts) + "}"
+def sections_text(sections: Mapping[str, Section]) -> str:
+    """What differs from the defaults in sections, as JSON."""
+    parts = [section_text(name, sections[name]) for name in SORTED_SECTIONS]
+    return "{" + ",".join(filter(None, parts)) + "}"
+
+
+def section_text(name: str, section: Section) -> str:
+    """A section's part of a request; empty where it has its defaults."""
+    return "" if section.is_default else f'"{name}":{section.stated_text}'
 
 
 def parameter_names() -> Iterator[str]:
@@ -256,10 +291,23 @@ def _adapter(name: str) -> TypeAdapter[Any]:
     return TypeAdapter(Annotated[annotation, *field.metadata] if field.metadata else annotation)
 
 
-@lru_cache(maxsize=8192)
-def _replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Section:
-    new = dict(fields)
-    values = section.model_dump()
+def replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Section:
+    """A section with fields replaced; either form of the internal leakage replaces the other.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        They are invalid, or do not fit the others.
+    """
+    new, kind = dict(fields), type(section)
+    values = {name: section.__dict__[name] for name in kind.model_fields}
     if isinstance(section, LeakageConfig) and new.keys() & {"internal_coefficient", "internal_flow"}:
         values |= {"internal_coefficient": None, "internal_flow": None}
-    return type(section).model_validate(values | new)
+    replaced = kind.model_validate(values | new)
+    object.__setattr__(replaced, "__pydantic_fields_set__", _all_fields(kind))  # one set for all of them
+    return replaced
+
+
+@lru_cache(maxsize=128)
+def _all_fields(kind: type[Section]) -> set[str]:
+    return set(kind.model_fields)

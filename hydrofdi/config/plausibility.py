@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from hydrofdi.config.csv_input import parse_rows
+from hydrofdi.config.distributions import argument_values
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.parameters import parameter_names, parameter_quantity
 from hydrofdi.config.quantities import SI
@@ -66,8 +67,7 @@ def block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
         for name, values in axes.items():
             yield from ((name, value) for value in values)
     for name, distribution in (block.sample.over if block.sample else {}).items():
-        for kind, arguments in distribution.items():
-            yield from ((name, value) for value in (arguments[:1] if kind == "normal" else arguments))
+        yield from ((name, value) for value in argument_values(distribution))
     for part in block.union:
         yield from block_values(part)
 

@@ -12,6 +12,8 @@ from pydantic_core import CoreSchema, core_schema
 
 from hydrofdi.units import parse_quantity
 
+_TEXT = json.JSONEncoder(sort_keys=True, separators=(",", ":"))
+
 
 class Section(BaseModel):
     """A strict, frozen part of a configuration."""
@@ -21,7 +23,7 @@ class Section(BaseModel):
     @cached_property
     def stated_text(self) -> str:
         """What differs from the defaults, as JSON; keys sorted, floats in their shortest exact form."""
-        return json.dumps(self.stated(), sort_keys=True, separators=(",", ":"))
+        return _TEXT.encode(self.stated())
 
     def stated(self) -> dict[str, Any]:
         """The fields that differ from their defaults."""

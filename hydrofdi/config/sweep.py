@@ -5,12 +5,14 @@ Blocks beside each other multiply, the entries of a union follow one another, an
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from hydrofdi.config.condition import parse_condition
+from hydrofdi.config.distributions import is_unbounded
 from hydrofdi.config.quantities import Section
+from hydrofdi.config.sample import SampleConfig
 
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "boolean"}]}
 
@@ -37,25 +39,6 @@ _AXES = {"type": "object", "additionalProperties": _AXIS}
 
 Axes = Annotated[dict[str, list[Any]], WithJsonSchema(_AXES)]
 """Dotted parameter → its values in SI; generators are spelled out when a file is loaded."""
-
-
-class SampleConfig(Section):
-    """Points drawn from distributions."""
-
-    method: Literal["sobol", "lhs", "random"] = "sobol"
-    """Scrambled Sobol sequence, Latin hypercube, or independent draws (scipy.stats.qmc, numpy)."""
-
-    count: Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
-    """Number of points; a power of two keeps a Sobol sequence balanced."""
-
-    seed: Annotated[int, Field(strict=True, ge=0)] = 0
-    """Seed; the same seed gives the same points."""
-
-    over: dict[str, dict[Literal["uniform", "loguniform", "normal", "choice"], list[Any]]] = Field(
-        min_length=1
-    )
-    """Dotted parameter → its distribution: uniform [low, high], loguniform [low, high],
-    normal [mean, standard deviation], or choice [value, …]."""
 
 
 def _parsed(text: Any) -> Any:
@@ -114,7 +97,7 @@ class SweepConfig(Section):
     def unbounded_names(self) -> set[str]:
         """Parameters that are drawn from a distribution without limits."""
         over = self.sample.over if self.sample else {}
-        own = {name for name, distribution in over.items() if "normal" in distribution}
+        own = {name for name, distribution in over.items() if is_unbounded(distribution)}
         return own.union(*(block.unbounded_names for block in self.union))
 
     @property

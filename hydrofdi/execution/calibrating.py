@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
-from hydrofdi.config.expansion import told_values, varied_parameters
+from hydrofdi.config.told_values import told_values, varied_parameters
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.execution.engine import Engine
 from hydrofdi.physics import PHYSICS_VERSION
@@ -44,7 +44,7 @@ def leakage_coefficients(
     ConfigError
         Leakage flows cannot be reached that have to be.
     """
-    conditions = {calibration_identity(run.calibration): run.calibration for run in runs if run.calibration}
+    identities_of_runs, conditions = _conditions(runs)
     unsolved = {identity: condition for identity, condition in conditions.items() if identity not in known}
     identities = list(unsolved)
     reachable: dict[str, float] = {}
@@ -52,10 +52,8 @@ def leakage_coefficients(
         for identity, solution in zip(identities[first:], group, strict=False):
             known[identity], reachable[identity] = solution.coefficient, solution.reachable_flow
     coefficients = [
-        known[calibration_identity(run.calibration)]
-        if run.calibration
-        else run.parameters.leakage.internal_coefficient or 0.0
-        for run in runs
+        run.parameters.leakage.internal_coefficient or 0.0 if identity is None else known[identity]
+        for run, identity in zip(runs, identities_of_runs, strict=True)
     ]
     if required == "all" or (required == "any" and not any(value > 0.0 for value in coefficients)):
         _require_reachable(conditions, known, reachable)
@@ -70,7 +68,22 @@ def calibration_identity(condition: RunParameters) -> str:
 
 def unsolved_conditions(runs: Sequence[RunSpec], known: dict[str, float]) -> int:
     """Number of calibrations that runs need and that are not known."""
-    return len({calibration_identity(run.calibration) for run in runs if run.calibration} - known.keys())
+    return len(_conditions(runs)[1].keys() - known.keys())
+
+
+def _conditions(runs: Sequence[RunSpec]) -> tuple[list[str | None], dict[str, RunParameters]]:
+    """The identity of each run's calibration, and the conditions of each identity."""
+    conditions: dict[str, RunParameters] = {}
+    identities: list[str | None] = []
+    latest, identity = None, None
+    for run in runs:
+        if run.calibration is not latest:  # neighbours share theirs
+            latest = run.calibration
+            identity = None if latest is None else calibration_identity(latest)
+        if identity is not None and latest is not None:
+            conditions.setdefault(identity, latest)
+        identities.append(identity)
+    return identities, conditions
 
 
 def _solved_groups(

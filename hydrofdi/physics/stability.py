@@ -22,7 +22,6 @@ def amplification(product: complex) -> complex:
     return 1.0 + product * (1.0 + product / 2.0 * (1.0 + product / 3.0 * (1.0 + product / 4.0)))
 
 
-@lru_cache(maxsize=65536)
 def largest_stable_step(eigenvalue: complex) -> float:
     """The longest step for which classic Runge-Kutta does not amplify a mode.
 
@@ -36,7 +35,12 @@ def largest_stable_step(eigenvalue: complex) -> float:
     float
         h [s] with abs(R(hλ)) = 1; 2.785/abs(λ) on the real and 2.828/abs(λ) on the imaginary axis.
     """
-    direction = eigenvalue / abs(eigenvalue)
+    return _largest_stable_product(eigenvalue / abs(eigenvalue)) / abs(eigenvalue)
+
+
+@lru_cache(maxsize=65536)
+def _largest_stable_product(direction: complex) -> float:
+    """The largest abs(hλ) for which a mode of some direction in the complex plane is not amplified."""
     stable, unstable = 0.0, 0.05
     while abs(amplification(unstable * direction)) <= 1.0 + 1e-12:
         stable, unstable = unstable, unstable + 0.05
@@ -46,7 +50,7 @@ def largest_stable_step(eigenvalue: complex) -> float:
             stable = middle
         else:
             unstable = middle
-    return stable / abs(eigenvalue)
+    return stable
 
 
 def second_order_eigenvalues(frequency: float, damping_ratio: float) -> tuple[complex, complex]:

@@ -148,7 +148,7 @@ def explain(directory: Path, wanted: str) -> Explanation:
         status=stored.status if stored else failure.status if failure else "missing",
         message=failure.message if failure and not stored else message,
         log=failure.log if failure and not stored else "",
-        causes=step_warnings([run.parameters]) if stored and stored.status == "diverged" else [],
+        causes=step_warnings(lambda *_: [run.parameters]) if stored and stored.status == "diverged" else [],
         position=position,
         request=run.parameters.told_sections(),
         differences=_differences(baseline, run.parameters),

@@ -7,6 +7,7 @@ import time
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 
 from hydrofdi.assessment import forewarnings
@@ -15,7 +16,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file
-from hydrofdi.simulation import run_identity
+from hydrofdi.simulation import run_identities, run_identity
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import Failure, ShardIndex, holds_enough, read_failures, read_index
 from hydrofdi.store.names import stored_variables
@@ -85,7 +86,7 @@ class SweepPlan:
                 warnings.append(
                     f"a Sobol sample of {sample.count} points is not balanced; take a power of two"
                 )
-        warnings += forewarnings(run.parameters for run in self.table.runs)
+        warnings += forewarnings(self.table.runs.distinct)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return warnings
 
@@ -96,9 +97,8 @@ class SweepPlan:
             return "stored without the signals or the precision that are asked for"
         if run_id in self.index.lost:
             return "its shard is damaged"
-        run = self.table.runs[position]
         for version in sorted(self.index.physics_versions - {PHYSICS_VERSION}):
-            if run_identity(run, version) in self.index.runs:
+            if run_identity(self.table.runs[position], version) in self.index.runs:
                 return f"physics version changed from {version} to {PHYSICS_VERSION}"
         return "new"
 
@@ -139,7 +139,7 @@ def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: b
         The sweep is impossible.
     """
     table = expand_runs(experiment)
-    records = (run.parameters.run for run in table.runs)
+    records = [run.run for run in table.runs.distinct("run")]
     time_grids = {(record.n_sample, record.sampling_frequency) for record in records}
     if experiment.store.signals != "none" and len(time_grids) > 1:
         message = (
@@ -147,7 +147,7 @@ def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: b
             " set store: {signals: none}"
         )
         raise ConfigError([Mistake(message, "store.signals")])
-    run_ids = tuple(run_identity(run) for run in table.runs)
+    run_ids = run_identities(table.runs)
     failures = {} if retry_failed else read_failures(directory)
     return SweepPlan(experiment, directory, table, run_ids, read_index(directory), failures)
 
@@ -160,18 +160,17 @@ def predict(plan: SweepPlan, workers: int) -> Prediction:
 
 
 def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
-    runs = [plan.table.runs[position] for position in plan.missing]
+    runs = plan.table.runs.at(plan.missing)
     if not runs:
         return 0.0
     grid = runs[0].parameters.run
-    pilot = [run for run in runs if run.parameters.run == grid][:WIDTH]
+    pilot = list(islice((run for run in runs if run.parameters.run == grid), WIDTH))
     jobs = [Job("", run.parameters, run.parameters.leakage.internal_coefficient or 0.0) for run in pilot]
     compute_columns(jobs[:1])  # compiles, or loads the kernel
     start = time.perf_counter()
     compute_columns(jobs)
     seconds = time.perf_counter() - start
-    n_calibration = len({run.calibration.text() for run in runs if run.calibration is not None})
-    blocks = -(-len(runs) // WIDTH) + _CALIBRATION_ROUNDS * -(-n_calibration // WIDTH)
+    blocks = -(-len(runs) // WIDTH) + _CALIBRATION_ROUNDS * -(-runs.solutions().total // WIDTH)
     return max(seconds, blocks * seconds * WIDTH / max(len(jobs), WIDTH) / workers)
 
 

@@ -9,7 +9,7 @@ from hydrofdi.config import ExperimentConfig, expand_runs
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file, library_versions, newest_directory
-from hydrofdi.simulation import run_identity
+from hydrofdi.simulation import run_identities
 from hydrofdi.store import (
     ExperimentData,
     ShardIndex,
@@ -83,7 +83,7 @@ def _read_shards(
 ) -> ExperimentData:
     """The runs of an experiment as far as their shards go, each found by its identity."""
     table = expand_runs(experiment)
-    run_ids = [run_identity(run, physics_version) for run in table.runs]
+    run_ids = run_identities(table.runs, physics_version)
     results = ShardResults(run_ids, index.runs, read_failures(file.parent))
     data = read_unfinished(file, experiment, table, results, library_versions())
     data = replace(data, physics_version=physics_version)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
@@ -54,7 +56,7 @@ def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun
     alone = experiment.model_copy(update={"sweep": SweepConfig(), "ensemble": SweepConfig()})
     whole = expand_runs(alone)
     fixed, matched = (
-        (0 if rows[0] == 0 else NO_BASELINE,) for rows in (whole.fixed_baseline, whole.matched_baseline)
+        np.where(rows[:1] == 0, 0, NO_BASELINE) for rows in (whole.fixed_baseline, whole.matched_baseline)
     )
-    table = RunTable((single.run,), {}, 1, fixed, matched)
+    table = RunTable(whole.runs[:1], {}, 1, fixed, matched)
     write_experiment(path, alone, table, HeldResults(single.columns), library_versions())

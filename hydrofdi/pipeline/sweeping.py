@@ -28,7 +28,7 @@ from hydrofdi.execution import (
 )
 from hydrofdi.pipeline.places import experiment_file, library_versions
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
-from hydrofdi.simulation import run_identity
+from hydrofdi.simulation import run_identities
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import (
     Failure,
@@ -169,7 +169,7 @@ def collect(directory: Path) -> Path:
     experiment = read_request(directory)
     table = expand_runs(experiment)
     with experiment_lock(directory, lambda _: None):
-        return _write_file(experiment, directory, table, [run_identity(run) for run in table.runs])
+        return _write_file(experiment, directory, table, run_identities(table.runs))
 
 
 def _write_file(

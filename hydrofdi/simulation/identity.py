@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 
 from hydrofdi.config import RunSpec
+from hydrofdi.config.runs import Runs
 from hydrofdi.physics import PHYSICS_VERSION
 
 
@@ -13,4 +14,13 @@ def run_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
 
     Names, paths, worker counts and spellings of quantities do not enter.
     """
-    return hashlib.sha256(b"hydrofdi physics %d\n" % physics_version + run.request_digest).hexdigest()[:16]
+    return _identity(run.request_digest, physics_version)
+
+
+def run_identities(runs: Runs, physics_version: int = PHYSICS_VERSION) -> tuple[str, ...]:
+    """``run_identity`` of many runs."""
+    return tuple([_identity(digest, physics_version) for digest in runs.request_digests()])
+
+
+def _identity(request_digest: bytes, physics_version: int) -> str:
+    return hashlib.sha256(b"hydrofdi physics %d\n" % physics_version + request_digest).hexdigest()[:16]

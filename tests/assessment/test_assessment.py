@@ -13,7 +13,7 @@ import pywt
 from hydrofdi.assessment import calibrate_flows, converge, inspect_experiment
 from hydrofdi.assessment.forewarnings import place_in_bands
 from hydrofdi.assessment.selection import computed_rows, select_runs
-from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.config.wavelet import WaveletConfig
 from hydrofdi.features.wavelet import boundary_shares
 from hydrofdi.physics.leakage import internal_leakage_flow
@@ -169,8 +169,7 @@ def test_sensor_noise_is_set_against_each_level_of_the_weakestrun_hydrofdi(tmp_p
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP)
     quiet, noisy = (load_experiment(file, settings) for settings in ((), (NOISE,)))
-    runs = [run.parameters for run in expand_runs(noisy).runs]
-    found = inspect_experiment(select_runs(noisy), runs)
+    found = inspect_experiment(select_runs(noisy))
     weakest = np.min([row["detail_rms"] for row in computed_rows(select_runs(quiet).jobs)], axis=0)
     np.testing.assert_allclose([level.weakest_rms for level in found.noise], weakest, rtol=1e-12)
     np.testing.assert_allclose([level.noise for level in found.noise], np.sqrt(9e6 + 16e6 / 12), rtol=1e-9)
@@ -183,12 +182,7 @@ def test_sensor_noise_is_set_against_each_level_of_the_weakestrun_hydrofdi(tmp_p
 def test_noise_of_a_level_is_what_the_anti_alias_filter_leaves_of_it() -> None:
     settings = (*SHORT, "pressure_1_sensor.noise_density=100 Pa/√Hz")
     white, filtered = (
-        [
-            level.noise
-            for level in inspect_experiment(
-                select_runs(experiment), [run.parameters for run in expand_runs(experiment).runs]
-            ).noise
-        ]
+        [level.noise for level in inspect_experiment(select_runs(experiment)).noise]
         for experiment in (
             load_experiment(settings=(*settings, *more)) for more in ((), ("measurement.anti_alias=100 Hz",))
         )
@@ -207,7 +201,7 @@ def test_noisiest_sensor_of_a_sweep_counts() -> None:
             "pressure_2_sensor.noise=9 MPa",
         )
     )
-    found = inspect_experiment(select_runs(swept), [run.parameters for run in expand_runs(swept).runs])
+    found = inspect_experiment(select_runs(swept))
     np.testing.assert_allclose([level.noise for level in found.noise], 20e3)
 
 

@@ -1,0 +1,41 @@
+"""Distinct rows of a table of whole numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+_LARGEST_KEY = 2**62
+
+
+def distinct_rows(
+    columns: Sequence[NDArray[np.int32]], n_row: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The distinct rows of columns of numbers from -1 on, in order of appearance.
+
+    Parameters
+    ----------
+    columns : sequence of int arrays, shape (n_row,)
+    n_row : int
+
+    Returns
+    -------
+    first : array of int, shape (n_distinct,)
+        Where each of them appears first.
+    inverse : array of int, shape (n_row,)
+        Which of them each row is.
+    """
+    key, n_key = np.zeros(n_row, dtype=np.int64), 1
+    for column in columns:
+        size = int(column.max(initial=-1)) + 2
+        if size * n_key > _LARGEST_KEY:
+            _, key = np.unique(key, return_inverse=True)
+            n_key = n_row
+        key, n_key = key * size + (column + 1), n_key * size
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[inverse]

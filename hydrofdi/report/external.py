@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hydrofdi.report.table import SensitivityTable, TableRow
+from hydrofdi.report.table import LevelChanges, SensitivityTable, TableRow
 
 _LEVEL = 3
 """Position of a4; the deepest level where there are fewer."""
@@ -54,6 +54,8 @@ class ExternalStudy:
     ----------
     level : int
         Position of the approximation.
+    is_settled : bool
+        Whether δ are those of the settled records; else of the records as configured, their start included.
     rows : tuple of TableRow
         Ordered by external leakage, internal leakage and EBM.
     states : tuple of ExternalState
@@ -61,6 +63,7 @@ class ExternalStudy:
     """
 
     level: int
+    is_settled: bool
     rows: tuple[TableRow, ...]
     states: tuple[ExternalState, ...]
 
@@ -74,17 +77,25 @@ class ExternalStudy:
         """What the approximation makes of a constant 1 [-]."""
         return float(2.0 ** ((self.level + 1) / 2.0))
 
+    def approximations(self, row: TableRow) -> LevelChanges:
+        """The approximations of a row that are looked at."""
+        return row.settled_approximations if self.is_settled else row.approximations
+
+    def details(self, row: TableRow) -> LevelChanges:
+        """The details of a row that are looked at."""
+        return row.settled_details if self.is_settled else row.details
+
     @property
     def indicators(self) -> dict[str, Callable[[TableRow], float]]:
         """Name of a δ → δ of a row [%]; a prime marks the matched baseline."""
         level = self.level
         indicators: dict[str, Callable[[TableRow], float]] = {
-            f"δ{self.name}": lambda row: row.approximations.fixed[level],
-            f"δ′{self.name}": lambda row: row.approximations.matched[level],
+            f"δ{self.name}": lambda row: self.approximations(row).fixed[level],
+            f"δ′{self.name}": lambda row: self.approximations(row).matched[level],
         }
         if level >= _D2:
-            indicators["δd2"] = lambda row: row.details.fixed[_D2]
-            indicators["δ′d2"] = lambda row: row.details.matched[_D2]
+            indicators["δd2"] = lambda row: self.details(row).fixed[_D2]
+            indicators["δ′d2"] = lambda row: self.details(row).matched[_D2]
         return indicators
 
     def ranges(self, state: ExternalState) -> dict[str, Range]:
@@ -105,15 +116,15 @@ class ExternalStudy:
     def effect_of_bulk_modulus(self) -> Range:
         """δ of the approximation in runs that do not leak at all, against the fixed normal [%]."""
         rows = [row for row in self.states[0].rows if row.is_sealed]
-        return _range([row.approximations.fixed[self.level] for row in rows])
+        return _range([self.approximations(row).fixed[self.level] for row in rows])
 
     def effect_of_internal_leakage(self) -> Range:
         """δ of the approximation in runs that leak inside alone, against the matched baseline [%]."""
         rows = [row for row in self.states[0].rows if not row.is_sealed]
-        return _range([row.approximations.matched[self.level] for row in rows])
+        return _range([self.approximations(row).matched[self.level] for row in rows])
 
     def mean_shares(self) -> Range:
-        """Share of the mean of P_1 in the square of the approximation's RMS [-]."""
+        """Share of the mean of P_1 in the square of the approximation's RMS, as configured [-]."""
         return _range(
             [(self.gain * row.mean_pressure / row.approximations.rms[self.level]) ** 2 for row in self.rows]
         )
@@ -129,7 +140,8 @@ def study_external(table: SensitivityTable) -> ExternalStudy | None:
     )
     groups = sorted({_chambers(row) for row in rows} | {()})
     states = [ExternalState(group, tuple(row for row in rows if _chambers(row) == group)) for group in groups]
-    return ExternalStudy(min(_LEVEL, table.n_level - 1), tuple(rows), tuple(states))
+    level = min(_LEVEL, table.n_level - 1)
+    return ExternalStudy(level, table.has_settled, tuple(rows), tuple(states))
 
 
 def _chambers(row: TableRow) -> tuple[int, ...]:

@@ -45,7 +45,14 @@ def _legend(study: ExternalStudy) -> str:
         f"δ against the fixed normal, δ′ against the matched baseline. {study.name} holds the low frequencies"
         f" of P_1, its mean included; its RMS over {study.gain:.4g}, its gain for a constant, is a pressure."
         " The verdicts and controls below look at the runs without external leakage."
+        f" {_window_sentence(study)}"
     )
+
+
+def _window_sentence(study: ExternalStudy) -> str:
+    if study.is_settled:
+        return "δ and RMS are those of the settled records."
+    return "No record has settled, so δ and RMS hold the start-up transient."
 
 
 def _other_causes(study: ExternalStudy) -> str:
@@ -149,7 +156,7 @@ def _lead(row: TableRow) -> list[Cell]:
 
 
 def _pressures(study: ExternalStudy, row: TableRow) -> list[Cell]:
-    pressures = (row.approximations.rms[study.level] / study.gain, row.mean_pressure)
+    pressures = (study.approximations(row).rms[study.level] / study.gain, row.mean_pressure)
     return [
         Cell(HOLE if math.isnan(value) else f"{convert(value, 'MPa'):.3f}", value=convert(value, "MPa"))
         for value in pressures

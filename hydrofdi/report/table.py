@@ -195,10 +195,13 @@ class SensitivityTable:
         return any(name.startswith(EXTERNAL) for name in self.label_names)
 
     @property
-    def modes(self) -> dict[float, float]:
-        """β [Pa] → f_h [Hz], in ascending order, of the runs that ended well."""
-        ended = [row for row in self.rows if math.isfinite(row.mode_frequency)]
-        return {row.bulk_modulus: row.mode_frequency for row in sorted(ended, key=_bulk_modulus)}
+    def modes(self) -> dict[float, tuple[float, float]]:
+        """β [Pa] → least and largest f_h [Hz] of the runs that ended well, in ascending order."""
+        found: dict[float, list[float]] = {}
+        for row in sorted(self.rows, key=_bulk_modulus):
+            if math.isfinite(row.mode_frequency):
+                found.setdefault(row.bulk_modulus, []).append(row.mode_frequency)
+        return {beta: (min(frequencies), max(frequencies)) for beta, frequencies in found.items()}
 
 
 def largest_positive(levels: Sequence[float]) -> int | None:

@@ -126,12 +126,16 @@ def leakage_label(row: TableRow) -> str:
 def band_sentence(table: SensitivityTable) -> str:
     """Bands of the levels, and where the hydraulic mode lies for each EBM; for many, the ends."""
     bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
-    texts = [
-        f"{frequency:.1f} ({_level_at(table, frequency)}) at {megapascal(beta)} MPa"
-        for beta, frequency in table.modes.items()
-    ]
+    texts = [f"{_frequencies(table, *ends)} at {megapascal(beta)} MPa" for beta, ends in table.modes.items()]
     modes = ", ".join(texts) if len(texts) <= _MOST_MODES else f"{texts[0]} to {texts[-1]}"
     return f"Bands [Hz]: {bands}. Hydraulic mode f_h [Hz]: {modes or HOLE}."
+
+
+def _frequencies(table: SensitivityTable, least: float, largest: float) -> str:
+    """``59.6 (d3)``, or a range."""
+    ends = dict.fromkeys((f"{least:.1f}", f"{largest:.1f}"))
+    levels = dict.fromkeys((_level_at(table, least), _level_at(table, largest)))
+    return f"{'–'.join(ends)} ({'–'.join(levels)})"
 
 
 def _level_at(table: SensitivityTable, frequency: float) -> str:

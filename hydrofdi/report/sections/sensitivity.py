@@ -50,7 +50,10 @@ def sensitivity_block(analysis: Analysis) -> Block:
     if not analysis.has_baseline:
         return Block("table3", "RMS of the details", (band_sentence(table),), (_rms_sheet(table),))
     sealed = "have no internal leakage" if table.varies_external else "are controls"
-    legend = f"Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed {sealed}."
+    legend = (
+        f"Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed {sealed}; a sealed"
+        " row is its own matched baseline, so that its zeros there are no test."
+    )
     return Block(
         "table3",
         "Table 3: change of the details with leakage and EBM",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrofdi.physics.equation import Quantity, equation
+from hydrofdi.physics.powers_of_two import LN_2, binary_exponential, binary_logarithm
 
 LEAST_ABSOLUTE_PRESSURE = 1e3
 """Absolute pressure below which the gas in the fluid grows no softer [Pa]; it has no pressure below zero."""
@@ -35,9 +36,11 @@ def effective_bulk_modulus(
     -------
     float or array
         β [Pa] = [E + X (p_0/p)^(1/n)] / [E/β_l + X (p_0/p)^(1/n)/(n p)], with p = P + p_0 and
-        E = e^(−P/β_l): minus the volume over its slope. After Cho et al.
+        E = e^(−P/β_l): minus the volume over its slope. After Cho et al. Computed from the ratio of the gas
+        to the liquid, X (p_0/p)^(1/n)/E, which is taken as at most 2^64 X.
     """
     absolute = np.maximum(pressure + atmosphere, LEAST_ABSOLUTE_PRESSURE)
-    liquid_volume = np.exp((atmosphere - absolute) / liquid)
-    gas_volume = free_air * (atmosphere / absolute) ** (1.0 / exponent)
-    return (liquid_volume + gas_volume) / (liquid_volume / liquid + gas_volume / (exponent * absolute))
+    strain = absolute / liquid
+    binary = (strain - atmosphere / liquid) / LN_2 - binary_logarithm(absolute / atmosphere) / exponent
+    gas = free_air * binary_exponential(np.minimum(binary, 64.0))
+    return absolute * (1.0 + gas) / (strain + gas / exponent)

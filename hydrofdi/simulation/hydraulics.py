@@ -231,10 +231,12 @@ def pressure_rates(
     state: State, net_1: float, net_2: float, p: LaneParameters, options: ModelOptions
 ) -> tuple[float, float]:
     """P_1' and P_2' [Pa/s] from the net flows [m³/s]."""
-    modulus_1 = bulk_modulus_at(state.pressure_1, p, options)
-    rate_1, rate_2 = chamber_pressure_rates(state.position, net_1, net_2, modulus_1, p.volume, p.area)
+    modulus = p.bulk_modulus
     if options.free_air is not None:
-        rate_2 *= bulk_modulus_at(state.pressure_2, p, options) / modulus_1
+        net_1 *= bulk_modulus_at(state.pressure_1, p, options)
+        net_2 *= bulk_modulus_at(state.pressure_2, p, options)
+        modulus = 1.0
+    rate_1, rate_2 = chamber_pressure_rates(state.position, net_1, net_2, modulus, p.volume, p.area)
     if options.clamped_cavitation is not None:
         rate_1 = supported_pressure_rate(state.pressure_1, rate_1, p.vapour_pressure)
         rate_2 = supported_pressure_rate(state.pressure_2, rate_2, p.vapour_pressure)

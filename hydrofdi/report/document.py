@@ -5,8 +5,11 @@ Every form (terminal, Markdown, LaTeX, the page) renders these same texts, so th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeVar, overload
+
+Source = TypeVar("Source")
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,34 @@ class Cell:
     value: float | str | None = None
 
 
+class Rows(Sequence[tuple[Cell, ...]]):
+    """Rows of a sheet that are made when they are asked for: a terminal shows a few of many thousands.
+
+    Parameters
+    ----------
+    sources : sequence
+        What the rows are made from.
+    make : callable
+        Source → row.
+    """
+
+    def __init__(self, sources: Sequence[Source], make: Callable[[Source], tuple[Cell, ...]]) -> None:
+        self._sources: Sequence[Any] = sources
+        self._make: Callable[[Any], tuple[Cell, ...]] = make
+
+    def __len__(self) -> int:
+        return len(self._sources)
+
+    @overload
+    def __getitem__(self, key: int) -> tuple[Cell, ...]: ...
+    @overload
+    def __getitem__(self, key: slice) -> Rows: ...
+    def __getitem__(self, key: int | slice) -> tuple[Cell, ...] | Rows:
+        if isinstance(key, slice):
+            return Rows(self._sources[key], self._make)
+        return self._make(self._sources[key])
+
+
 @dataclass(frozen=True)
 class Sheet:
     """A table.
@@ -37,7 +68,7 @@ class Sheet:
         Identity within the report.
     title : str
     headers : tuple of str
-    rows : tuple of tuple of Cell
+    rows : sequence of tuple of Cell
         Each as long as `headers`.
     breaks : tuple of int
         Rows before which a gap or a line separates groups.
@@ -50,7 +81,7 @@ class Sheet:
     key: str
     title: str
     headers: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: Sequence[tuple[Cell, ...]]
     breaks: tuple[int, ...] = ()
     text_columns: tuple[int, ...] = ()
     note: str = ""

@@ -135,6 +135,7 @@ def standings(
         margins = [_least_margins(phase, kept) for phase in phases]
         fixed, matched = baseline_changes(data, over_phases if over_phases in data.columns else variable)
         sealed = [alarm.position for alarm in alarms]
+        shown = baseline_changes(data, variable)[0][sealed]
         found.append(
             Standing(
                 title=title,
@@ -143,9 +144,7 @@ def standings(
                 claims={claim: _counted([margin[claim] for margin in margins]) for claim in margins[0]},
                 margins=_least_margins(of_view, kept),
                 alarms=tuple(_level_count(_by_phase(fixed[position]), D3) for position in sealed),
-                alarm_deltas=tuple(
-                    tuple(baseline_changes(data, variable)[0][position].tolist()) for position in sealed
-                ),
+                alarm_deltas=tuple(map(tuple, shown.tolist())),
                 best_levels=tuple(
                     _level_count(_by_phase(matched[mode.position]), mode.level) for mode in best_levels
                 ),

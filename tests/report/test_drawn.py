@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.report import analyze, compose_report
+from hydrofdi.features import percentage_change
+from hydrofdi.report import analyze, compose_report, table
 from hydrofdi.report.claims import CLAIMS
+from hydrofdi.report.document import Cell, Rows
 from hydrofdi.store import ExperimentData, names
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.reading import FileSignals
@@ -45,14 +47,14 @@ def made(folder: Path, text: str) -> ExperimentData:
     config = folder / "made.yaml"
     config.write_text(text, encoding="utf-8")
     experiment = load_experiment(config)
-    table = expand_runs(experiment)
-    n_run, draw = len(table.runs), np.random.default_rng(0)
+    runs = expand_runs(experiment)
+    n_run, draw = len(runs.runs), np.random.default_rng(0)
     columns = {
         variable.name: np.full(n_run, "ok")
         if variable.is_text
         else draw.uniform(1.0, 2.0, (n_run, 5) if names.LEVEL in variable.dimensions else n_run)
         for variable in names.stored_variables("none")
-    } | requested_columns(table)
+    } | requested_columns(runs)
     return ExperimentData(folder / "made.h5", experiment, columns, {}, FileSignals(folder / "made.h5"))
 
 
@@ -93,6 +95,25 @@ def test_chosen_values_that_meet_are_a_grid(tmp_path):
     analysis = analyze(made(tmp_path, CHOSEN))
     assert analysis.grid.lack == ""
     assert analysis.grid.n_mode == 6
+
+
+def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp_path, monkeypatch):
+    passes = []
+    monkeypatch.setattr(table, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
+    counts = []
+    for n_run in (20, 200):
+        compose_report(analyze(made(tmp_path, BOTH % n_run)))
+        counts.append(len(passes))
+        passes.clear()
+    assert counts[0] == counts[1] > 0
+
+
+def test_a_sheet_makes_the_rows_that_are_looked_at():
+    sources = list(range(1000))
+    asked = []
+    rows = Rows(sources, lambda source: asked.append(source) or (Cell(str(source)),))
+    assert [row[0].text for row in rows[:3]] == ["0", "1", "2"]
+    assert (len(rows), asked) == (1000, [0, 1, 2])
 
 
 @pytest.fixture(scope="module")

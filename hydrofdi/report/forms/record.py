@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from collections import Counter
@@ -73,7 +74,9 @@ def _ensemble_record(analysis: Analysis, study: ReadingsStudy) -> dict[str, Any]
 
 def render_json(analysis: Analysis) -> str:
     """A report as JSON."""
-    return json.dumps(report_record(analysis), indent=2, allow_nan=False) + "\n"
+    text = io.StringIO()
+    json.dump(report_record(analysis), text, indent=2, allow_nan=False)
+    return text.getvalue() + "\n"
 
 
 def _claim_standing(analysis: Analysis, claim: str) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.controls import BestLevel, SealedAlarm
-from hydrofdi.report.document import Block, Cell, Sheet
+from hydrofdi.report.document import Block, Cell, Rows, Sheet
 from hydrofdi.report.table import level_name
 from hydrofdi.report.wording import (
     HOLE,
@@ -58,17 +58,10 @@ def _best_level_sentence(best: tuple[BestLevel, ...]) -> str:
     )
 
 
+_WORDS = {True: "alarm", False: "silent", None: "open"}
+
+
 def _alarm_sheet(analysis: Analysis) -> Sheet:
-    words = {True: "alarm", False: "silent", None: "open"}
-    rows = [
-        (
-            *_labels(alarm),
-            Cell(megapascal(alarm.bulk_modulus)),
-            Cell(words[alarm.alarm], alarm.alarm is True, words[alarm.alarm]),
-            *delta_cells(alarm.delta_fixed),
-        )
-        for alarm in analysis.sealed_alarms
-    ]
     levels = [f"δd{level}" for level in range(1, analysis.table.n_level + 1)]
     headers = (*_label_header(analysis.sealed_alarms), "EBM [MPa]", "d3 rule", *levels)
     n_label = len(_label_header(analysis.sealed_alarms))
@@ -76,30 +69,39 @@ def _alarm_sheet(analysis: Analysis) -> Sheet:
         "sealed-alarms",
         "The d3 rule on the sealed actuator: δ [%] against the fixed normal",
         headers,
-        tuple(rows),
+        Rows(analysis.sealed_alarms, _alarm_cells),
         text_columns=(*range(n_label), n_label + 1),
     )
 
 
+def _alarm_cells(alarm: SealedAlarm) -> tuple[Cell, ...]:
+    return (
+        *_labels(alarm),
+        Cell(megapascal(alarm.bulk_modulus)),
+        Cell(_WORDS[alarm.alarm], alarm.alarm is True, _WORDS[alarm.alarm]),
+        *delta_cells(alarm.delta_fixed),
+    )
+
+
 def _best_level_sheet(analysis: Analysis) -> Sheet:
-    rows = [
-        (
-            *_labels(mode),
-            Cell(litres_per_minute(mode.leakage_flow)),
-            Cell(megapascal(mode.bulk_modulus)),
-            Cell(level_name(mode.level) or HOLE, value=level_name(mode.level)),
-            Cell(signed(mode.delta), value=mode.delta),
-        )
-        for mode in analysis.best_levels
-    ]
     headers = (*_label_header(analysis.best_levels), "Leakage [L/min]", "EBM [MPa]", "Best level", "δ [%]")
     n_label = len(_label_header(analysis.best_levels))
     return Sheet(
         "best-levels",
         "The best level of each mode against the matched baseline",
         headers,
-        tuple(rows),
+        Rows(analysis.best_levels, _best_level_cells),
         text_columns=(*range(n_label), n_label + 2),
+    )
+
+
+def _best_level_cells(mode: BestLevel) -> tuple[Cell, ...]:
+    return (
+        *_labels(mode),
+        Cell(litres_per_minute(mode.leakage_flow)),
+        Cell(megapascal(mode.bulk_modulus)),
+        Cell(level_name(mode.level) or HOLE, value=level_name(mode.level)),
+        Cell(signed(mode.delta), value=mode.delta),
     )
 
 

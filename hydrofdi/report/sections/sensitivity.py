@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
+from hydrofdi.report.document import Block, Cell, Rows, Sheet, group_breaks
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
 from hydrofdi.report.table import EXTERNAL, Levels, SensitivityTable, TableRow
 from hydrofdi.report.wording import (
@@ -110,8 +110,9 @@ def _sheet(table: SensitivityTable, key: str, title: str, delta: Callable[[Table
         key=key,
         title=title,
         headers=(*lead_headers(table), *levels, *doubt_headers(table)),
-        rows=tuple(
-            (*lead_cells(row), *delta_cells(delta(row)), *doubt_cells(table, row)) for row in table.rows
+        rows=Rows(
+            table.rows,
+            lambda row: (*lead_cells(row), *delta_cells(delta(row)), *doubt_cells(table, row)),
         ),
         breaks=group_breaks([row.leakage_request for row in table.rows]),
         text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),

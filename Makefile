@@ -44,7 +44,7 @@ bench-runner: .venv/installed-test  ## measure sweeps of 100,000 runs and of sto
 torture: .venv/installed-test  ## kill sweeps at random moments and compare the bits (minutes)
 	PYTHONPATH=tests $(BIN)/python -m runner.torture
 
-docs: .venv/installed-runtime  ## generate docs/configuration.md and the picture of the README
+docs: .venv/installed-runtime  ## generate docs/configuration.md, configs/schema.json and the picture of the README
 	$(BIN)/python docs/generate_configuration.py
 	$(BIN)/hydrofdi sweep configs/table3.yaml
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/table3.png > $(RESULT)/table3.txt

@@ -1,13 +1,14 @@
-"""Write docs/configuration.md from the models in hydrofdi/config, so that it cannot drift from the code.
+"""Write docs/configuration.md and configs/schema.json from the models in hydrofdi/config.
 
 ::
 
-    python docs/generate_configuration.py           write the page (also: make docs)
-    python docs/generate_configuration.py --check   fail if the page is not what would be written (make check)
+    python docs/generate_configuration.py           write them (also: make docs)
+    python docs/generate_configuration.py --check   fail if they are not what would be written (make check)
 """
 
 from __future__ import annotations
 
+import json
 import sys
 import typing
 from collections.abc import Iterator
@@ -21,9 +22,11 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.docstrings import field_texts
 from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.config.quantities import SI
+from hydrofdi.config.schema import experiment_schema
 from hydrofdi.units import convert, parse_quantity
 
 PAGE = Path(__file__).parent / "configuration.md"
+SCHEMA = Path(__file__).parent.parent / "configs" / "schema.json"
 
 INTRODUCTION = """\
 # Configuration
@@ -149,7 +152,9 @@ def _model(info: FieldInfo) -> Any:
 
 
 if __name__ == "__main__":
-    if "--check" not in sys.argv[1:]:
-        PAGE.write_text(page(), encoding="utf-8")
-    elif not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != page():
-        sys.exit("docs/configuration.md is not up to date; run 'make docs'")
+    schema = json.dumps(experiment_schema(), indent=2) + "\n"
+    for file, text in ((PAGE, page()), (SCHEMA, schema)):
+        if "--check" not in sys.argv[1:]:
+            file.write_text(text, encoding="utf-8")
+        elif not file.is_file() or file.read_text(encoding="utf-8") != text:
+            sys.exit(f"{file.name} is not up to date; run 'make docs'")

@@ -188,7 +188,7 @@ def _write_file(
 
 
 def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watcher) -> list[Job]:
-    runs = [plan.table.runs[position] for position in plan.missing]
+    runs = plan.table.runs.at(plan.missing)
     n_unsolved = unsolved_conditions(runs, known)
     if n_unsolved > WIDTH:
         watcher.tell(f"solving the leakage coefficients of {n_unsolved} conditions first")
@@ -212,10 +212,9 @@ def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Wat
 
 def _may_lack_leaks(plan: SweepPlan) -> bool:
     """Whether a sweep makes sense even if none of its missing leaks is possible."""
-    stored = set(range(len(plan.run_ids))) - set(plan.missing)
+    stored = sorted(set(range(len(plan.run_ids))) - set(plan.missing))
     return plan.experiment.has_readings or any(
-        run.calibration or run.parameters.leakage.internal_coefficient
-        for run in (plan.table.runs[position] for position in stored)
+        run.calibration or run.parameters.leakage.internal_coefficient for run in plan.table.runs.at(stored)
     )
 
 

@@ -1,7 +1,11 @@
 """For which actuator a leakage flow is turned into K_i."""
 # ruff: noqa: E501
 
+import h5py
+import pytest
+
 from hydrofdi.config import expand_runs, load_experiment
+from tests import commands
 
 FLOWS = "sweep.grid.leakage.internal_flow=[0 L/min, 0.12 L/min, 0.5 L/min]"
 DRAWN = "sweep.sample={count: 16, over: {friction.viscous: {uniform: [40, 60]}, actuator.mass: {uniform: [9, 15]}}}"
@@ -63,3 +67,36 @@ def test_a_leaky_baseline_is_solved_under_the_same_conditions():
 def test_conditions_that_do_not_multiply_are_counted_all_the_same():
     union = "sweep.union=[{grid: {leakage.internal_flow: [1e-6], friction.viscous: [50, 60]}}, {grid: {leakage.internal_flow: [2e-6]}}]"
     assert vars(runs_of(union).solutions()) == {"flows": 2, "conditions": 2, "total": 3}
+
+
+@pytest.mark.parametrize(
+    ("at", "told"),
+    [
+        ("run", "K_i          2 leakage flows × 16 conditions = 32 solutions; 'calibration: {at: nominal}' solves each flow once"),
+        ("nominal", "K_i          2 leakage flows × 1 condition = 2 solutions"),
+    ],
+)  # fmt: skip
+def test_a_plan_says_how_often_coefficients_are_solved(tmp_path, experiment_file, at, told):
+    file = experiment_file("name: drawn\nrun: {duration: 2 s}\n")
+    settings = [part for setting in (FLOWS, DRAWN, f"calibration.at={at}") for part in ("--set", setting)]
+    assert told in commands.run("plan", file, *settings, check=0, cwd=tmp_path).stdout.splitlines()
+    record = commands.run_json("plan", file, *settings, cwd=tmp_path)
+    assert record["solutions"]["total"] == (32 if at == "run" else 2)
+
+
+def test_a_nominal_coefficient_is_shared_and_flows_differ(tmp_path, experiment_file):
+    file = experiment_file(
+        "name: drawn\nrun: {duration: 2 s}\ncalibration: {at: nominal}\nstore: {signals: none}\n"
+        "sweep: {grid: {leakage.internal_flow: [0.5 L/min], supply.pressure: [10 MPa, 17.2 MPa]}}\n"
+    )
+    commands.run("sweep", file, "--workers", "1", check=0, cwd=tmp_path)
+    rows = [
+        row
+        for row in commands.run_json("report", cwd=tmp_path)["rows"]
+        if row["internal_leakage_coefficient"]
+    ]
+    assert len({row["internal_leakage_coefficient"] for row in rows}) == 1
+    with h5py.File(tmp_path / "results" / "drawn" / "drawn.h5") as stored:
+        flows = stored["mean_internal_leakage_flow"][:2] * 60e3
+    assert flows[1] == pytest.approx(0.5, rel=1e-3)
+    assert flows[0] < 0.45

@@ -95,9 +95,9 @@ def test_jobs_that_differ_in_their_analysis_alone_are_simulated_once() -> None:
     jobs.append(Job("leaky", short, 2e-9))
     simulated = []
 
-    def count(runs, coefficients):
+    def count(runs, coefficients, *, tap):
         simulated.extend(coefficients)
-        return simulate_batch(runs, coefficients)
+        return simulate_batch(runs, coefficients, tap)
 
     together = compute_columns(jobs, count)
     assert simulated == [1e-9, 2e-9]

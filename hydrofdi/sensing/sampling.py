@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.config.run import RunConfig
+from hydrofdi.physics.equation import equation
 from hydrofdi.simulation.compilation import strictly_compiled
 
 
@@ -95,7 +96,7 @@ class Clocks:
         add_nodes(values, first_step, self._first_nodes, self._offsets, first, last, samples)
 
 
-@strictly_compiled
+@equation
 def cubic_weight(node: int, place: float) -> float:
     """Weight of the value at a node, 0 … 3, in the cubic through the values at all four."""
     weight = 1.0

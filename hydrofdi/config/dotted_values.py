@@ -44,6 +44,15 @@ def _refuse_leaky_baseline(source: Source) -> None:
             source.mistakes.append(source.mistake(("baseline", name), message))
 
 
+def normalize_replicates(source: Source) -> None:
+    """The distributions of ``replicates`` in SI."""
+    replicates = source.data.get("replicates")
+    if isinstance(replicates, dict) and isinstance(over := replicates.get("over"), dict):
+        replicates["over"] = {
+            name: _distribution(source, ("replicates", "over", name), name, over[name]) for name in over
+        }
+
+
 def normalize_sweep(source: Source) -> None:
     """The ``sweep`` and ``ensemble`` of a source in SI, with generators of values spelled out."""
     for section in ("sweep", "ensemble"):

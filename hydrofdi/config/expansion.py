@@ -20,6 +20,10 @@ MOST_RUNS = 1_000_000
 """Points that one sweep may have."""
 
 
+NO_RUN = -1
+"""Stands for a run that there is none of."""
+
+
 @dataclass(frozen=True, eq=False)
 class RunTable:
     """The runs of an experiment in their order.
@@ -28,7 +32,7 @@ class RunTable:
     ----------
     runs : Runs, length n_run
         The swept runs in the order of the sweep, reading by reading, then the healthy runs
-        that the sweep itself lacks.
+        that the sweep itself lacks, then their replicates.
     axes : dict
         Dotted parameter → its different values in SI, in order of appearance.
     n_swept : int
@@ -36,6 +40,8 @@ class RunTable:
     fixed_baseline, matched_baseline : array of int, shape (n_run,)
         Index of the healthy run that a run is compared with: under the baseline's conditions, and under
         its own conditions with the baseline's leakage.
+    replicate_of : array of int, shape (n_run,)
+        Index of the healthy run that a run is an independent replicate of; −1 for all others.
     """
 
     runs: Runs
@@ -43,6 +49,7 @@ class RunTable:
     n_swept: int
     fixed_baseline: NDArray[np.intp]
     matched_baseline: NDArray[np.intp]
+    replicate_of: NDArray[np.intp]
 
 
 def expand_runs(experiment: ExperimentConfig) -> RunTable:
@@ -63,7 +70,13 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     n_swept = len(rows.numbers)
     rows, fixed, matched = expansion.with_baselines(rows)
     axes = {name: _appearing(points.columns[name]) for name in points.columns}
-    return RunTable(expansion.runs(rows), axes, n_swept, fixed, matched)
+    of_run = np.full(len(fixed), NO_RUN)
+    healthy = np.unique(np.concatenate([fixed, matched]))
+    rows, of_replicate = expansion.with_replicates(rows, healthy)
+    fixed, matched = (np.concatenate([baseline, of_replicate]) for baseline in (fixed, matched))
+    return RunTable(
+        expansion.runs(rows), axes, n_swept, fixed, matched, np.concatenate([of_run, of_replicate])
+    )
 
 
 def _require_countable(experiment: ExperimentConfig) -> None:

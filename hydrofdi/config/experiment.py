@@ -11,8 +11,9 @@ from hydrofdi.config.calibration import CalibrationConfig
 from hydrofdi.config.claims import ClaimId
 from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.limits import LimitsConfig
-from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.parameters import SENSING, RunParameters
 from hydrofdi.config.reference import ReferenceConfig
+from hydrofdi.config.replicates import ReplicatesConfig
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.config.sweep import SweepConfig
 
@@ -46,6 +47,9 @@ class ExperimentConfig(RunParameters):
     ensemble: SweepConfig = SweepConfig()
     """Readings: what is not known for certain. The sweep is run in every reading."""
 
+    replicates: ReplicatesConfig = ReplicatesConfig()
+    """Healthy actuators that differ as they may without a fault."""
+
     claims: tuple[ClaimId, ...] = ()
     """Sentences of the paper that ``hydrofdi report --check`` requires to hold."""
 
@@ -65,6 +69,15 @@ class ExperimentConfig(RunParameters):
     def _readings_leave_the_sweep_alone(self) -> Self:
         if twice := set(self.ensemble.names) & set(self.sweep.names):
             raise ValueError(f"{sorted(twice)[0]} varies in both ensemble and sweep")
+        return self
+
+    @model_validator(mode="after")
+    def _replicates_differ(self) -> Self:
+        if self.replicates.count == 1:
+            raise ValueError("replicates.count = 1 has no range; take 2 or more")
+        is_noisy = any(not self.is_shown_exactly(name) for name in SENSING if name != "measurement")
+        if self.replicates.count and not self.replicates.over and not is_noisy:
+            raise ValueError("the replicates would all be alike: give replicates.over, or sensors with noise")
         return self
 
     @property

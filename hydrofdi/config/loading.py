@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from hydrofdi.config.dotted_values import normalize_baseline, normalize_sweep
+from hydrofdi.config.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
 from hydrofdi.config.mistakes import describe_error
@@ -17,7 +17,7 @@ from hydrofdi.errors import ConfigError, Mistake
 
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
     ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
-    ("ensemble", "grid"), ("ensemble", "zip"), ("ensemble", "sample", "over"),
+    ("ensemble", "grid"), ("ensemble", "zip"), ("ensemble", "sample", "over"), ("replicates", "over"),
 )  # fmt: skip
 """Mappings whose keys are dotted parameter names."""
 
@@ -148,6 +148,7 @@ def _validate(source: Source) -> ExperimentConfig:
     read_input_files(source)
     normalize_baseline(source)
     normalize_sweep(source)
+    normalize_replicates(source)
     try:
         experiment = ExperimentConfig.model_validate(source.data)
     except ValidationError as errors:

@@ -68,7 +68,9 @@ class Expansion:
         self._conditions = {
             name: value for name, value in self._baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
         }
-        varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline)}
+        self._replicates = experiment.replicates
+        drawn = (*self._replicates.over, "measurement.seed") if self._replicates.count else ()
+        varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline, *drawn)}
         self._names = tuple(name for name in RunParameters.model_fields if name in varied)
         self._pools = {name: SectionPool(getattr(self._nominal, name)) for name in self._names}
 
@@ -102,6 +104,29 @@ class Expansion:
         found = np.empty(len(by_turns), dtype=np.intp)
         found[by_turns] = places[n_row:]
         return rows, found[:n_fixed][of_fixed], found[n_fixed:][of_matched]
+
+    def with_replicates(self, rows: Rows, healthy: NDArray[np.intp]) -> tuple[Rows, NDArray[np.intp]]:
+        """Rows and the replicates of the healthy ones among them, and which one each is a replicate of."""
+        count = self._replicates.count
+        of_replicate = np.repeat(healthy, count)
+        if not count:
+            return rows, of_replicate
+        numbers = rows.numbers[of_replicate].copy()
+        draws = self._replicates.draws(len(healthy))
+        for k, draw in enumerate(draws):
+            changes = draw | {"measurement.seed": self._nominal.measurement.seed + 1 + k % count}
+            for place, section in enumerate(self._names):
+                if fields := _fields(changes, section):
+                    pool = self._pools[section]
+                    try:
+                        changed = replace_fields(pool.sections[numbers[k, place]], fields)
+                    except ValueError as error:
+                        raise _impossible(draw, error, "replicates.over") from None
+                    numbers[k, place] = pool.number(changed)
+        names = (*self._replicates.over, "measurement.seed")
+        self._require_fit(numbers, names, lambda k: draws[k])
+        added = Rows(numbers, np.full_like(numbers, NONE), None if rows.sources is None else numbers)
+        return _joined([rows, added]), of_replicate
 
     def _at_points(self, columns: Mapping[str, Column]) -> Numbers:
         """Numbers of the sections at all points where some parameters vary."""
@@ -222,9 +247,9 @@ def _fields(values: Mapping[str, Any], section: str) -> tuple[tuple[str, Any], .
     return tuple((field, value) for owner, field, value in split if owner == section)
 
 
-def _impossible(values: Mapping[str, Any], error: ValueError) -> ConfigError:
+def _impossible(values: Mapping[str, Any], error: ValueError, key: str = "sweep") -> ConfigError:
     reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
-    return ConfigError([Mistake(f"at {told_values(values)}: {reason}", "sweep")])
+    return ConfigError([Mistake(f"at {told_values(values)}: {reason}", key)])
 
 
 def _needs_calibration(leakage: Section) -> bool:

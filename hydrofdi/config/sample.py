@@ -10,6 +10,12 @@ from pydantic import Field, model_validator
 from hydrofdi.config.mistakes import nearest
 from hydrofdi.config.quantities import Section
 
+Distribution = dict[
+    Literal["uniform", "loguniform", "normal", "truncated_normal", "lognormal", "triangular", "choice"],
+    list[Any],
+]
+"""Name of a distribution → its arguments, in SI."""
+
 
 class CorrelationConfig(Section):
     """Parameters that are not drawn independently of each other (Gaussian copula)."""
@@ -51,15 +57,7 @@ class SampleConfig(Section):
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed; the same seed gives the same points."""
 
-    over: dict[
-        str,
-        dict[
-            Literal[
-                "uniform", "loguniform", "normal", "truncated_normal", "lognormal", "triangular", "choice"
-            ],
-            list[Any],
-        ],
-    ] = Field(min_length=1)
+    over: dict[str, Distribution] = Field(min_length=1)
     """Dotted parameter → its distribution: uniform [low, high], loguniform [low, high],
     normal [mean, standard deviation], truncated_normal [mean, standard deviation, low, high] (of the normal
     distribution before it is cut off), lognormal [median, factor] (the factor is the geometric standard

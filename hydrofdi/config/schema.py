@@ -22,7 +22,14 @@ def experiment_schema() -> dict[str, Any]:
     names = {"enum": list(parameter_names())}
     sweep = schema["$defs"]["SweepConfig"]["properties"]
     sample = schema["$defs"]["SampleConfig"]["properties"]
-    for mapping in (schema["properties"]["baseline"], sweep["grid"], sweep["zip"], sample["over"]):
+    replicates = schema["$defs"]["ReplicatesConfig"]["properties"]
+    for mapping in (
+        schema["properties"]["baseline"],
+        sweep["grid"],
+        sweep["zip"],
+        sample["over"],
+        replicates["over"],
+    ):
         mapping["propertyNames"] = names
         mapping.pop("default", None)
     schema["properties"]["extends"] = {

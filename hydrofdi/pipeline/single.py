@@ -58,5 +58,5 @@ def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun
     fixed, matched = (
         np.where(rows[:1] == 0, 0, NO_BASELINE) for rows in (whole.fixed_baseline, whole.matched_baseline)
     )
-    table = RunTable(whole.runs[:1], {}, 1, fixed, matched)
+    table = RunTable(whole.runs[:1], {}, 1, fixed, matched, np.array([NO_BASELINE]))
     write_experiment(path, alone, table, HeldResults(single.columns), library_versions())

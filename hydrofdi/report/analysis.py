@@ -13,6 +13,7 @@ from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.modes import ModeGrid, arrange_modes
 from hydrofdi.report.phases import Standing, standings
 from hydrofdi.report.readings import ReadingsStudy, study_readings
+from hydrofdi.report.replicates import ReplicateStudy, study_replicates
 from hydrofdi.report.table import SensitivityTable, summarize_table
 from hydrofdi.store import ExperimentData, names
 
@@ -34,6 +35,9 @@ class Analysis:
     """What external leakage does to the approximation, where the experiment varies it."""
     readings: ReadingsStudy | None
     """Claims and controls over the readings, where the experiment is an ensemble with a grid of modes."""
+
+    replicates: ReplicateStudy | None
+    """Rows against healthy replicates, where the experiment asks for any."""
 
     @property
     def has_baseline(self) -> bool:
@@ -64,4 +68,5 @@ def analyze(data: ExperimentData) -> Analysis:
         deviations=compare_reference(table, data),
         external=study_external(table),
         readings=study,
+        replicates=study_replicates(table, data),
     )

@@ -13,6 +13,7 @@ from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.readings import readings_block
 from hydrofdi.report.sections.readings_controls import readings_controls_block
 from hydrofdi.report.sections.reference import reference_block
+from hydrofdi.report.sections.replicates import replicates_block
 from hydrofdi.report.sections.sensitivity import sensitivity_block, settled_block
 from hydrofdi.report.sections.small_leakage import small_leakage_block
 from hydrofdi.report.sections.standing import standing_block
@@ -37,6 +38,7 @@ def compose_report(analysis: Analysis) -> Document:
         sensitivity_block(analysis),
         settled_block(analysis),
         small_leakage_block(analysis),
+        replicates_block(analysis),
         standing_block(analysis) if analysis.has_baseline else None,
         verdicts_block(analysis),
         controls_block(analysis) if analysis.has_baseline else None,

@@ -101,7 +101,7 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
     data : ExperimentData
         An experiment as it was read.
     """
-    kept = np.flatnonzero(~leaks_out_more(data))
+    kept = np.flatnonzero(~leaks_out_more(data) & (data.replicate_of == names.NO_BASELINE))
     axes = _axes(data, kept)
     lack = missing_baseline(data) or missing_grid(data.experiment, axes.shape, len(kept))
     if lack:

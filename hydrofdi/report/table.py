@@ -306,14 +306,17 @@ def label_names(data: ExperimentData) -> list[str]:
 
 
 def _rows(data: ExperimentData) -> Iterator[TableRow]:
-    """The rows in the order of the runs."""
+    """The rows in the order of the runs, replicates left out."""
     numbers = {name: data.columns[name].tolist() for name in (*_NUMBERS, *names.DOUBTS.values())}
     texts = {name: data.columns[name].astype(str).tolist() for name in _TEXTS}
     labels = {name: data.values(name) for name in label_names(data)}
     features = [_changes(data, name) for name in _FEATURES]
     requests, coefficients = data.leakage_requests.tolist(), _external_coefficients(data)
     flows = list(zip(*(numbers[name] for name in names.EXTERNAL_LEAKAGE_FLOWS), strict=True))
+    of_replicate = data.replicate_of.tolist()
     for k, more in enumerate(leaks_out_more(data).tolist()):
+        if of_replicate[k] != names.NO_BASELINE:
+            continue
         status, level = texts[names.STATUS][k], numbers[names.LEAKAGE_LEVEL][k]
         yield TableRow(
             run_id=texts[names.RUN_ID][k],

@@ -21,6 +21,7 @@ from hydrofdi.store.names import (
     LEAKAGE_LEVEL,
     MATCHED_BASELINE,
     NO_BASELINE,
+    REPLICATE_OF,
     RUN_ID,
     STATUS,
     axis_variable,
@@ -100,6 +101,16 @@ class ExperimentData:
     def matched_baseline(self) -> NDArray[np.int64]:
         """Row of the sealed run under a run's own conditions, for each run; `NO_BASELINE` without one."""
         return self._sealed(self.columns[MATCHED_BASELINE])
+
+    @cached_property
+    def replicate_of(self) -> NDArray[np.int64]:
+        """Row of the healthy run that each run is a replicate of; `NO_BASELINE` for all others."""
+        return self.columns.get(REPLICATE_OF, np.full(self.n_run, NO_BASELINE))
+
+    @property
+    def has_replicates(self) -> bool:
+        """Whether any run is a replicate."""
+        return bool((self.replicate_of != NO_BASELINE).any())
 
     def _sealed(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Rows, without those that leak: earlier versions took them for baselines too."""

@@ -30,6 +30,8 @@ from hydrofdi.store.names import (
     MATCHED_BASELINE,
     PHASE,
     PHASE_DETAIL_RMS,
+    REPLICATE_OF,
+    REPLICATED,
     REQUESTED,
     RUN,
     TIME,
@@ -78,7 +80,8 @@ def write_experiment(
         n_phase = columns[PHASE_DETAIL_RMS].shape[1] if PHASE_DETAIL_RMS in columns else 0
         _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], n_phase, results.n_run)
         requested = requested_columns(table)
-        for variable in (*REQUESTED, *_axis_variables(table)):
+        replicated = (REPLICATED,) if experiment.replicates.count else ()
+        for variable in (*REQUESTED, *replicated, *_axis_variables(table)):
             _write_column(file, variable, requested[variable.name])
         for variable in variables:
             if not variable.is_signal:
@@ -190,6 +193,7 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
         LEAKAGE_LEVEL: np.array(levels, dtype=float),
         FIXED_BASELINE: np.array(table.fixed_baseline),
         MATCHED_BASELINE: np.array(table.matched_baseline),
+        REPLICATE_OF: np.array(table.replicate_of),
     }
     for variable, parameter in zip(_axis_variables(table), _plain_axes(table), strict=True):
         columns[variable.name] = _axis_values(table, parameter)

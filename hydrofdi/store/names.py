@@ -64,6 +64,7 @@ VALVE_SUPPLY_PRESSURE = "valve_supply_pressure"
 CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressure"
 LARGEST_CHAMBER_1_PRESSURE = "chamber_1_pressure_max"
 FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
+REPLICATE_OF = "replicate_of_run"
 
 NO_BASELINE = -1
 """Row of the healthy run of a run that has none."""
@@ -158,6 +159,12 @@ REQUESTED = (
     Variable(MATCHED_BASELINE, (RUN,), "", "row of the healthy run under the run's own conditions, -1: none"),
 )
 """What the experiment itself says of each run; these stand beside the computed variables."""
+
+
+REPLICATED = Variable(
+    REPLICATE_OF, (RUN,), "", "row of the healthy run that this is an independent replicate of, -1: none"
+)
+"""There where the experiment asks for replicates."""
 
 
 def stored_variables(signals: str, *, phases: bool = False) -> tuple[Variable, ...]:

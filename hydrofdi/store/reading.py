@@ -23,6 +23,8 @@ from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.names import (
     FORMAT_VERSION,
     PHASE,
+    REPLICATE_OF,
+    REPLICATED,
     REQUESTED,
     STATUS,
     TIME,
@@ -61,7 +63,8 @@ def read_experiment(path: Path) -> ExperimentData:
     """
     with _experiment_file(path) as file:
         experiment = _configuration(path, file)
-        stored = (*REQUESTED, *stored_variables("none", phases=PHASE in file))
+        asked = (*REQUESTED, REPLICATED) if REPLICATE_OF in file else REQUESTED
+        stored = (*asked, *stored_variables("none", phases=PHASE in file))
         swept = {axis_variable(name) for name in (*experiment.ensemble.names, *experiment.sweep.names)}
         columns = {name: _values(file, name) for name in swept if name in file}
         columns |= {variable.name: _values(file, variable.name) for variable in stored}

@@ -15,6 +15,7 @@ from hydrofdi.report.deviations import Deviation
 from hydrofdi.report.external import ExternalStudy
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.readings_record import readings_record
+from hydrofdi.report.forms.replicates_record import replicates_record
 from hydrofdi.report.modes import ModeGrid
 from hydrofdi.report.phases import PhaseCount
 from hydrofdi.report.readings import ReadingsStudy
@@ -55,6 +56,7 @@ def report_record(analysis: Analysis) -> dict[str, Any]:
         }
         | _external_record(analysis.external)
         | _lack_record(analysis.grid)
+        | ({} if analysis.replicates is None else {"replicates": replicates_record(analysis.replicates)})
     )
 
 

@@ -34,7 +34,17 @@ def undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
     n_time = signal.shape[-1]
     power = np.square(np.abs(np.fft.rfft(signal, axis=-1))) * _one_sided_weights(n_time)
     details, approximations = (np.square(np.abs(response)) for response in _responses(wavelet, n_time))
-    return CoefficientRms(np.sqrt(power @ details.T) / n_time, np.sqrt(power @ approximations.T) / n_time)
+    return CoefficientRms(
+        _root_of_sums(power, details) / n_time, _root_of_sums(power, approximations) / n_time
+    )
+
+
+def _root_of_sums(power: NDArray[np.float64], gains: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Root of what each gain (n_level, n_frequency) leaves of a power (..., n_frequency), record by record.
+
+    A product of matrices would round a record differently in another company.
+    """
+    return np.stack([np.sqrt(np.sum(power * gain, axis=-1)) for gain in gains], axis=-1)
 
 
 def undecimated_coefficients(

@@ -48,6 +48,15 @@ def test_parseval_gives_the_rms_of_the_coefficients(seed, n_time, levels):
     np.testing.assert_allclose(np.sqrt(np.mean(approximations**2, axis=-1)), rms.approximation, rtol=1e-9)
 
 
+def test_the_bits_of_a_record_do_not_depend_on_the_others():
+    records = np.random.default_rng(3).normal(size=(67, 4000))
+    together = undecimated_rms(records, WaveletConfig())
+    for first, last in ((0, 1), (5, 12), (40, 67)):
+        alone = undecimated_rms(records[first:last], WaveletConfig())
+        np.testing.assert_array_equal(alone.detail, together.detail[first:last])
+        np.testing.assert_array_equal(alone.approximation, together.approximation[first:last])
+
+
 @pytest.mark.parametrize("name", ["db8", "haar", "bior2.4"])
 def test_the_coefficients_are_those_of_the_stationary_transform_of_pywavelets(name):
     record, levels = _record(3, 1024), 5

@@ -42,8 +42,8 @@ _HEADER_FORMS = (
 _FILES_ONLY = ("provenance", "signals", "checks")
 """Sections and tables that the terminal leaves out."""
 
-_MOST_ROWS = 60
-"""Rows of a table that the terminal shows."""
+_MOST_ROWS, _FEW_ROWS = 60, 20
+"""Rows up to which the terminal shows a whole table, and how many it shows of a longer one."""
 
 
 def tell(message: str) -> None:
@@ -126,12 +126,12 @@ def _print_block(console: Console, block: Block) -> None:
 
 
 def _bounded(sheet: Sheet) -> Sheet:
-    return replace(sheet, rows=sheet.rows[:_MOST_ROWS])
+    return sheet if len(sheet.rows) <= _MOST_ROWS else replace(sheet, rows=sheet.rows[:_FEW_ROWS])
 
 
 def _cut_sentence(n_row: int) -> str:
     return (
-        f"… the first {_MOST_ROWS} of {n_row:,} rows; --format markdown prints the whole table,"
+        f"… the first {_FEW_ROWS} of {n_row:,} rows; --format markdown prints the whole table,"
         " --format csv and --json all runs, --out DIR writes both and Parquet."
     )
 

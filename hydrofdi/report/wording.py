@@ -14,6 +14,9 @@ from hydrofdi.units import convert
 HOLE = "–"
 """What stands where a number is missing."""
 
+_MOST_WORDS = 12
+"""Cases up to which a sentence names each."""
+
 _MOST_MODES = 12
 """EBM up to which a sentence names the hydraulic mode of each."""
 
@@ -148,6 +151,12 @@ def _level_at(table: SensitivityTable, frequency: float) -> str:
 def joined(words: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)
+
+
+def some(words: Sequence[str]) -> str:
+    """``a, b and c``; of many the first, and how many more there are."""
+    rest = len(words) - _MOST_WORDS
+    return joined(words) if rest <= 0 else joined([*words[:_MOST_WORDS], f"{rest:,} more"])
 
 
 def counted(count: int, noun: str) -> str:

@@ -18,6 +18,7 @@ from hydrofdi.report.wording import (
     litres_per_minute,
     megapascal,
     signed,
+    some,
 )
 
 
@@ -39,11 +40,11 @@ def _alarm_sentence(alarms: tuple[SealedAlarm, ...]) -> str:
         return "The d3 rule could not be tried: no sealed run above the normal EBM ended well."
     raised = [alarm for alarm in decided if alarm.alarm]
     if not raised:
-        return f"The d3 rule stays silent in all {len(decided)} sealed cases above the normal EBM."
+        return f"The d3 rule stays silent in all {len(decided):,} sealed cases above the normal EBM."
     places = list(dict.fromkeys(f"{megapascal(alarm.bulk_modulus)} MPa" for alarm in raised))
     return (
-        f"The d3 rule raises an alarm on the sealed actuator in {len(raised)} of {len(decided)} cases"
-        f" above the normal EBM ({joined(places)}): there the EBM alone makes δd3 positive and the largest."
+        f"The d3 rule raises an alarm on the sealed actuator in {len(raised):,} of {len(decided):,} cases"
+        f" above the normal EBM ({some(places)}): there the EBM alone makes δd3 positive and the largest."
     )
 
 
@@ -51,7 +52,7 @@ def _best_level_sentence(best: tuple[BestLevel, ...]) -> str:
     counts = Counter("open" if mode.is_open else level_name(mode.level) or "no level" for mode in best)
     if not best:
         return "There is no leaky mode to look at under the matched baseline."
-    parts = [f"{level} in {count}" for level, count in sorted(counts.items())]
+    parts = [f"{level} in {count:,}" for level, count in sorted(counts.items())]
     return (
         f"Against the matched baseline the largest positive δ of the {counted(len(best), 'leaky mode')}"
         f" is: {joined(parts)}."

@@ -11,7 +11,7 @@ from hydrofdi.report.claims import CLAIMS, D3
 from hydrofdi.report.controls import SealedAlarm
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.phases import PhaseCount
-from hydrofdi.report.wording import HOLE, joined, labels_text, megapascal, signed
+from hydrofdi.report.wording import HOLE, labels_text, megapascal, signed, some
 
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is no finding yet:"
@@ -52,7 +52,7 @@ def _survivors(analysis: Analysis) -> Iterator[str]:
     records = " and ".join(standing.title for standing in analysis.standings)
     for where, which in found.items():
         if which:
-            yield f"{where} ({records}): {joined(which)}."
+            yield f"{where} ({records}): {some(which)}."
 
 
 def _counts_by_name(analysis: Analysis) -> Iterator[tuple[str, list[PhaseCount]]]:

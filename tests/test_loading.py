@@ -89,7 +89,7 @@ LINES = [
     ("unequal units", "sweep:\n  grid:\n    fluid.bulk_modulus:\n    - 551 MPa\n    - 2 s\n", "5: sweep.grid.fluid.bulk_modulus[1]: '2 s' has the wrong unit"),
     ("value twice", "sweep: {grid: {fluid.bulk_modulus: [1 MPa, 1e6]}}\n", "1: sweep.grid.fluid.bulk_modulus[1]: value 1000000.0 is in the list twice"),
     ("both on axes", "sweep: {grid: {leakage.internal_flow: [1], leakage.internal_coefficient: [1]}}\n", "not both"),
-    ("both in baseline", "baseline: {leakage.internal_flow: 1, leakage.internal_coefficient: 1}\n", "1: baseline"),
+    ("both in baseline", "baseline: {leakage.internal_flow: 0, leakage.internal_coefficient: 0}\n", "1: baseline"),
     ("baseline name", "baseline: {name: x}\n", "1: baseline.name: no parameter 'name'"),
     ("baseline list", "baseline: [1]\n", "1: baseline: expected a section"),
     ("store", "store: {signals: some}\n", "1: store.signals: must be 'all', 'pressures' or 'none'; found 'some'"),

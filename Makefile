@@ -48,6 +48,7 @@ docs: .venv/installed-runtime  ## generate docs/configuration.md, configs/schema
 	$(BIN)/python docs/generate_configuration.py
 	$(BIN)/hydrofdi sweep configs/table3.yaml
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/table3.png > $(RESULT)/table3.txt
+	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png > $(RESULT)/table3.txt
 
 constraints: .venv/made  ## resolve all dependencies anew into constraints.txt
 	$(INSTALL) uv

@@ -44,7 +44,7 @@ def report(
         typer.Option(
             metavar="FILE",
             help="Draw a figure (.png, .svg, .pdf). Its name says which: figure2, figure3, figure4, spectrum,"
-            " mode_plane, readings; any other name draws the heat map of δ.",
+            " mode_plane, phases, readings; any other name draws the heat map of δ.",
         ),
     ] = None,
     check: Annotated[

@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hydrofdi.errors import ReportError
 from hydrofdi.report import analyze
 from hydrofdi.report.claims import CLAIMS
+from hydrofdi.report.figures import draw_figure
 from hydrofdi.store import names
 from tests.commands import run_hydrofdi
 
@@ -85,3 +87,13 @@ def test_records_that_have_not_settled_have_no_settled_claims(made_up):
     (configured,) = analyze(data).standings
     assert configured.title == "as configured"
     assert not analyze(data).table.has_settled
+
+
+def test_the_figure_shows_every_phase_of_every_claim(paper_analysis, made_up):
+    figure = draw_figure(paper_analysis, "phases")
+    dots = sum(
+        len(line.get_xdata()) for axis in figure.axes for line in axis.lines if line.get_marker() == "o"
+    )
+    assert dots == 2 * 32 * (len(CLAIMS) + len(paper_analysis.sealed_alarms))
+    with pytest.raises(ReportError, match="only one start phase"):
+        draw_figure(analyze(made_up), "phases")

@@ -13,6 +13,7 @@ from hydrofdi.errors import HydrofdiError, StoreError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.details import draw_figure_3, draw_figure_4
 from hydrofdi.report.figures.mode_plane import draw_mode_plane
+from hydrofdi.report.figures.phases import draw_phases
 from hydrofdi.report.figures.readings import draw_readings
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.signals import draw_figure_2, draw_signals
@@ -64,6 +65,10 @@ FIGURES = {
     ),
     "mode_plane": FigureKind(
         "The hydraulic mode: EBM moves its frequency, leakage moves its damping", draw_mode_plane
+    ),
+    "phases": FigureKind(
+        "Claims and the sealed alarm at every start phase: the configured one and the settled record marked",
+        draw_phases,
     ),
     "readings": FigureKind(
         "Readings that reproduce the claims, and the parameter values that carry it", draw_readings

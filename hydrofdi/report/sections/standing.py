@@ -30,6 +30,7 @@ def standing_block(analysis: Analysis) -> Block:
         "What survives: start phases and settled records",
         tuple(_sentences(analysis)),
         (*([] if analysis.grid.lack else [_claims_sheet(analysis)]), _alarms_sheet(analysis)),
+        ("phases",) if analysis.standings[0].n_phase > 1 else (),
     )
 
 

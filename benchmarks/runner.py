@@ -7,7 +7,8 @@ Prints a table and the same as JSON, and keeps the JSON in results/bench-runner.
 
 import argparse
 import json
-import resource
+import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -52,13 +53,24 @@ def timed(*command):
     return time.perf_counter() - start, int(done.stderr.split()[-1]) / 1e3, done.stdout
 
 
-def pure_seconds(file, out, n_sample_batch):
+def pure_seconds(file, out, workers):
+    """Kernel and feature time of all runs of a sweep [s], on as many cores at once as the sweep uses."""
+    code = f"from runner import core_seconds; print(core_seconds({str(file)!r}, {str(out)!r}, 24))"
+    command = [sys.executable, "-c", code]
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
+    cores = [
+        subprocess.Popen(command, stdout=subprocess.PIPE, env=environment, text=True) for _ in range(workers)
+    ]
+    return sum(float(core.communicate()[0]) for core in cores) / workers**2
+
+
+def core_seconds(file, out, n_sample_batch):
     """Kernel and feature time of all runs of a sweep on one core [s], from some of its batches."""
     from hydrofdi.config import load_experiment
     from hydrofdi.execution import Job, compute_columns, split_jobs
     from hydrofdi.pipeline import plan_sweep
 
-    plan = plan_sweep(load_experiment(file), out)
+    plan = plan_sweep(load_experiment(Path(file)), Path(out))
     jobs = [
         Job(run_id, run.parameters, run.parameters.leakage.internal_coefficient)
         for run_id, run in zip(plan.run_ids, plan.table.runs, strict=True)
@@ -72,6 +84,21 @@ def pure_seconds(file, out, n_sample_batch):
     return (time.perf_counter() - start) * len(jobs) / sum(map(len, chosen))
 
 
+def reading(file):
+    """Seconds, and growth of a process [MB], from reading all metrics of an experiment file."""
+    code = (
+        "import resource, sys, time; from pathlib import Path; from hydrofdi.store import read_experiment;"
+        "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3;"
+        "before, start = peak(), time.perf_counter(); data = read_experiment(Path(sys.argv[1]));"
+        "print(time.perf_counter() - start, peak() - before, len(data.columns))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(file)], stdout=subprocess.PIPE, text=True, check=True
+    )
+    seconds, megabytes, n_metric = map(float, done.stdout.split())
+    return seconds, megabytes, int(n_metric)
+
+
 def many_runs(folder, n_axis, workers):
     """A large sweep of short records without signals."""
     file = write_grid(folder, "many", n_axis, n_axis, 2, "none")
@@ -80,15 +107,9 @@ def many_runs(folder, n_axis, workers):
     seconds, memory, printed = timed(*COMMAND, "sweep", file, "--out", out, "--workers", workers, "--json")
     n_run = json.loads(printed)["planned"]
     again, _, _ = timed(*COMMAND, "sweep", file, "--out", out, "--workers", workers)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    start = time.perf_counter()
-    with h5py.File(out / "many.h5") as opened:
-        metrics = {
-            name: item[:] for name, item in opened.items() if isinstance(item, h5py.Dataset) and item.ndim
-        }
-    read = time.perf_counter() - start
+    read, growth, n_metric = reading(out / "many.h5")
     size = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
-    pure = pure_seconds(file, folder / "nowhere", 24) / workers
+    pure = pure_seconds(file, folder / "nowhere", workers)
     return {
         "runs": n_run,
         "end_to_end_s": seconds,
@@ -100,8 +121,8 @@ def many_runs(folder, n_axis, workers):
         "plan_s": plan_seconds,
         "resume_with_nothing_missing_s": again,
         "read_all_metrics_s": read,
-        "read_all_metrics_MB": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1e3,
-        "metrics_read": len(metrics),
+        "read_all_metrics_MB": growth,
+        "metrics_read": n_metric,
     }
 
 
@@ -112,25 +133,36 @@ def resume_seconds(folder, workers):
     return min(timed(*COMMAND, "sweep", file, "--out", folder / "stored")[0] for _ in range(3))
 
 
-def stored_signals(folder, workers, compression):
-    """1,000 runs with all signals, beside writing as many bytes with h5py."""
-    file = write_grid(folder, f"signals-{compression}", 10, 100, 20, "all")
-    out = folder / f"signals-{compression}"
-    command = [*COMMAND, "sweep", file, "--out", out, "--workers", workers]
-    seconds, memory, _ = timed(*command, "--set", f"store.compression={compression}")
-    file_size = next(out.glob("*.h5")).stat().st_size
+def plain_write_seconds(folder):
+    """Seconds to write the bytes of 1,000 runs with all signals, on disk."""
     rows = np.random.default_rng(0).random((1000, 60_000))
     start = time.perf_counter()
     with h5py.File(folder / "plain.h5", "w") as plain:
         plain["signals"] = rows
-        plain.flush()
-    written = time.perf_counter() - start
+    with open(folder / "plain.h5", "rb") as file:
+        os.fsync(file.fileno())
+    seconds = time.perf_counter() - start
     (folder / "plain.h5").unlink()
+    return seconds
+
+
+def stored_signals(folder, workers, compression):
+    """1,000 runs with all signals, beside writing as many bytes with h5py before and after."""
+    file = write_grid(folder, f"signals-{compression}", 10, 100, 20, "all")
+    out = folder / f"signals-{compression}"
+    command = [*COMMAND, "sweep", file, "--out", out, "--workers", workers]
+    written = [plain_write_seconds(folder)]
+    seconds, memory, _ = timed(*command, "--set", f"store.compression={compression}")
+    written.append(plain_write_seconds(folder))
+    file_size = next(out.glob("*.h5")).stat().st_size
+    shutil.rmtree(out)
+    pure = pure_seconds(file, folder / "nowhere", workers)
     return {
         "compression": compression,
         "end_to_end_s": seconds,
-        "h5py_write_of_as_many_bytes_s": written,
-        "ratio": seconds / written,
+        "pure_kernel_and_features_s": pure,
+        "h5py_write_of_as_many_bytes_s": sum(written) / 2,
+        "ratio": 2 * seconds / sum(written),
         "parent_peak_memory_MB": memory,
         "experiment_file_MB": file_size / 1e6,
     }

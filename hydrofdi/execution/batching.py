@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hydrofdi.config import RunParameters
-from hydrofdi.execution.compute import Job
+from hydrofdi.execution.compute import Job, analysed_alike
 from hydrofdi.simulation.lanes import WIDTH
 
 _LARGEST_BATCH = 32 * WIDTH
@@ -30,11 +30,17 @@ def split_jobs(jobs: Sequence[Job], workers: int) -> list[tuple[Job, ...]]:
 
 def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
     """Jobs of the same time axis and the same shape of features; those of one record stand together."""
-    groups: dict[object, dict[str, list[Job]]] = {}
+    groups: dict[object, list[Job]] = {}
     for job in jobs:
-        records = groups.setdefault(_shape(job.parameters), {})
+        groups.setdefault(_shape(job.parameters), []).append(job)
+    return [group if analysed_alike(group) else _by_record(group) for group in groups.values()]
+
+
+def _by_record(jobs: Sequence[Job]) -> list[Job]:
+    records: dict[str, list[Job]] = {}
+    for job in jobs:
         records.setdefault(job.parameters.record_text, []).append(job)
-    return [[job for same in records.values() for job in same] for records in groups.values()]
+    return [job for same in records.values() for job in same]
 
 
 def _shape(parameters: RunParameters) -> object:

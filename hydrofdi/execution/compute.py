@@ -108,8 +108,17 @@ def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) 
     } | _signals_and_features(parameters, trajectory, measured)
 
 
+def analysed_alike(jobs: Sequence[Job]) -> bool:
+    """Whether jobs differ in more than the analysis of their record, so that each has a record of its own."""
+    first = jobs[0].parameters
+    analysis = first.run, first.wavelet
+    return all((job.parameters.run, job.parameters.wavelet) == analysis for job in jobs)
+
+
 def _distinct_records(jobs: Sequence[Job]) -> tuple[list[Job], list[int]]:
     """One job for each record that has to be simulated, and the place of each job's record among them."""
+    if analysed_alike(jobs):
+        return list(jobs), list(range(len(jobs)))
     keys = [(job.parameters.record_text, job.leakage_coefficient.hex()) for job in jobs]
     first = dict(zip(reversed(keys), reversed(jobs), strict=True))
     places = {key: place for place, key in enumerate(dict.fromkeys(keys))}

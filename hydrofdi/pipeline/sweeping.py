@@ -224,8 +224,9 @@ def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watcher) 
         shard.unlink(missing_ok=True)
         watcher.tell(f"removed the damaged shard {shard.name}; its runs are computed again")
     remove_leftovers(plan.directory)
-    for position in plan.missing:
-        forget_failure(plan.directory, plan.run_ids[position])
+    retried = {plan.run_ids[position] for position in plan.missing}
+    for run_id in retried & read_failures(plan.directory).keys():
+        forget_failure(plan.directory, run_id)
     write_request(plan.directory, plan.experiment)
     if calibrations:
         write_calibrations(plan.directory, calibrations)

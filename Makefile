@@ -9,10 +9,11 @@ RESULT := results/table3
 
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 INSTALL = $(BIN)/python -m pip install --quiet --no-input
+PYTEST = $(BIN)/pytest --numprocesses 2 --dist loadscope
 CHECKED = $(INSTALL) --require-hashes --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help install table3 test check bench bench-runner torture constraints docs clean
+.PHONY: help install table3 test test-long test-all check bench bench-runner torture constraints docs clean
 
 help:  ## list the targets
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -24,8 +25,13 @@ table3: .venv/installed-runtime  ## run the study and write Table 3 to results/t
 	@$(BIN)/hydrofdi report $(RESULT)
 	@$(BIN)/hydrofdi report $(RESULT) --out $(RESULT)
 
-test: .venv/installed-test  ## run the tests
-	$(BIN)/pytest
+test: .venv/installed-test  ## run the tests but the long ones (minutes)
+	$(PYTEST) -m "not long"
+
+test-long: .venv/installed-test  ## run the long tests alone: solvers, Dask, a browser, kills at random moments
+	$(PYTEST) -m long
+
+test-all: test test-long  ## run all tests
 
 check: .venv/installed-test  ## lint, format, types, layers and generated pages
 	$(BIN)/ruff check

@@ -43,6 +43,7 @@ def test_the_commands_of_the_readme_run(tmp_path):
     assert (tmp_path / "results" / "table3" / "table3.h5").exists()
 
 
+@pytest.mark.long
 def test_the_cluster_on_one_machine_runs(tmp_path):
     pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
     (block,) = shell_blocks(ROOT / "docs" / "cluster.md")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import traceback
@@ -19,6 +20,9 @@ from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
 from hydrofdi.errors import HydrofdiError
+
+_OBJECTS_BETWEEN_COLLECTIONS = 50_000
+"""Loading modules makes many objects and no garbage."""
 
 DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -54,6 +58,7 @@ def _root(
 
 def main() -> None:
     """Run the command line and exit."""
+    gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     try:
         code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or DONE
         sys.stdout.flush()

@@ -80,6 +80,7 @@ def test_the_page_asks_no_host_for_anything(opened):
     assert requests_of_the_page(opened[2]) == []
 
 
+@pytest.mark.long
 @needs_chromium
 def test_a_request_of_a_page_would_be_seen(tmp_path):
     asking = tmp_path / "asking.html"
@@ -130,7 +131,7 @@ def axe_source():
 
 
 @needs_chromium
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.long)])
 def test_axe_finds_no_serious_fault(page, tmp_path, scheme):
     run = (
         "axe.run().then(found => { const made = document.createElement('pre'); made.id = 'axe-found';"

@@ -55,7 +55,9 @@ def cluster(tmp_path):
             process.wait()
 
 
-@pytest.mark.parametrize("sharing", ["--shared-directory", "--no-shared-directory"])
+@pytest.mark.parametrize(
+    "sharing", ["--shared-directory", pytest.param("--no-shared-directory", marks=pytest.mark.long)]
+)
 def test_a_lost_worker_loses_nothing_and_the_bits_are_those_of_a_local_sweep(tmp_path, cluster, sharing):
     address, crew = cluster
     file = tmp_path / "spread.yaml"

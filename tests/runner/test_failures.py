@@ -62,7 +62,7 @@ def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path, lim
     assert run_json("status", out, check=1)["statuses"] == {"ok": 4, "error": 1, "timeout": 1}
     rows = {row["status"]: row for row in run_json("report", out)["rows"]}
     assert "MemoryError" in rows["error"]["message"]
-    assert "2 s" in rows["timeout"]["message"]
+    assert "5 s" in rows["timeout"]["message"]
     assert "Traceback" in run_json("why", out, "4")["log"]
     again = run_json("sweep", file, "--out", out, check=1, preexec_fn=limit_memory)
     assert (again["completed"], again["failed"]) == (0, 2)

@@ -15,7 +15,7 @@ NEAR_BAND_EDGE = 0.25
 """A mode within so many octaves of a band's edge may answer in either level."""
 
 MANY_BOUNDARY_COEFFICIENTS = 0.25
-"""Share of a level's coefficients from which on its RMS hangs on the extension of the record."""
+"""Share of a level's coefficients from which on its RMS depends on the extension of the record."""
 
 FEW_SAMPLES = 20
 """Samples per period of an intermittent leak below which its mean flow, a mean over samples, is off."""
@@ -117,7 +117,7 @@ def record_warnings(n_period: float, boundary: Sequence[float]) -> Iterator[str]
         Share of each level's coefficients that depend on its extension.
     """
     if math.isfinite(n_period) and not is_whole(n_period):
-        yield f"the record holds {n_period:g} periods, no whole number: features hang on its end"
+        yield f"the record holds {n_period:g} periods, no whole number: features depend on where it ends"
     for level, share in enumerate(boundary, 1):
         if share > MANY_BOUNDARY_COEFFICIENTS:
             yield f"{share:.0%} of the coefficients of d{level} depend on the extension of the record"

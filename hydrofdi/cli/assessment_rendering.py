@@ -46,7 +46,7 @@ def print_inspection(found: Inspection) -> None:
     for warning in found.warnings:
         console.print(f"warning: {warning}")
     if not found.problems and not found.warnings:
-        console.print("nothing to heed")
+        console.print("no warnings")
 
 
 def _mode_table(found: Inspection) -> Table:

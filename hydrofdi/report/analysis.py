@@ -64,7 +64,7 @@ def analyze(data: ExperimentData) -> Analysis:
         verdicts=judge_claims(grid, data, feasible),
         sealed_alarms=alarms,
         best_levels=levels,
-        standings=standings(grid, data, alarms, levels, feasible),
+        standings=standings(grid, data, *(((), ()) if study else (alarms, levels)), feasible),
         deviations=compare_reference(table, data),
         external=study_external(table),
         readings=study,

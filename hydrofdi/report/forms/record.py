@@ -38,7 +38,9 @@ def report_record(analysis: Analysis) -> dict[str, Any]:
             "rows": [_row_record(row) for row in analysis.table.rows],
             "verdicts": _verdict_counts(analysis),
             "claims": [
-                _verdict_record(verdict, analysis.grid) | _claim_standing(analysis, verdict.claim.id)
+                _verdict_record(verdict)
+                | {"checks": [_check_record(check, analysis.grid) for check in verdict.checks]}
+                | _claim_standing(analysis, verdict.claim.id)
                 for verdict in analysis.verdicts
             ],
             "guarded_claims": list(analysis.data.experiment.claims),
@@ -193,7 +195,7 @@ def _external_record(study: ExternalStudy | None) -> dict[str, Any]:
     return {"external_leakage": {"approximation": study.name, "states": states}}
 
 
-def _verdict_record(verdict: Verdict, grid: ModeGrid) -> dict[str, Any]:
+def _verdict_record(verdict: Verdict) -> dict[str, Any]:
     return {
         "id": verdict.claim.id,
         "sentence": verdict.claim.sentence,
@@ -201,7 +203,6 @@ def _verdict_record(verdict: Verdict, grid: ModeGrid) -> dict[str, Any]:
         "reproduced": verdict.reproduced,
         "margin_percentage_points": finite(verdict.margin),
         "each_may_move_percentage_points": finite(verdict.allowance),
-        "checks": [_check_record(check, grid) for check in verdict.checks],
     }
 
 

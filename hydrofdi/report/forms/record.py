@@ -64,7 +64,7 @@ def report_record(analysis: Analysis) -> dict[str, Any]:
 
 def _ensemble_record(analysis: Analysis, study: ReadingsStudy) -> dict[str, Any]:
     claims = [
-        _verdict_record(verdict, analysis.grid) | _claim_standing(analysis, verdict.claim.id) | {"checks": []}
+        _verdict_record(verdict) | _claim_standing(analysis, verdict.claim.id) | {"checks": []}
         for verdict in analysis.verdicts
     ]
     return {

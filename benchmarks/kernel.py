@@ -26,6 +26,7 @@ from sensors import measure_sensors, tell_sensors
 
 from hydrofdi.execution import available_cores
 from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import chunks
 from hydrofdi.simulation.inputs import Inputs
 from hydrofdi.simulation.kernel import advance_lanes
 from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, WIDTH, pack_lanes
@@ -39,9 +40,6 @@ SOLVER_RECORD = 2.0
 
 ERROR_JOBS = (0, 7, 20, 31)
 """Of the jobs in the lanes, those whose d2 is compared; the largest error counts."""
-
-CHUNK = 2000
-"""Steps at a time, as in a batch."""
 
 
 @dataclass
@@ -85,12 +83,11 @@ def advance_full_lanes(jobs: list[Job]) -> None:
     runs = [parameters for parameters, _ in jobs]
     run, inputs = runs[0].run, Inputs(runs, runs[0].run)
     lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])
-    samples = np.empty((CHUNK // run.steps_per_sample, N_PAPER_SAMPLED, WIDTH))
-    for first in range(0, run.n_step, CHUNK):
-        chunk = inputs.advance(first, CHUNK)
+    for window, chunk in chunks(inputs, run):
+        samples = np.empty((window.stop - window.start, N_PAPER_SAMPLED, WIDTH))
         advance_lanes(
             lanes, chunk.stages, inputs.column_of_run, chunk.loads, inputs.load_of_run, run.step,
-            run.steps_per_sample, 1, samples, first, ModelOptions(),
+            run.steps_per_sample, 1, samples, window.start * run.steps_per_sample, ModelOptions(),
         )  # fmt: skip
 
 

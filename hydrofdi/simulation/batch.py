@@ -18,7 +18,7 @@ from hydrofdi.simulation.options import ModelOptions, group_by_kernel
 from hydrofdi.simulation.tap import Reader, Tap
 from hydrofdi.simulation.trajectory import Outcome, Signal, Trajectory
 
-_CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 2000, 64_000
+_CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 5000, 64_000
 """About so many steps are taken at a time, for all spools together, so that a chunk stays in the cache."""
 
 _STRETCH_STEPS = 500
@@ -76,7 +76,7 @@ def simulate_batch(
         for members, reader in _members_of_blocks(group, tap)
     ]
     signals = _Signals(runs, inputs)
-    for window, chunk in _chunks(inputs, runs[0].run):
+    for window, chunk in chunks(inputs, runs[0].run):
         for block in blocks:
             samples = block.advance(chunk, window.start)
             signals.keep(block, window, chunk, samples)
@@ -98,7 +98,7 @@ def _up_to_width(positions: list[int]) -> Iterator[list[int]]:
         yield positions[first : first + WIDTH]
 
 
-def _chunks(inputs: Inputs, run: RunConfig) -> Iterator[tuple[slice, Chunk]]:
+def chunks(inputs: Inputs, run: RunConfig) -> Iterator[tuple[slice, Chunk]]:
     """Samples of the record, window by window, and the inputs of their steps."""
     most = min(_CHUNK_STEPS, _CHUNK_SPOOL_STEPS // max(inputs.n_drive, 1))
     length = max(1, most // run.steps_per_sample)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import inspect
-import textwrap
+import sys
+from functools import cache
 from itertools import pairwise
 
 from pydantic import BaseModel
@@ -20,11 +21,16 @@ def field_texts(model: type[BaseModel]) -> dict[str, str]:
 
 
 def _own_texts(model: type[BaseModel]) -> dict[str, str]:
-    definition = ast.parse(textwrap.dedent(inspect.getsource(model))).body[0]
-    assert isinstance(definition, ast.ClassDef)
+    definition = _definitions(model.__module__)[model.__name__]
     texts = {}
     for field, text in pairwise(definition.body):
         match field, text:
             case ast.AnnAssign(target=ast.Name(name)), ast.Expr(value=ast.Constant(value=str(words))):
                 texts[name] = inspect.cleandoc(words)
     return texts
+
+
+@cache
+def _definitions(module: str) -> dict[str, ast.ClassDef]:
+    tree = ast.parse(inspect.getsource(sys.modules[module]))
+    return {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}

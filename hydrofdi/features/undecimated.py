@@ -119,8 +119,8 @@ def _responses(wavelet: WaveletConfig, n_time: int) -> tuple[Complex, Complex]:
 
 def _response(taps: NDArray[np.float64], places: NDArray[np.int64], n_time: int) -> Complex:
     """Response of a filter at frequencies in cycles per record."""
-    delays: Complex = np.exp(-2j * np.pi * np.arange(n_time) / n_time)
-    response: Complex = delays[np.outer(places, np.arange(taps.size)) % n_time] @ taps
+    circular = np.bincount(np.arange(taps.size) % n_time, taps, n_time)
+    response: Complex = np.fft.fft(circular)[places % n_time]
     return response
 
 

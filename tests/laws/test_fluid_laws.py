@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.features.operating_point import hydraulic_mode
+from hydrofdi.features.settling import how_records_settle
 from hydrofdi.features.verdict import judge
 from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import mode_frequency
@@ -129,6 +130,6 @@ def test_solver_agrees_on_a_clamped_record() -> None:
 
 def test_clamped_record_is_told_as_cavitating() -> None:
     record = simulate_batch([CLAMPED], [0.0])
-    verdicts = judge([CLAMPED], record, record)
+    verdicts = judge([CLAMPED], record, record, how_records_settle([CLAMPED], record.chamber_1_pressure))
     assert "cavitating" in str(verdicts.verdict[0]).split(", ")
     assert verdicts.cavitating_share[0] == np.mean(record.chamber_1_pressure == 1e4)

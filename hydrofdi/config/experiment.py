@@ -75,6 +75,8 @@ class ExperimentConfig(RunParameters):
     def _replicates_differ(self) -> Self:
         if self.replicates.count == 1:
             raise ValueError("replicates.count = 1 has no range; take 2 or more")
+        if leaks := [name for name in self.replicates.over if name.startswith("leakage.")]:
+            raise ValueError(f"replicates are healthy: {leaks[0]} does not belong under replicates.over")
         is_noisy = any(not self.is_shown_exactly(name) for name in SENSING if name != "measurement")
         if self.replicates.count and not self.replicates.over and not is_noisy:
             raise ValueError("the replicates would all be alike: give replicates.over, or sensors with noise")

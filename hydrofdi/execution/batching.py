@@ -32,7 +32,7 @@ def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
     """Jobs of the same time axis and the same shape of features; those of one record stand together."""
     groups: dict[object, list[Job]] = {}
     for job in jobs:
-        groups.setdefault(_shape(job.parameters), []).append(job)
+        groups.setdefault(batch_shape(job.parameters), []).append(job)
     return [group if analysed_alike(group) else _by_record(group) for group in groups.values()]
 
 
@@ -43,7 +43,8 @@ def _by_record(jobs: Sequence[Job]) -> list[Job]:
     return [job for same in records.values() for job in same]
 
 
-def _shape(parameters: RunParameters) -> object:
+def batch_shape(parameters: RunParameters) -> object:
+    """What runs have to share so that one simulation and one shard can hold them."""
     run, wavelet = parameters.run, parameters.wavelet
     return run.time_axis, wavelet.levels, wavelet.phase == "all"
 

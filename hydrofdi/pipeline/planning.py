@@ -14,6 +14,7 @@ from hydrofdi.assessment import forewarnings
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.execution import Job, compute_columns
+from hydrofdi.execution.batching import batch_shape
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file
 from hydrofdi.simulation import run_identities, run_identity
@@ -163,8 +164,8 @@ def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
     runs = plan.table.runs.at(plan.missing)
     if not runs:
         return 0.0
-    grid = runs[0].parameters.run
-    pilot = list(islice((run for run in runs if run.parameters.run == grid), WIDTH))
+    first = batch_shape(runs[0].parameters)
+    pilot = list(islice((run for run in runs if batch_shape(run.parameters) == first), WIDTH))
     jobs = [Job("", run.parameters, run.parameters.leakage.internal_coefficient or 0.0) for run in pilot]
     compute_columns(jobs[:1])  # compiles, or loads the kernel
     start = time.perf_counter()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.readings import ReadingsStudy
@@ -46,7 +48,7 @@ def compose_report(analysis: Analysis) -> Document:
         _signals_block(),
         provenance_block(analysis),
     )
-    return Document(analysis.table.name, (_LEAD,), tuple(block for block in blocks if block is not None))
+    return Document(analysis.table.name, (_LEAD,), tuple(map(_without_empty_sheets, filter(None, blocks))))
 
 
 def _ensemble_blocks(analysis: Analysis, study: ReadingsStudy) -> tuple[Block, ...]:
@@ -60,6 +62,10 @@ def _ensemble_blocks(analysis: Analysis, study: ReadingsStudy) -> tuple[Block, .
         provenance_block(analysis),
     )
     return tuple(block for block in blocks if block is not None)
+
+
+def _without_empty_sheets(block: Block) -> Block:
+    return replace(block, sheets=tuple(sheet for sheet in block.sheets if len(sheet.rows)))
 
 
 def _signals_block() -> Block:

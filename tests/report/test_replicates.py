@@ -12,6 +12,7 @@ import pytest
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.pipeline import read_results
+from hydrofdi.report import analyze, compose_report
 from hydrofdi.report.replicates import study_replicates
 from hydrofdi.report.table import summarize_table
 from hydrofdi.store import names
@@ -118,6 +119,11 @@ def test_a_healthy_run_lies_outside_of_the_range_as_often_as_is_said(swept):
         ("count: 6", "count: 1", "replicates.count = 1 has no range"),
         ("friction.viscous: {", "friction.viscus: {", "no parameter 'friction.viscus'"),
         ("[40, 60]", "[-40, 60]", "replicates.over"),
+        (
+            "friction.viscous: {uniform: [40, 60]}",
+            "leakage.internal_flow: {uniform: [0, 1e-5]}",
+            "are healthy",
+        ),
         ("  over: {friction.viscous: {uniform: [40, 60]}}\n", "", ""),
     ],
 )
@@ -128,3 +134,13 @@ def test_replicates_that_make_no_sense_are_mistakes(tmp_path, old, new, message)
         text, message = text.replace("pressure_1_sensor: {noise: 5 kPa}\n", ""), "would all be alike"
     with pytest.raises(ConfigError, match=message):
         expand_runs(_experiment(tmp_path, text))
+
+
+def test_a_replicate_that_has_not_settled_is_counted_as_left_out(tmp_path):
+    text = REPLICATED.replace("run: {duration: 2 s}", "run: {duration: 12 s}\ninput: {period: 1 s}")
+    data = read_results(sweep_in(tmp_path, text.replace("[551 MPa, 689 MPa]", "[551 MPa]")).directory)
+    settled = data.columns[names.SETTLED_DETAIL_RMS].copy()
+    settled[-1] = np.nan
+    data = replace(data, columns=data.columns | {names.SETTLED_DETAIL_RMS: settled})
+    (block,) = [block for block in compose_report(analyze(data)).blocks if block.key == "replicates"]
+    assert any("Left out, failed or not settled: 1 of 6 replicates" in text for text in block.paragraphs)

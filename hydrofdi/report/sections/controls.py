@@ -37,7 +37,7 @@ def controls_block(analysis: Analysis) -> Block:
 def _alarm_sentence(alarms: tuple[SealedAlarm, ...]) -> str:
     decided = [alarm for alarm in alarms if alarm.alarm is not None]
     if not decided:
-        return "The d3 rule could not be tried: no sealed run above the normal EBM ended well."
+        return "The d3 rule could not be tried: there is no sealed run above the normal EBM that ended well."
     raised = [alarm for alarm in decided if alarm.alarm]
     if not raised:
         return f"The d3 rule stays silent in all {len(decided):,} sealed cases above the normal EBM."

@@ -13,7 +13,7 @@ MARKS = {"cavitating": "C", "above_supply": "A", "unsettled": "U", "clipped": "R
 _MEANINGS = {
     "cavitating": "a chamber is at or below the vapour limit in up to {} % of the samples",
     "above_supply": "a chamber is above the supply in up to {} % of the samples",
-    "unsettled": "P_1 changes by up to {} % from the last but one period to the last",
+    "unsettled": "the RMS of a detail of P_1 changes by up to {} % from the last but one period to the last",
     "clipped": "the sensor of P_1 is at an end of its range in up to {} % of the samples",
     "still": "P_1 varies by no more than {} % of the supply, which is rounding",
 }

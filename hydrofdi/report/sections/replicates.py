@@ -46,6 +46,12 @@ def _sentences(analysis: Analysis, study: ReplicateStudy) -> Iterator[str]:
         " their mean; their own range is that of each against the mean of the others. A further healthy"
         f" actuator would lie outside of the range of a level in about 2 of {n + 1} cases."
     )
+    lost = sum(config.count - healthy.n_replicate for healthy in study.ranges)
+    if lost:
+        yield (
+            f"Left out, failed or not settled: {lost} of {config.count * len(study.ranges):,} replicates. The"
+            " ranges lack what these would add."
+        )
     for level in (D2, D3):
         yield _outside_sentence(study, level)
     for level in (D2, D3):

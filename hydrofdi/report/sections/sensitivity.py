@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from hydrofdi.features.settling import samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Rows, Sheet, group_breaks
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
@@ -29,6 +30,14 @@ SETTLED: dict[str, Callable[[TableRow], Levels]] = {
     "matched": lambda row: row.settled_details.matched,
 }
 """The same of the settled record."""
+
+
+_CIRCLES = "From the undecimated transform of whole periods that agree with the last one, taken as a circle."
+_RECORDS = (
+    "The input has no period, so whether a record has settled is not judged, and its start is in it: from"
+    " the undecimated transform of what run.discard leaves, less the coefficients that look beyond its start."
+)
+_NO_PHASE = "It does not depend on the sample that the record starts at, nor on an extension."
 
 
 def baseline_title(table: SensitivityTable, baseline: str) -> str:
@@ -90,13 +99,11 @@ def settled_block(analysis: Analysis) -> Block | None:
     table = analysis.table
     if not (table.has_settled and analysis.has_baseline):
         return None
+    is_periodic = samples_per_period(analysis.data.experiment.nominal_parameters) is not None
     return Block(
         "settled",
-        "The same, settled: mean over the start phases, without the start, free of boundaries",
-        (
-            "From the undecimated transform of whole periods that agree with the last one, taken as a circle."
-            " It does not depend on the sample that the record starts at, nor on an extension.",
-        ),
+        f"The same, {'settled: no start' if is_periodic else 'undecimated'}, all start phases, no boundaries",
+        (_CIRCLES if is_periodic else _RECORDS, _NO_PHASE),
         tuple(
             _sheet(table, f"settled-{baseline}", f"Settled: {baseline_title(table, baseline)}", delta)
             for baseline, delta in SETTLED.items()

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
@@ -18,11 +18,13 @@ from rich.text import Text
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
-from hydrofdi.pipeline.inspecting import Explanation
 from hydrofdi.report.document import Block, Cell, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
 from hydrofdi.report.table import label_header
 from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from hydrofdi.pipeline.inspecting import Explanation
 
 _PLAIN_WIDTH = 100
 """Columns of text where the output is no terminal."""

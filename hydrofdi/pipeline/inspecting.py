@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.assessment.step_limits import step_warnings
 from hydrofdi.config import RunSpec
 from hydrofdi.config.parameters import RunParameters, parameter_names
 from hydrofdi.errors import StoreError
-from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
-from hydrofdi.store import read_index
+from hydrofdi.store import Columns, read_index
 from hydrofdi.store.names import MESSAGE, stored_variables
 from hydrofdi.store.provenance import read_provenance
 from hydrofdi.store.reading import read_statuses
@@ -148,7 +146,7 @@ def explain(directory: Path, wanted: str) -> Explanation:
         status=stored.status if stored else failure.status if failure else "missing",
         message=failure.message if failure and not stored else message,
         log=failure.log if failure and not stored else "",
-        causes=step_warnings(lambda *_: [run.parameters]) if stored and stored.status == "diverged" else [],
+        causes=_causes(run) if stored and stored.status == "diverged" else [],
         position=position,
         request=run.parameters.told_sections(),
         differences=_differences(baseline, run.parameters),
@@ -178,7 +176,7 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     stored = plan.index.runs.get(run_id)
     if stored is None:
         raise StoreError(f"run {run_id} is not stored; there is nothing to compare with")
-    columns = compute_columns([_job(run, run_id)])
+    columns = _computed(run, run_id)
     variables = [
         variable
         for variable in stored_variables(stored.signals, phases=True)
@@ -195,9 +193,17 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     return run_id, differing
 
 
-def _job(run: RunSpec, run_id: str) -> Job:
+def _causes(run: RunSpec) -> list[str]:
+    from hydrofdi.assessment.step_limits import step_warnings
+
+    return step_warnings(lambda *_: [run.parameters])
+
+
+def _computed(run: RunSpec, run_id: str) -> Columns:
+    from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
+
     (coefficient,) = leakage_coefficients([run], InProcessEngine(), {}, required="none")
-    return Job(run_id, run.parameters, coefficient)
+    return compute_columns([Job(run_id, run.parameters, coefficient)])
 
 
 def _stored_plan(directory: Path) -> SweepPlan:

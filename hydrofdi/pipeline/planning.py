@@ -10,11 +10,8 @@ from functools import cached_property
 from itertools import islice
 from pathlib import Path
 
-from hydrofdi.assessment import forewarnings
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.execution import Job, compute_columns
-from hydrofdi.execution.batching import batch_shape
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file
 from hydrofdi.simulation import run_identities, run_identity
@@ -87,6 +84,8 @@ class SweepPlan:
                 warnings.append(
                     f"a Sobol sample of {sample.count} points is not balanced; take a power of two"
                 )
+        from hydrofdi.assessment import forewarnings
+
         warnings += forewarnings(self.table.runs.distinct)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return warnings
@@ -164,6 +163,9 @@ def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
     runs = plan.table.runs.at(plan.missing)
     if not runs:
         return 0.0
+    from hydrofdi.execution import Job, compute_columns
+    from hydrofdi.execution.batching import batch_shape
+
     first = batch_shape(runs[0].parameters)
     pilot = list(islice((run for run in runs if batch_shape(run.parameters) == first), WIDTH))
     jobs = [Job("", run.parameters, run.parameters.leakage.internal_coefficient or 0.0) for run in pilot]

@@ -1,9 +1,26 @@
 """From resolved runs to sampled signals."""
 
-from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
-from hydrofdi.simulation.identity import run_identities, run_identity
-from hydrofdi.simulation.trajectory import Outcome, Trajectory
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hydrofdi.simulation.batch import simulate_batch
+    from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
+    from hydrofdi.simulation.identity import run_identities, run_identity
+    from hydrofdi.simulation.trajectory import Outcome, Trajectory
+
+_HOMES = {
+    "Calibration": "hydrofdi.simulation.calibration",
+    "Outcome": "hydrofdi.simulation.trajectory",
+    "Trajectory": "hydrofdi.simulation.trajectory",
+    "run_identities": "hydrofdi.simulation.identity",
+    "run_identity": "hydrofdi.simulation.identity",
+    "simulate_batch": "hydrofdi.simulation.batch",
+    "solve_leakage_coefficients": "hydrofdi.simulation.calibration",
+}
+"""Name → module that it is loaded from when it is first used, so that commands load what they need."""
 
 __all__ = [
     "Calibration",
@@ -14,3 +31,9 @@ __all__ = [
     "simulate_batch",
     "solve_leakage_coefficients",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)

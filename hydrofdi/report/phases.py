@@ -63,25 +63,23 @@ class Standing:
     ----------
     title : str
         The way, in words.
-    grid : ModeGrid
-        δ at the configured phase, or of the settled records as the mean over the phases.
     n_phase : int
         Number of start phases that were measured.
     claims : dict
         Claim → margin [percentage points] over the phases; it holds where it does so in all readings.
     margins : dict
-        Claim → margin of `grid` [percentage points], the least of all readings.
+        Claim → margin at the configured phase, or of the settled records [percentage points]; the least of
+        all readings.
     alarms : tuple of PhaseCount
         δd3 [%] of each sealed run above the normal EBM over the phases; it holds where the d3 rule alarms.
     alarm_deltas : tuple of tuple of float
-        δ [%] of all levels of these runs, as in `grid`.
+        δ [%] of all levels of these runs, as of `margins`.
     best_levels : tuple of PhaseCount
         δ [%] of the best level of each leaky run against the matched baseline over the phases; it holds where
         the level is the best one there as well.
     """
 
     title: str
-    grid: ModeGrid
     n_phase: int
     claims: dict[str, PhaseCount]
     margins: dict[str, float]
@@ -139,7 +137,6 @@ def standings(
         found.append(
             Standing(
                 title=title,
-                grid=of_view,
                 n_phase=len(phases),
                 claims={claim: _counted([margin[claim] for margin in margins]) for claim in margins[0]},
                 margins=_least_margins(of_view, kept),

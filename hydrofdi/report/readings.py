@@ -71,7 +71,7 @@ class ReadingsStudy:
     draws : ndarray of int, shape (n_reading,)
         The draw of the sample that a reading was made from; those of one draw depend on each other.
     is_drawn : bool
-        Whether the ensemble draws its readings, so that shares have an interval.
+        Whether readings are drawn independently (``method: random``), so that shares have an interval.
     """
 
     grid: ModeGrid
@@ -164,6 +164,7 @@ def study_readings(grid: ModeGrid, data: ExperimentData) -> ReadingsStudy:
     statuses = np.asarray(data.columns[names.STATUS]).astype(str)
     outcomes = tuple(_outcome(statuses, positions) for positions in grid.positions)
     configured, settled = reading_phases(grid, data)
+    sample = data.experiment.ensemble.sample
     return ReadingsStudy(
         grid=grid,
         outcomes=outcomes,
@@ -172,7 +173,7 @@ def study_readings(grid: ModeGrid, data: ExperimentData) -> ReadingsStudy:
         best_levels=best_level_matrix(grid),
         doubts=_doubts(data, grid),
         draws=_draws(data, grid),
-        is_drawn=data.experiment.ensemble.sample is not None,
+        is_drawn=sample is not None and sample.method == "random",
     )
 
 

@@ -141,3 +141,13 @@ def test_claims_together_fail_where_one_of_them_fails_in_all_readings(tmp_path):
     assert study["reproducing"]["C1"] == 0
     assert study["reproducing"]["C2"] is None
     assert study["reproducing"]["C1–C4"] == 0
+
+
+@pytest.mark.parametrize(("method", "has_intervals"), [("sobol", False), ("random", True)])
+def test_only_independent_draws_have_intervals(tmp_path, method, has_intervals):
+    text = ENSEMBLE.replace("sample: {count: 2,", f"sample: {{method: {method}, count: 2,")
+    (tmp_path / "readings.yaml").write_text(text)
+    assert run_hydrofdi("sweep", "readings.yaml", "--engine", "in-process", cwd=tmp_path).returncode == 1
+    record = json.loads(run_hydrofdi("report", "--json", cwd=tmp_path).stdout)["readings"]
+    interval = record["sealed_alarms"]["feasible"]["alarms"]["interval_95"]
+    assert (interval is not None) is has_intervals

@@ -31,7 +31,7 @@ def draw_spectrum(analysis: Analysis) -> Figure:
     for axis in axes:
         axis.set_yscale("log")
     axes[has_spectrum.index(True)].legend(loc="lower left", ncols=1)
-    axes[-1].set_xlabel("frequency [Hz]; dotted uprights: hydraulic mode $f_h$ of each EBM")
+    axes[-1].set_xlabel("frequency [Hz]; dotted lines: hydraulic mode $f_h$ of each EBM")
     return figure
 
 

@@ -10,9 +10,9 @@ from hydrofdi.physics.equation import equation
 from hydrofdi.physics.friction import friction_force
 from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
-from hydrofdi.simulation.kernel import take_spools
-from hydrofdi.simulation.lanes import HALF_WIDTH
-from hydrofdi.simulation.object_code import kernel
+from hydrofdi.simulation.kernels.kernel import take_spools
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
+from hydrofdi.simulation.kernels.object_code import kernel
 
 
 @equation

@@ -28,9 +28,9 @@ from hydrofdi.execution import available_cores
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.batch import chunks
 from hydrofdi.simulation.inputs import Inputs
-from hydrofdi.simulation.kernel import advance_lanes
-from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, WIDTH, pack_lanes
-from hydrofdi.simulation.options import ModelOptions
+from hydrofdi.simulation.kernels.kernel import advance_lanes
+from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, WIDTH, pack_lanes
+from hydrofdi.simulation.kernels.options import ModelOptions
 
 KERNEL_RECORD = 4.0
 """Record of the timed kernels [s]."""

@@ -19,10 +19,10 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.docstrings import field_texts
 from hydrofdi.config.parameters import parameter_unit
-from hydrofdi.config.quantities import SI
 from hydrofdi.config.schema import experiment_schema
+from hydrofdi.settings.docstrings import field_texts
+from hydrofdi.settings.quantities import SI
 from hydrofdi.units import convert, parse_quantity
 
 PAGE = Path(__file__).parent / "configuration.md"

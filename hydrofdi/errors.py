@@ -4,6 +4,7 @@
 
     HydrofdiError            the user can fix it: short lines, no traceback, exit code 2
     ├── ConfigError          an experiment file or an option is wrong
+    ├── DataError            a measured file is unusable
     ├── StoreError           a result file is missing, damaged, locked or of another version
     └── ReportError          there is nothing to report
 
@@ -51,6 +52,10 @@ class ConfigError(HydrofdiError, ValueError):
             mistakes = [Mistake(mistakes)]
         self.mistakes = tuple(mistakes)
         super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
+
+
+class DataError(HydrofdiError, ValueError):
+    """A measured file that cannot be used; its message names the file, and the line where there is one."""
 
 
 class StoreError(HydrofdiError, OSError):

@@ -14,9 +14,12 @@ LAYERS = [
     {"pipeline"},
     {"assessment"},
     {"execution"},
-    {"report", "features", "sensing", "store", "simulation"},
+    {"report", "quality", "sensing", "store", "simulation"},
     {"physics"},
     {"config"},
+    {"indicators"},
+    {"transforms", "records"},
+    {"settings"},
     {"units"},
     {"errors"},
 ]
@@ -24,23 +27,23 @@ LAYERS = [
 
 SIDEWAYS = {
     ("report", "store"),
-    ("report", "features"),
-    ("features", "simulation"),
+    ("report", "quality"),
+    ("quality", "simulation"),
     ("sensing", "simulation"),
 }
 """Imports within a layer."""
 
 HOMES = {
-    "h5py": ("store/",),
-    "pywt": ("features/wavelet.py", "config/wavelet.py", "config/fit.py"),
+    "h5py": ("store/", "records/measured/"),
+    "pywt": ("transforms/", "indicators/catalogue/", "config/sections/fit.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
-    "yaml": ("config/yaml_source.py", "config/loading.py"),
+    "yaml": ("settings/yaml_source.py", "config/loading.py"),
     "matplotlib": ("report/figures/",),
-    "pyarrow": ("report/forms/tidy.py",),
+    "pyarrow": ("report/forms/tidy.py", "records/measured/"),
     "pebble": ("execution/",),
-    "numba": ("simulation/compilation.py", "simulation/object_code.py"),
-    "llvmlite": ("simulation/object_code.py",),
+    "numba": ("simulation/kernels/compilation.py", "simulation/kernels/object_code.py"),
+    "llvmlite": ("simulation/kernels/object_code.py",),
     "distributed": ("execution/",),
     "dask": ("execution/",),
 }

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.config.condition import parse_condition
 from hydrofdi.config.schema import experiment_schema
+from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.errors import ConfigError
 
 ROOT = Path(__file__).parent.parent

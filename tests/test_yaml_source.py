@@ -6,7 +6,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.config.yaml_source import dotted, parse_yaml, scalar
+from hydrofdi.settings.yaml_source import dotted, parse_yaml, scalar
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.assessment.forewarnings import (
+from hydrofdi.assessment.plan_warnings import (
     NEAR_BAND_EDGE,
     folding_warnings,
     period_count,
@@ -20,9 +20,9 @@ from hydrofdi.assessment.selection import Selection, computed_rows
 from hydrofdi.assessment.sensor_noise import MUCH_NOISE, NoiseOfLevel, noise_of_levels
 from hydrofdi.assessment.step_limits import shortest_step_limits, step_limits
 from hydrofdi.execution import Job
-from hydrofdi.features.wavelet import boundary_shares, level_bands
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
 from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
 REFERENCE_DROP = 10e6
 """Pressure difference at which a leak is also stated [Pa]."""
@@ -178,7 +178,7 @@ def _mode_of_run(
     furthest = max(abs(float(row[f"piston_position_{end}"])) for end in ("min", "max"))
     level, octaves = place_in_bands(frequency, bands)
     return ModeOfRun(
-        labels={name: job.parameters.told(name) for name in labels},
+        labels={name: job.parameters.shown_value(name) for name in labels},
         bulk_modulus=job.parameters.fluid.bulk_modulus,
         leakage_coefficient=job.leakage_coefficient,
         mean_leakage_flow=mean,

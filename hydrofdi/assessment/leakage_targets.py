@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrofdi.assessment.selection import computed_rows
 from hydrofdi.config import ExperimentConfig, expand_runs
-from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, leakage_coefficients
 
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from hydrofdi.assessment.step_limits import Distinct
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.parameters import SENSING
-from hydrofdi.config.runs import Runs
+from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH
 
 Jobs = list[Job]
 
@@ -72,7 +72,7 @@ def _most_different(runs: Runs, labels: tuple[str, ...], distinct: NDArray[np.in
     modes = runs.first("fluid", "leakage").tolist()
     others: dict[Any, int] = {}
     for position in runs.first(*{name.partition(".")[0] for name in labels}).tolist():
-        others.setdefault(tuple(runs[position].parameters.told(name) for name in labels), position)
+        others.setdefault(tuple(runs[position].parameters.shown_value(name) for name in labels), position)
     return list(dict.fromkeys([*modes, *others.values(), *distinct.tolist()]))
 
 

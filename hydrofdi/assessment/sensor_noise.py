@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import RunParameters
-from hydrofdi.features.wavelet import noise_rms
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
+from hydrofdi.transforms.wavelet import noise_rms
 
 MUCH_NOISE = 0.1
 """Noise above this share of a level's RMS is warned of; it adds half a percent to that RMS."""

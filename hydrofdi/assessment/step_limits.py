@@ -14,7 +14,7 @@ from hydrofdi.physics.friction import (
 )
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
-from hydrofdi.simulation.no_load import largest_opening, no_load_speed
+from hydrofdi.simulation.kernels.no_load import largest_opening, no_load_speed
 
 Distinct = Callable[..., Iterable[RunParameters]]
 """Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""

@@ -63,9 +63,9 @@ def show_plan(
 def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from hydrofdi.config.csv_input import brief
     from hydrofdi.config.idle_parameters import idle_parameters
     from hydrofdi.config.plausibility import distant_baseline, unusual_values
+    from hydrofdi.config.sections.csv_input import without_contents
 
     n_run = len(plan.run_ids)
     return {
@@ -74,7 +74,7 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "planned": n_run,
         "swept": plan.table.n_swept,
         "controls_added": n_run - plan.table.n_swept,
-        "axes": {name: brief(list(values)) for name, values in plan.table.axes.items()},
+        "axes": {name: without_contents(list(values)) for name, values in plan.table.axes.items()},
         "first_point": _point(plan, 0),
         "last_point": _point(plan, plan.table.n_swept - 1),
         "stored": n_run - len(plan.missing) - sum(run_id in plan.failures for run_id in plan.run_ids),
@@ -100,7 +100,7 @@ def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
     experiment, parameters = plan.experiment, plan.table.runs[position].parameters
     throughout = experiment.ensemble.names_throughout | experiment.sweep.names_throughout
     values = {
-        name: parameters.told(name)
+        name: parameters.shown_value(name)
         for name in plan.table.axes
         if name in throughout or parameters.value(name) != experiment.value(name)
     }

@@ -37,7 +37,7 @@ def simulate(
 
     A sweep in the file is left aside.
     """
-    from hydrofdi.assessment import forewarnings
+    from hydrofdi.assessment import plan_warnings as plan_warnings
     from hydrofdi.cli.rendering import print_json, print_run, tell, tell_doubtful_settings
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import simulate_nominal, write_single_run
@@ -58,7 +58,7 @@ def simulate(
 
         save_figure(draw_signals(single.columns, experiment.wavelet, summary.title), figure)
         tell(f"drew {figure}")
-    for warning in forewarnings(lambda *_: [single.run.parameters]):
+    for warning in plan_warnings(lambda *_: [single.run.parameters]):
         tell(f"warning: {warning}")
     if json:
         print_json(run_record(summary))

@@ -1,10 +1,10 @@
 """What is asked for: experiment files, strict models of them, and the runs that they expand to."""
 
-from hydrofdi.config.expansion import RunTable, expand_runs
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.config.parameters import RunParameters
-from hydrofdi.config.runs import RunSpec
+from hydrofdi.config.run_table.expansion import RunTable, expand_runs
+from hydrofdi.config.run_table.runs import RunSpec
 
 __all__ = [
     "ExperimentConfig",

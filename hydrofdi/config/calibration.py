@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from hydrofdi.config.quantities import Section
+from hydrofdi.settings.quantities import Section
 
 
 class CalibrationConfig(Section):

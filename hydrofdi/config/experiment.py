@@ -9,13 +9,13 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from hydrofdi.config.calibration import CalibrationConfig
 from hydrofdi.config.claims import ClaimId
-from hydrofdi.config.fluid import FluidConfig
 from hydrofdi.config.limits import LimitsConfig
 from hydrofdi.config.parameters import SENSING, RunParameters
 from hydrofdi.config.reference import ReferenceConfig
-from hydrofdi.config.replicates import ReplicatesConfig
+from hydrofdi.config.sections.fluid import FluidConfig
 from hydrofdi.config.store import StoreConfig
-from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.config.sweeps.replicates import ReplicatesConfig
+from hydrofdi.config.sweeps.sweep import SweepConfig
 
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""

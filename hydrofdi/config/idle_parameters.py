@@ -9,7 +9,7 @@ from typing import Any
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.parameters import RunParameters, parameter_names
 from hydrofdi.config.plausibility import block_values
-from hydrofdi.config.sensor import SensorConfig
+from hydrofdi.config.sections.sensor import SensorConfig
 
 
 @dataclass(frozen=True)
@@ -98,12 +98,12 @@ def _sentence(name: str, needs: tuple[_Needs, ...], experiment: ExperimentConfig
     for need in needs:
         values = list(dict.fromkeys(_occurring_values(need.option, experiment)))
         if not any(need.are_met_by(value) for value in values):
-            told = " or ".join(_told(value) for value in values)
-            return f"{name} has no effect: {need.option} is {told} in every run"
+            choices = " or ".join(_shown(value) for value in values)
+            return f"{name} has no effect: {need.option} is {choices} in every run"
     return ""
 
 
-def _told(value: Any) -> str:
+def _shown(value: Any) -> str:
     if value is None:
         return "null"
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
-from hydrofdi.config.csv_input import CsvError, held_text, read_csv_input
-from hydrofdi.config.yaml_source import Path, Source, dotted
+from hydrofdi.config.sections.csv_input import CsvError, held_text, read_csv_input
 from hydrofdi.errors import Mistake
+from hydrofdi.settings.yaml_source import Path, Source, dotted
 
 _STAND_IN = "# unreadable\ntime [s],voltage [V]\n0.0,0.0\n"
-"""What takes the place of a file with mistakes, so that they are told once."""
+"""What takes the place of a file with mistakes, so that they are listed once."""
 
 
 def anchor_input_files(source: Source, folder: FilePath) -> None:
@@ -29,7 +29,7 @@ def read_input_files(source: Source) -> None:
             container[key] = read_csv_input(FilePath(value)) if _is_path(value) else _same(value)
         except CsvError as error:
             container[key] = _STAND_IN
-            source.mistakes += [_mistake(source, path, value, *told) for told in error.mistakes]
+            source.mistakes += [_mistake(source, path, value, *mistake) for mistake in error.mistakes]
 
 
 def _same(text: str) -> str:

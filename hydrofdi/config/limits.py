@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from hydrofdi.config.quantities import SI, Section
+from hydrofdi.settings.quantities import SI, Section
 
 
 class LimitsConfig(Section):

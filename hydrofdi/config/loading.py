@@ -1,4 +1,4 @@
-"""Experiment files and ``--set`` options → a validated experiment, with all mistakes told at once."""
+"""Experiment files and ``--set`` options → a validated experiment, with all mistakes at once."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
-
-from hydrofdi.config.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
-from hydrofdi.config.mistakes import describe_error
-from hydrofdi.config.yaml_source import Path, Source, parse_yaml
+from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.validation import read_yaml, validated
+from hydrofdi.settings.yaml_source import Path, Source, parse_yaml
 
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
     ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
@@ -55,13 +53,9 @@ def _compose(file: FilePath, extending: tuple[FilePath, ...]) -> Source:
     if file.resolve() in extending:
         chain = " → ".join(path.name for path in (*extending, file.resolve()))
         raise ConfigError([Mistake(f"the files extend each other: {chain}", "extends", str(file))])
-    own = parse_yaml(_read_text(file), str(file))
-    if own.mistakes and own.data is None:
-        raise ConfigError(own.mistakes)
-    if own.data is None or own.data == {}:
+    own = read_yaml(file, "an experiment file")
+    if not own.data:
         raise ConfigError([Mistake(_NOTHING, origin=str(file))])
-    if not isinstance(own.data, dict):
-        raise ConfigError([own.mistake((), "an experiment file holds 'key: value' pairs")])
     parents = own.data.pop("extends", [])
     parents = [parents] if isinstance(parents, str) else parents
     if not isinstance(parents, list) or not all(isinstance(parent, str) for parent in parents):
@@ -90,17 +84,6 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
         both = isinstance(value, dict) and isinstance(merged.get(key), dict)
         merged[key] = _merged(merged[key], value) if both else value
     return merged
-
-
-def _read_text(file: FilePath) -> str:
-    try:
-        return file.read_text(encoding="utf-8")
-    except IsADirectoryError:
-        raise ConfigError(f"{file}: is a directory, not an experiment file") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{file}: is not a text file in UTF-8") from None
-    except OSError as error:
-        raise ConfigError(f"{file}: {error.strerror}") from None
 
 
 def _apply_setting(source: Source, setting: str) -> None:
@@ -149,41 +132,4 @@ def _validate(source: Source) -> ExperimentConfig:
     normalize_baseline(source)
     normalize_sweep(source)
     normalize_replicates(source)
-    try:
-        experiment = ExperimentConfig.model_validate(source.data)
-    except ValidationError as errors:
-        source.mistakes.extend(
-            source.mistake(_path(error), describe_error(error, _known_keys(_path(error)[:-1])))
-            for error in errors.errors()
-        )
-    if source.mistakes:
-        raise ConfigError(sorted(source.mistakes, key=_reading_order))
-    return experiment
-
-
-def _path(error: Any) -> Path:
-    return tuple(part for part in error["loc"] if part != "[key]")
-
-
-def _reading_order(mistake: Mistake) -> tuple[str, int]:
-    file, _, line = mistake.origin.rpartition(":")
-    return (file, int(line)) if line.isdigit() else (mistake.origin, 0)
-
-
-def _known_keys(path: Path) -> list[str]:
-    model: Any = ExperimentConfig
-    for part in path:
-        if not isinstance(part, int):
-            field = model.model_fields.get(part) if _is_model(model) else None
-            model = _model_within(field.annotation) if field else None
-    return list(model.model_fields) if _is_model(model) else []
-
-
-def _model_within(annotation: Any) -> Any:
-    """The model in ``Model``, ``Model | None`` and ``list[Model]``."""
-    candidates = [annotation, *getattr(annotation, "__args__", ())]
-    return next((candidate for candidate in candidates if _is_model(candidate)), None)
-
-
-def _is_model(candidate: Any) -> bool:
-    return isinstance(candidate, type) and issubclass(candidate, BaseModel)
+    return validated(ExperimentConfig, source)

@@ -9,24 +9,23 @@ from typing import Annotated, Any, Self
 from pydantic import TypeAdapter, model_validator
 from pydantic.fields import FieldInfo
 
-from hydrofdi.config.actuator import ActuatorConfig
-from hydrofdi.config.control import ControlConfig
-from hydrofdi.config.csv_input import brief
-from hydrofdi.config.fit import (
+from hydrofdi.config.sections.actuator import ActuatorConfig
+from hydrofdi.config.sections.control import ControlConfig
+from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.sections.fit import (
     require_fluid_fits,
     require_input_fits,
     require_jitter_fits,
     require_load_fits,
     require_record_fits,
 )
-from hydrofdi.config.fluid import FluidConfig
-from hydrofdi.config.friction import FrictionConfig
-from hydrofdi.config.input import InputConfig
-from hydrofdi.config.leakage import LeakageConfig
-from hydrofdi.config.load import LoadConfig
-from hydrofdi.config.quantities import SI, Section
-from hydrofdi.config.run import RunConfig
-from hydrofdi.config.sensor import (
+from hydrofdi.config.sections.fluid import FluidConfig
+from hydrofdi.config.sections.friction import FrictionConfig
+from hydrofdi.config.sections.input import InputConfig
+from hydrofdi.config.sections.leakage import LeakageConfig
+from hydrofdi.config.sections.load import LoadConfig
+from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.sensor import (
     LengthSensorConfig,
     MeasurementConfig,
     PressureSensorConfig,
@@ -34,9 +33,10 @@ from hydrofdi.config.sensor import (
     VelocitySensorConfig,
     VoltageSensorConfig,
 )
-from hydrofdi.config.supply import SupplyConfig
-from hydrofdi.config.valve import ValveConfig
-from hydrofdi.config.wavelet import WaveletConfig
+from hydrofdi.config.sections.supply import SupplyConfig
+from hydrofdi.config.sections.valve import ValveConfig
+from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.transforms.configuration import WaveletConfig
 
 
 class RunParameters(Section):
@@ -199,17 +199,17 @@ class RunParameters(Section):
         section, field = name.split(".")
         return getattr(getattr(self, section), field)
 
-    def told_sections(self) -> dict[str, dict[str, Any]]:
+    def shown_sections(self) -> dict[str, dict[str, Any]]:
         """All parameters by section, as results show them."""
         sections: dict[str, dict[str, Any]] = {}
         for name in parameter_names():
             section, field = name.split(".")
-            sections.setdefault(section, {})[field] = self.told(name)
+            sections.setdefault(section, {})[field] = self.shown_value(name)
         return sections
 
-    def told(self, name: str) -> Any:
+    def shown_value(self, name: str) -> Any:
         """The value of a dotted name as results show it: a file by its name, size and digest."""
-        return brief(self.value(name))
+        return without_contents(self.value(name))
 
 
 SORTED_SECTIONS = tuple(sorted(RunParameters.model_fields))

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from hydrofdi.config.csv_input import parse_rows
-from hydrofdi.config.distributions import argument_values
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.parameters import parameter_names, parameter_quantity
-from hydrofdi.config.quantities import SI
-from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.config.sections.csv_input import parse_rows
+from hydrofdi.config.sweeps.distributions import argument_values
+from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.settings.quantities import SI
 from hydrofdi.units import parse_quantity
 
 

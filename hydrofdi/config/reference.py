@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from hydrofdi.config.quantities import SI, Section
+from hydrofdi.settings.quantities import SI, Section
 
 
 class ReferenceCell(Section):

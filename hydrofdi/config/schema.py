@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from hydrofdi.config.docstrings import field_texts
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.parameters import parameter_names
-from hydrofdi.config.quantities import Section
+from hydrofdi.settings.docstrings import field_texts
+from hydrofdi.settings.quantities import Section
 
 
 def experiment_schema() -> dict[str, Any]:

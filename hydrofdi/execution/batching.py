@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from hydrofdi.config import RunParameters
 from hydrofdi.execution.compute import Job, analysed_alike
-from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH
 
 _LARGEST_BATCH = 32 * WIDTH
 """Jobs."""

@@ -8,16 +8,16 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
-from hydrofdi.config.told_values import told_values, varied_parameters
+from hydrofdi.config.run_table.shown_values import shown_values, varied_parameters
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.execution.engine import Engine
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation import Calibration, solve_leakage_coefficients
-from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.units import convert
 
 _MOST_CONDITIONS = 8 * WIDTH
-_TOLD_MISTAKES = 10
+_SHOWN_MISTAKES = 10
 
 
 def leakage_coefficients(
@@ -119,14 +119,14 @@ def _require_reachable(
             for identity in unreachable
         )
     )
-    more = len(sentences) - _TOLD_MISTAKES
-    told = [*sentences[:_TOLD_MISTAKES], f"and {more} more like these"] if more > 0 else sentences
-    raise ConfigError([Mistake(sentence, "leakage.internal_flow") for sentence in told])
+    more = len(sentences) - _SHOWN_MISTAKES
+    shown = [*sentences[:_SHOWN_MISTAKES], f"and {more} more like these"] if more > 0 else sentences
+    raise ConfigError([Mistake(sentence, "leakage.internal_flow") for sentence in shown])
 
 
 def _unreachable_sentence(condition: RunParameters, varied: Sequence[str], most: float | None) -> str:
     flow = convert(condition.leakage.internal_flow or 0.0, "L/min")
-    place = told_values({name: condition.value(name) for name in varied})
+    place = shown_values({name: condition.value(name) for name in varied})
     sentence = f"no K_i gives a mean leakage of {flow:.4g} L/min{' at ' if place else ''}{place}"
     if most is None:
         return sentence

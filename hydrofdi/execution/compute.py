@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.store import StoreConfig
-from hydrofdi.features.external_leakage import mean_external_leakage_flows
-from hydrofdi.features.operating_point import hydraulic_mode
-from hydrofdi.features.pressure import pressure_features
-from hydrofdi.features.settling import how_records_settle
-from hydrofdi.features.verdict import judge
+from hydrofdi.quality.external_leakage import mean_external_leakage_flows
+from hydrofdi.quality.operating_point import hydraulic_mode
+from hydrofdi.quality.pressure import pressure_features
+from hydrofdi.quality.settling import how_records_settle
+from hydrofdi.quality.verdict import judge
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
-from hydrofdi.simulation.tap import Tap
+from hydrofdi.simulation.kernels.tap import Tap
 from hydrofdi.store import names, write_shard
 from hydrofdi.units import convert
 

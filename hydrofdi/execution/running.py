@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.execution.compute import Batch, BatchReceipt, Job, compute_shard
 from hydrofdi.execution.engine import Engine, TaskFailure
-from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ def run_batches(
     time_per_job : float or None
         Wall time that one run may take [s]. Runs of a batch that lie side by side in lanes share it.
     on_done : callable
-        Is told of each batch that is stored.
+        Receives news of each batch that is stored.
     on_failure : callable
-        Is told of each job that failed by itself.
+        Receives news of each job that failed by itself.
 
     Raises
     ------

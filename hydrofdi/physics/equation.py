@@ -15,7 +15,7 @@ FAST_MATH = {"nsz", "arcp", "contract", "afn"}
 order: where the compiler may reorder them, it does so differently in the two halves of the lanes."""
 
 EQUATIONS: list[Callable[..., object]] = []
-"""All functions that compiled code may call; the compiler is told of them before it compiles a kernel."""
+"""All functions that compiled code may call; the compiler learns of them before it compiles a kernel."""
 
 
 def equation(function: _Function) -> _Function:

@@ -148,9 +148,9 @@ def explain(directory: Path, wanted: str) -> Explanation:
         log=failure.log if failure and not stored else "",
         causes=_causes(run) if stored and stored.status == "diverged" else [],
         position=position,
-        request=run.parameters.told_sections(),
+        request=run.parameters.shown_sections(),
         differences=_differences(baseline, run.parameters),
-        calibration=run.calibration.told_sections() if run.calibration else None,
+        calibration=run.calibration.shown_sections() if run.calibration else None,
         shard=str(stored.shard) if stored else "",
         provenance=provenance[-1] if provenance else None,
     )
@@ -224,7 +224,7 @@ def _find(plan: SweepPlan, wanted: str) -> int:
 
 def _differences(baseline: RunParameters, run: RunParameters) -> dict[str, tuple[Any, Any]]:
     return {
-        name: (baseline.told(name), run.told(name))
+        name: (baseline.shown_value(name), run.shown_value(name))
         for name in parameter_names()
         if baseline.value(name) != run.value(name)
     }

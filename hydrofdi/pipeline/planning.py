@@ -15,7 +15,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file
 from hydrofdi.simulation import run_identities, run_identity
-from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import Failure, ShardIndex, holds_enough, read_failures, read_index
 from hydrofdi.store.names import stored_variables
 
@@ -84,9 +84,9 @@ class SweepPlan:
                 warnings.append(
                     f"a Sobol sample of {sample.count} points is not balanced; take a power of two"
                 )
-        from hydrofdi.assessment import forewarnings
+        from hydrofdi.assessment import plan_warnings as plan_warnings
 
-        warnings += forewarnings(self.table.runs.distinct)
+        warnings += plan_warnings(self.table.runs.distinct)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return warnings
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
-from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.pipeline.places import library_versions
 from hydrofdi.simulation import run_identity

@@ -29,7 +29,7 @@ from hydrofdi.execution import (
 from hydrofdi.pipeline.places import experiment_file, library_versions
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.simulation import run_identities
-from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import (
     Failure,
     ShardResults,
@@ -121,7 +121,7 @@ def run_sweep(
     engine : Engine, optional
         Where the runs are computed, not entered yet; by default a pool of processes on this machine.
     watcher : Watcher, optional
-        Is told of the progress.
+        Receives news of the progress.
     retry_failed : bool
         Whether runs that failed without a result are tried again.
 

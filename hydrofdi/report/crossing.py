@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.report.wording import counted
 from hydrofdi.store import ExperimentData, names
 

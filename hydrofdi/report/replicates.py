@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.features import percentage_change
 from hydrofdi.report.intervals import Share, clustered_share
 from hydrofdi.report.table import SensitivityTable, TableRow, largest_positive
 from hydrofdi.store import ExperimentData, names
+from hydrofdi.transforms.change import percentage_change
 
 Array = NDArray[np.float64]
 

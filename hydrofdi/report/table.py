@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.parameters import parameter_unit
-from hydrofdi.features import level_bands, percentage_change
 from hydrofdi.store import ExperimentData, names
+from hydrofdi.transforms.change import percentage_change
+from hydrofdi.transforms.wavelet import level_bands
 
 EXTERNAL = "leakage.external_coefficient"
 """How the parameters of external leakage begin."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sensor import SensorConfig
+from hydrofdi.config.sections.sensor import SensorConfig
 from hydrofdi.sensing.dynamics import Lag, butterworth_lags, first_order_lag, second_order_lag
 
 Sensor = SensorConfig[float, float, float, float]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.physics.settled import settled
-from hydrofdi.simulation.compilation import strictly_compiled
+from hydrofdi.simulation.kernels.compilation import strictly_compiled
 
 
 class Lag(NamedTuple):

@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.config.run import RunConfig
-from hydrofdi.config.sensor import MeasurementConfig, SensorConfig
+from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
 
 _NEGLIGIBLE = 40.0
 """Beyond so many time constants samples count as independent: e^−40 is below the rounding of a variance."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.config.run import RunConfig
+from hydrofdi.config.sections.run import RunConfig
 from hydrofdi.physics.equation import equation
-from hydrofdi.simulation.compilation import strictly_compiled
+from hydrofdi.simulation.kernels.compilation import strictly_compiled
 
 
 def sampling_instants(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.cylinder import end_stop_force
 from hydrofdi.physics.equation import equation
-from hydrofdi.simulation.hydraulics import (
+from hydrofdi.simulation.kernels.hydraulics import (
     LaneParameters,
     State,
     bulk_modulus_at,
@@ -24,9 +24,9 @@ from hydrofdi.simulation.hydraulics import (
     lane_parameters,
     port_flows,
 )
-from hydrofdi.simulation.lanes import pack_singles
-from hydrofdi.simulation.object_code import kernel
-from hydrofdi.simulation.options import ModelOptions, group_by_options
+from hydrofdi.simulation.kernels.lanes import pack_singles
+from hydrofdi.simulation.kernels.object_code import kernel
+from hydrofdi.simulation.kernels.options import ModelOptions, group_by_options
 from hydrofdi.simulation.trajectory import Trajectory
 
 

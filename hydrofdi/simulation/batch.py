@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.run import RunConfig
+from hydrofdi.config.sections.run import RunConfig
 from hydrofdi.simulation.inputs import Chunk, Inputs
-from hydrofdi.simulation.kernel import advance_lanes
-from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes
+from hydrofdi.simulation.kernels.kernel import advance_lanes
+from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes
+from hydrofdi.simulation.kernels.options import ModelOptions, group_by_kernel
+from hydrofdi.simulation.kernels.tap import Reader, Tap
 from hydrofdi.simulation.leakage_signal import leakage_signal
-from hydrofdi.simulation.options import ModelOptions, group_by_kernel
-from hydrofdi.simulation.tap import Reader, Tap
 from hydrofdi.simulation.trajectory import Outcome, Signal, Trajectory
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 5000, 64_000

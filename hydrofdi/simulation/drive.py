@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.csv_input import parse_rows
-from hydrofdi.config.input import InputConfig
-from hydrofdi.config.run import RunConfig
-from hydrofdi.simulation.lanes import SPOOLS, WIDTH
+from hydrofdi.config.sections.csv_input import parse_rows
+from hydrofdi.config.sections.input import InputConfig
+from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.simulation.kernels.lanes import SPOOLS, WIDTH
+from hydrofdi.simulation.kernels.spool import advance_spools
 from hydrofdi.simulation.random_levels import random_levels
-from hydrofdi.simulation.spool import advance_spools
 
 SPOOL_PARAMETERS = {
     "spool_frequency": "frequency",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 
 from hydrofdi.config import RunSpec
-from hydrofdi.config.runs import Runs
+from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.physics import PHYSICS_VERSION
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.input import InputConfig
-from hydrofdi.config.run import RunConfig
+from hydrofdi.config.sections.input import InputConfig
+from hydrofdi.config.sections.run import RunConfig
 from hydrofdi.simulation.drive import Drive, Spools, position_reference
 from hydrofdi.simulation.load import load_force
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation.hydraulics import lane_parameters, leakage_of
-from hydrofdi.simulation.lanes import pack_singles
-from hydrofdi.simulation.options import group_by_options
+from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
+from hydrofdi.simulation.kernels.lanes import pack_singles
+from hydrofdi.simulation.kernels.options import group_by_options
 
 
 def leakage_signal(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.load import LoadConfig
-from hydrofdi.config.run import RunConfig
+from hydrofdi.config.sections.load import LoadConfig
+from hydrofdi.config.sections.run import RunConfig
 from hydrofdi.simulation.random_levels import random_levels
 
 _STREAM = 1

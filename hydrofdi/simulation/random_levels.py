@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.run import RunConfig
+from hydrofdi.config.sections.run import RunConfig
 
 
 def random_levels(

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import pid_step
 from hydrofdi.simulation.batch import ROWS, outcome_of
-from hydrofdi.simulation.compilation import compiled
 from hydrofdi.simulation.drive import input_voltage, position_reference
-from hydrofdi.simulation.hydraulics import State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, STATES, pack_singles
+from hydrofdi.simulation.kernels.compilation import compiled
+from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
+from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, pack_singles
+from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.spool import spool_rates, valve_opening
+from hydrofdi.simulation.kernels.tap import Reader, Tap
 from hydrofdi.simulation.leakage_signal import leakage_signal
 from hydrofdi.simulation.load import load_force
-from hydrofdi.simulation.options import ModelOptions
-from hydrofdi.simulation.spool import spool_rates, valve_opening
-from hydrofdi.simulation.tap import Reader, Tap
 from hydrofdi.simulation.trajectory import Trajectory
 
 Solver = Literal["lsoda", "radau"]

@@ -122,7 +122,7 @@ class ExperimentData:
         if variable in self.columns:
             stored = self.columns[variable].tolist()
             return [None if value != value or value == "" else value for value in stored]
-        values = np.full(self.n_run, self.experiment.nominal_parameters.told(name), dtype=object)
+        values = np.full(self.n_run, self.experiment.nominal_parameters.shown_value(name), dtype=object)
         if name in self.experiment.baseline:
             of_baseline = [FIXED_BASELINE] + [MATCHED_BASELINE] * name.startswith("leakage.")
             for rows in (self.columns[kind] for kind in of_baseline):

@@ -202,7 +202,7 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
     """Values of a swept parameter; NaN where a number is not set; all as texts where some are texts."""
-    values = [run.parameters.told(parameter) for run in table.runs]
+    values = [run.parameters.shown_value(parameter) for run in table.runs]
     if any(isinstance(value, str) for value in values):
         return np.array([_as_text(value, parameter_unit(parameter) or "") for value in values], dtype=object)
     return np.array([np.nan if value is None else value for value in values])

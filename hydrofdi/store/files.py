@@ -13,7 +13,7 @@ from hydrofdi.errors import StoreError
 
 LIBRARY_VERSIONS = ("v110", "v110")
 """HDF5 formats that files are written in: from 1.10 on all metadata carry checksums, so that a damaged file
-is told and not followed in circles."""
+is reported and not followed in circles."""
 
 
 @contextmanager

@@ -24,7 +24,7 @@ def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[No
     ----------
     directory : Path
     tell : callable
-        Is told when a lock that a dead process left is taken over.
+        Is called when a lock that a dead process left is taken over.
 
     Raises
     ------

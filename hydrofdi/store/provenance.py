@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.csv_input import brief
+from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.store.files import write_whole_text
 
 _FILE = "provenance.json"
@@ -27,7 +27,7 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
     return {
         "started": now(),
         "command": sys.argv,
-        "configuration": brief(json.loads(experiment.model_dump_json())),
+        "configuration": without_contents(json.loads(experiment.model_dump_json())),
         "seeds": _seeds([experiment.ensemble.model_dump(), experiment.sweep.model_dump()]),
         "git": _git_state(Path(__file__).parent),
         "python": platform.python_version(),

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.mistakes import describe_error
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.names import (

@@ -11,13 +11,13 @@ import pytest
 import pywt
 
 from hydrofdi.assessment import calibrate_flows, converge, inspect_experiment
-from hydrofdi.assessment.forewarnings import place_in_bands
+from hydrofdi.assessment.plan_warnings import place_in_bands
 from hydrofdi.assessment.selection import computed_rows, select_runs
 from hydrofdi.config import RunParameters, load_experiment
-from hydrofdi.config.wavelet import WaveletConfig
-from hydrofdi.features.wavelet import boundary_shares
 from hydrofdi.physics.leakage import internal_leakage_flow
 from hydrofdi.simulation import simulate_batch
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import boundary_shares
 from tests.commands import run_hydrofdi
 
 SHORT = ("run.duration=2 s", "input.period=1 s")

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation.kernel import advance_lanes
-from hydrofdi.simulation.lanes import SAMPLED, STATES, WIDTH, pack_lanes
-from hydrofdi.simulation.options import ModelOptions
+from hydrofdi.simulation.kernels.kernel import advance_lanes
+from hydrofdi.simulation.kernels.lanes import SAMPLED, STATES, WIDTH, pack_lanes
+from hydrofdi.simulation.kernels.options import ModelOptions
 
 FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.csv_input import MOST_ROWS, held_text
-from hydrofdi.config.input import InputConfig
-from hydrofdi.config.run import RunConfig
+from hydrofdi.config.sections.csv_input import MOST_ROWS, held_text
+from hydrofdi.config.sections.input import InputConfig
+from hydrofdi.config.sections.run import RunConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation import run_identity, simulate_batch, solve_leakage_coefficients
 from hydrofdi.simulation.drive import input_voltage, largest_voltage

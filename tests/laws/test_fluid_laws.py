@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
-from hydrofdi.features.operating_point import hydraulic_mode
-from hydrofdi.features.settling import how_records_settle
-from hydrofdi.features.verdict import judge
 from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import mode_frequency
+from hydrofdi.quality.operating_point import hydraulic_mode
+from hydrofdi.quality.settling import how_records_settle
+from hydrofdi.quality.verdict import judge
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.second_opinion import simulate_with_solver

@@ -11,14 +11,14 @@ import pytest
 
 from hydrofdi.assessment.selection import computed_rows
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.input import InputConfig
-from hydrofdi.config.run import RunConfig
+from hydrofdi.config.sections.input import InputConfig
+from hydrofdi.config.sections.run import RunConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.features import detail_rms
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.drive import input_voltage
 from hydrofdi.simulation.second_opinion import simulate_with_solver
+from hydrofdi.transforms.wavelet import detail_rms
 from tests.conftest import Command
 
 Writer = Callable[[str], Path]

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
-from hydrofdi.features import detail_rms
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
-from hydrofdi.simulation.lanes import HALF_WIDTH
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
 from hydrofdi.simulation.second_opinion import simulate_with_solver
+from hydrofdi.transforms.wavelet import detail_rms
 
 SHORT = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, "run.step": 2e-5})
 CHOICES: dict[str, dict[str, Any]] = {

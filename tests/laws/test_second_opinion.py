@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
-from hydrofdi.features import detail_rms
 from hydrofdi.simulation import Trajectory, simulate_batch
-from hydrofdi.simulation.options import ModelOptions
+from hydrofdi.simulation.kernels.options import ModelOptions
 from hydrofdi.simulation.second_opinion import simulate_with_solver
+from hydrofdi.transforms.wavelet import detail_rms
 from tests.commands import run_json
 
 RANGES = {

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.features import percentage_change
 from hydrofdi.report import analyze, compose_report, table
 from hydrofdi.report.claims import CLAIMS
 from hydrofdi.report.document import Cell, Rows
 from hydrofdi.store import ExperimentData, names
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.reading import FileSignals
+from hydrofdi.transforms.change import percentage_change
 from tests.conftest import run_hydrofdi, sweep_in
 
 N_DRAWN = 100

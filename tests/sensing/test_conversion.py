@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrofdi.config.wavelet import WaveletConfig
-from hydrofdi.features import detail_rms
-from hydrofdi.features.wavelet import noise_rms
 from hydrofdi.sensing import quantisation_noise
 from hydrofdi.sensing.conversion import quantised, saturated, systematic_error
 from hydrofdi.sensing.noise import gaussian_noise
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import detail_rms, noise_rms
 
 SIGMA, MANY = 5e3, 2**17
 

@@ -12,12 +12,12 @@ from scipy import signal as scipy_signal
 
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.features import detail_rms
 from hydrofdi.sensing import CHANNELS
 from hydrofdi.sensing.channels import CLOCK, random_generator
 from hydrofdi.sensing.sampling import Clocks, sampling_instants
 from hydrofdi.simulation import batch, simulate_batch
 from hydrofdi.simulation.second_opinion import simulate_with_solver
+from hydrofdi.transforms.wavelet import detail_rms
 
 SHORT = ("run.duration=2 s", "input.period=0.5 s")
 LAGS = tuple(f"{channel.section}={{order: second, bandwidth: 150 Hz}}" for channel in CHANNELS)

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from scipy import integrate, signal
 
 from hydrofdi.config import RunParameters, load_experiment
-from hydrofdi.config.wavelet import WaveletConfig
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.features import detail_rms
-from hydrofdi.features.wavelet import noise_rms
 from hydrofdi.sensing.noise import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import detail_rms, noise_rms
 
 DENSITY, CORNER, SAMPLING = 20.0, 100.0, 500.0
 

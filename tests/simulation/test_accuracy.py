@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import load_experiment
-from hydrofdi.features import detail_rms
 from hydrofdi.simulation import simulate_batch
+from hydrofdi.transforms.wavelet import detail_rms
 from tests.simulation import reference
 
 NOMINAL = load_experiment().nominal_parameters

@@ -12,8 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation import object_code, simulate_batch
-from hydrofdi.simulation.object_code import kernel
+from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.kernels import object_code
+from hydrofdi.simulation.kernels.object_code import kernel
 
 
 class Choices(NamedTuple):

@@ -5,7 +5,7 @@ import pytest
 
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.drive import Drive, Spools, input_voltage
-from hydrofdi.simulation.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH
 
 N_STEP = 400
 NOMINAL = RunParameters().with_values({"input.period": 0.04})

@@ -6,9 +6,9 @@ import numba
 import pytest
 
 from hydrofdi.physics.equation import FAST_MATH
-from hydrofdi.simulation.compilation import dispatcher
-from hydrofdi.simulation.hydraulics import LaneParameters, State, hydraulic_rates
-from hydrofdi.simulation.options import ModelOptions
+from hydrofdi.simulation.kernels.compilation import dispatcher
+from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates
+from hydrofdi.simulation.kernels.options import ModelOptions
 
 ALL = ModelOptions(*[True] * len(ModelOptions._fields))
 OTHER_LAWS = ALL._replace(laminar_leakage=None, bristle_friction=None, lapped_valve=None)

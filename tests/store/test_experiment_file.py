@@ -7,7 +7,7 @@ import pytest
 import xarray
 
 from hydrofdi.config import ExperimentConfig, load_experiment
-from hydrofdi.features import detail_rms
+from hydrofdi.transforms.wavelet import detail_rms
 from tests.conftest import sweep_in
 
 SIGNALS = {

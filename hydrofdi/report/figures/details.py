@@ -6,12 +6,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hydrofdi.errors import ReportError
-from hydrofdi.features.wavelet import detail_coefficients
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.choice import run_position, shown_bulk_moduli, shown_leakage
 from hydrofdi.report.figures.style import SERIES
 from hydrofdi.report.wording import kilopascal, mode_name
 from hydrofdi.store import names
+from hydrofdi.transforms.wavelet import detail_coefficients
 
 
 def draw_figure_3(analysis: Analysis) -> Figure:

@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hydrofdi.features.wavelet import detail_coefficients
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.choice import run_position, shown_leakage
 from hydrofdi.report.figures.style import BLUE, INK, ORANGE
 from hydrofdi.report.wording import mode_name
 from hydrofdi.store import Columns, names
+from hydrofdi.transforms.wavelet import detail_coefficients
 from hydrofdi.units import convert
 
 _PANELS = (

@@ -8,13 +8,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
-from hydrofdi.features.spectrum import power_spectrum
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.choice import run_position, shown_bulk_moduli
 from hydrofdi.report.figures.style import INK, series
 from hydrofdi.report.table import ROUNDING
 from hydrofdi.report.wording import megapascal, mode_name
 from hydrofdi.store import names
+from hydrofdi.transforms.spectrum import power_spectrum
 
 
 def draw_spectrum(analysis: Analysis) -> Figure:

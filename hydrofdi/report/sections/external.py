@@ -75,11 +75,13 @@ def _separations(table: SensitivityTable, study: ExternalStudy) -> list[str]:
 def _separation(study: ExternalStudy, state: ExternalState) -> str:
     """Which δ have a threshold that tells a state from all runs without external leakage."""
     gaps = {name: gap for name, gap in study.gaps(state).items() if not math.isnan(gap)}
-    told = [f"{name} (a gap of {gap:.1f} points)" for name, gap in gaps.items() if gap > 0.0]
+    separated = [f"{name} (a gap of {gap:.1f} points)" for name, gap in gaps.items() if gap > 0.0]
     mixed = [name for name, gap in gaps.items() if gap <= 0.0]
-    parts = [f"told from all runs without by {joined(told)}"] if told else []
-    parts += [f"not by {joined(mixed)}, whose ranges overlap"] if told and mixed else []
-    parts += [f"told by none of {joined(mixed)}: their ranges overlap"] if mixed and not told else []
+    parts = [f"separated from all runs without by {joined(separated)}"] if separated else []
+    parts += [f"not by {joined(mixed)}, whose ranges overlap"] if separated and mixed else []
+    parts += (
+        [f"separated by none of {joined(mixed)}: their ranges overlap"] if mixed and not separated else []
+    )
     lead = f"Leakage out of {_place(state)}, from {flow_text(state.least_flow)} L/min on"
     return f"{lead}, is {'; '.join(parts) or 'not decided'}."
 

@@ -10,7 +10,7 @@ from hydrofdi.report.document import Block
 from hydrofdi.report.wording import counted, labels_text, mode_name
 
 _MOST = 20
-"""Holes that are told one by one."""
+"""Holes that are listed one by one."""
 
 
 def remarks_block(analysis: Analysis) -> Block | None:

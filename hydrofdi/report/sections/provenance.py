@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from hydrofdi.config.csv_input import brief
+from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet
 
@@ -30,7 +30,7 @@ def provenance_block(analysis: Analysis) -> Block:
 def _configuration_sheet(analysis: Analysis) -> Sheet:
     """The configuration as it is written in the file: parameters of later versions are not in it."""
     data = analysis.data
-    configuration = brief(data.configuration or json.loads(data.experiment.model_dump_json()))
+    configuration = without_contents(data.configuration or json.loads(data.experiment.model_dump_json()))
     rows = []
     for section, value in configuration.items():
         fields = value if isinstance(value, dict) else {"": value}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hydrofdi.features.settling import samples_per_period
+from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Rows, Sheet, group_breaks
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from hydrofdi.features.settling import samples_per_period
+from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.claims import CLAIMS, D3
 from hydrofdi.report.controls import SealedAlarm

@@ -1,0 +1,1 @@
+"""The runs that an experiment expands to."""

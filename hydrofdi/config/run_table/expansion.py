@@ -1,0 +1,107 @@
+"""An experiment → the runs that it asks for, each with the healthy runs to compare it with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.run_table.rows import Expansion
+from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.config.sweeps.distinct import distinct_rows
+from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
+from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.errors import ConfigError, Mistake
+
+MOST_RUNS = 1_000_000
+"""Points that one sweep may have."""
+
+
+NO_RUN = -1
+"""Stands for a run that there is none of."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunTable:
+    """The runs of an experiment in their order.
+
+    Attributes
+    ----------
+    runs : Runs, length n_run
+        The swept runs in the order of the sweep, reading by reading, then the healthy runs
+        that the sweep itself lacks, then their replicates.
+    axes : dict
+        Dotted parameter → its different values in SI, in order of appearance.
+    n_swept : int
+        How many of the runs belong to the sweep.
+    fixed_baseline, matched_baseline : array of int, shape (n_run,)
+        Index of the healthy run that a run is compared with: under the baseline's conditions, and under
+        its own conditions with the baseline's leakage.
+    replicate_of : array of int, shape (n_run,)
+        Index of the healthy run that a run is an independent replicate of; −1 for all others.
+    """
+
+    runs: Runs
+    axes: dict[str, tuple[Any, ...]]
+    n_swept: int
+    fixed_baseline: NDArray[np.intp]
+    matched_baseline: NDArray[np.intp]
+    replicate_of: NDArray[np.intp]
+
+
+def expand_runs(experiment: ExperimentConfig) -> RunTable:
+    """The runs of the experiment's sweep and their baselines.
+
+    Points that ask for the same run are one run.
+
+    Raises
+    ------
+    ConfigError
+        A combination of swept values is impossible, or the sweep is empty or too large.
+    """
+    _require_countable(experiment)
+    readings, swept = (_block_points(experiment, section) for section in ("ensemble", "sweep"))
+    points = multiplied(readings, swept)
+    expansion = Expansion(experiment, points)
+    rows = expansion.swept_rows()
+    n_swept = len(rows.numbers)
+    rows, fixed, matched = expansion.with_baselines(rows)
+    axes = {name: _appearing(points.columns[name]) for name in points.columns}
+    of_run = np.full(len(fixed), NO_RUN)
+    healthy = np.unique(np.concatenate([fixed, matched]))
+    rows, of_replicate = expansion.with_replicates(rows, healthy)
+    fixed, matched = (np.concatenate([baseline, of_replicate]) for baseline in (fixed, matched))
+    return RunTable(
+        expansion.runs(rows), axes, n_swept, fixed, matched, np.concatenate([of_run, of_replicate])
+    )
+
+
+def _require_countable(experiment: ExperimentConfig) -> None:
+    n_point = count_points(experiment.ensemble) * count_points(experiment.sweep)
+    if n_point > MOST_RUNS:
+        raise ConfigError(
+            [
+                Mistake(
+                    f"{n_point:,} runs are more than the {MOST_RUNS:,} that one sweep may have, before any"
+                    " 'where'; take fewer values, draw a sample, or split it into several experiments",
+                    "sweep",
+                )
+            ]
+        )
+
+
+def _block_points(experiment: ExperimentConfig, section: str) -> Points:
+    block: SweepConfig = getattr(experiment, section)
+    points = sweep_points(block, experiment.nominal_parameters.value, section)
+    if not points.n_point:
+        raise ConfigError([Mistake("no point fulfils 'where'", section)])
+    return points
+
+
+def _appearing(column: Column) -> tuple[Any, ...]:
+    first, _ = distinct_rows([column.index], len(column.index))
+    numbers = column.index[first].tolist()
+    return tuple(dict.fromkeys(column.values[number] for number in numbers if number >= 0))

@@ -1,0 +1,273 @@
+"""Points of a sweep → rows of section numbers: the runs, their calibrations and their baselines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
+from hydrofdi.config.parameters import (
+    FITTING_SECTIONS,
+    SENSING,
+    RunParameters,
+    replace_fields,
+)
+from hydrofdi.config.run_table.frame import Frame, SectionPool
+from hydrofdi.config.run_table.runs import NONE, Runs
+from hydrofdi.config.run_table.shown_values import shown_values
+from hydrofdi.config.sections.leakage import LeakageConfig
+from hydrofdi.config.sweeps.distinct import distinct_rows
+from hydrofdi.config.sweeps.points import Column, Points
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.quantities import Section
+
+Numbers = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Runs as numbers of sections, shapes (n_run, n_pool).
+
+    Attributes
+    ----------
+    numbers : array of int
+        Of the run.
+    calibrations : array of int
+        Of the conditions under which its leakage flow is solved, or ``NONE``.
+    sources : array of int, optional
+        Of the actuator that these conditions are made from; without it, of the run itself.
+    """
+
+    numbers: Numbers
+    calibrations: Numbers
+    sources: Numbers | None
+
+    def at(self, positions: Any) -> Rows:
+        """Some of the rows."""
+        sources = None if self.sources is None else self.sources[positions]
+        return Rows(self.numbers[positions], self.calibrations[positions], sources)
+
+
+class Expansion:
+    """Points turned into runs, section by section: each different section is made and checked once."""
+
+    def __init__(self, experiment: ExperimentConfig, points: Points) -> None:
+        self._points = points
+        self._nominal = experiment.nominal_parameters
+        self._baseline = experiment.baseline
+        self._readings = set(experiment.ensemble.names)
+        self._is_solved_nominally = experiment.calibration.at == "nominal"
+        self._leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
+        self._conditions = {
+            name: value for name, value in self._baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
+        }
+        self._replicates = experiment.replicates
+        drawn = (*self._replicates.over, "measurement.seed") if self._replicates.count else ()
+        varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline, *drawn)}
+        self._names = tuple(name for name in RunParameters.model_fields if name in varied)
+        self._pools = {name: SectionPool(getattr(self._nominal, name)) for name in self._names}
+
+    def runs(self, rows: Rows) -> Runs:
+        """The runs of rows."""
+        ideal = self._nominal.with_ideal_sensors()
+        return Runs(
+            Frame(self._nominal, self._pools, rows.numbers), Frame(ideal, self._pools, rows.calibrations)
+        )
+
+    def swept_rows(self) -> Rows:
+        """The runs at all points, each once."""
+        numbers = self._at_points(self._points.columns)
+        self._require_fit(numbers, self._points.columns, self._points.values)
+        sources = None
+        if self._is_solved_nominally:
+            columns = self._points.columns.items()
+            sources = self._at_points({name: column for name, column in columns if name in self._readings})
+        return _distinct(self._solved(self._plainly_sealed(numbers), sources))[0]
+
+    def with_baselines(self, rows: Rows) -> tuple[Rows, NDArray[np.intp], NDArray[np.intp]]:
+        """Rows and the baselines that they lack, and where the fixed and matched baseline of each lies."""
+        (fixed, first_fixed, of_fixed), (matched, first_matched, of_matched) = (
+            _distinct(self._healthy(rows, changes)) for changes in (self._baseline, self._leakage)
+        )
+        by_turns = np.argsort(np.concatenate([2 * first_fixed, 2 * first_matched + 1]))
+        n_row, n_fixed = len(rows.numbers), len(first_fixed)
+        together, _, places = _distinct(_joined([rows, _joined([fixed, matched]).at(by_turns)]))
+        if len(together.numbers) > n_row:
+            return self.with_baselines(together)
+        found = np.empty(len(by_turns), dtype=np.intp)
+        found[by_turns] = places[n_row:]
+        return rows, found[:n_fixed][of_fixed], found[n_fixed:][of_matched]
+
+    def with_replicates(self, rows: Rows, healthy: NDArray[np.intp]) -> tuple[Rows, NDArray[np.intp]]:
+        """Rows and the replicates of the healthy ones among them, and which one each is a replicate of."""
+        count = self._replicates.count
+        of_replicate = np.repeat(healthy, count)
+        if not count:
+            return rows, of_replicate
+        numbers = rows.numbers[of_replicate].copy()
+        draws = self._replicates.draws(len(healthy))
+        for k, draw in enumerate(draws):
+            changes = draw | {"measurement.seed": self._nominal.measurement.seed + 1 + k % count}
+            for place, section in enumerate(self._names):
+                if fields := _fields(changes, section):
+                    pool = self._pools[section]
+                    try:
+                        changed = replace_fields(pool.sections[numbers[k, place]], fields)
+                    except ValueError as error:
+                        raise _impossible(draw, error, "replicates.over") from None
+                    numbers[k, place] = pool.number(changed)
+        names = (*self._replicates.over, "measurement.seed")
+        self._require_fit(numbers, names, lambda k: draws[k])
+        added = Rows(numbers, np.full_like(numbers, NONE), None if rows.sources is None else numbers)
+        return _joined([rows, added]), of_replicate
+
+    def _at_points(self, columns: Mapping[str, Column]) -> Numbers:
+        """Numbers of the sections at all points where some parameters vary."""
+        numbers = np.zeros((self._points.n_point, len(self._names)), dtype=np.int32)
+        for place, section in enumerate(self._names):
+            names = [name for name in columns if name.partition(".")[0] == section]
+            if names:
+                first, inverse = distinct_rows([columns[name].index for name in names], len(numbers))
+                made = [self._section_at(section, names, point) for point in first.tolist()]
+                numbers[:, place] = np.array(made, dtype=np.int32)[inverse]
+        return numbers
+
+    def _section_at(self, section: str, names: Sequence[str], point: int) -> int:
+        pool, fields = self._pools[section], _fields(self._points.values(point, names), section)
+        try:
+            return pool.number(replace_fields(pool.sections[0], fields)) if fields else 0
+        except ValueError as error:
+            raise _impossible(self._points.values(point), error) from None
+
+    def _require_fit(self, numbers: Numbers, changed: Iterable[str], values: Any) -> None:
+        """Check that the sections of rows fit each other, where some of them were changed by values."""
+        sections = {name.partition(".")[0] for name in changed}
+        frame = Frame(self._nominal, self._pools, numbers)
+        for fitting in FITTING_SECTIONS:
+            if sections.isdisjoint(fitting):
+                continue
+            first, _ = distinct_rows([frame.column(name) for name in fitting], len(numbers))
+            for row in first.tolist():
+                try:
+                    frame.parameters(row).require_fit(fitting)
+                except ValueError as error:
+                    raise _impossible(values(row), error) from None
+
+    def _changed(self, numbers: Numbers, changes: Mapping[str, Any]) -> Numbers:
+        """Rows with dotted values replaced."""
+        changed = numbers.copy()
+        for place, section in enumerate(self._names):
+            if fields := _fields(changes, section):
+                pool, change = self._pools[section], partial(replace_fields, fields=fields)
+                if self._varied(section) <= {name for name, _ in fields}:
+                    changed[:, place] = pool.number(change(pool.sections[0]))
+                else:
+                    changed[:, place] = _mapped(pool, numbers[:, place], change)
+        self._require_fit(changed, changes, lambda _: changes)
+        return changed
+
+    def _varied(self, section: str) -> set[str]:
+        """The fields in which the contents of a section differ."""
+        forms = INTERNAL_LEAKAGE_FORMS if section == "leakage" else ()
+        names = (*self._points.columns, *self._baseline, *forms)
+        return {field for owner, _, field in (name.partition(".") for name in names) if owner == section}
+
+    def _plainly_sealed(self, numbers: Numbers) -> Numbers:
+        """Rows with one form of "no leakage": K_i = 0."""
+        place, sealed = self._names.index("leakage"), numbers.copy()
+        sealed[:, place] = _mapped(self._pools["leakage"], numbers[:, place], _plain_sealed_state)
+        return sealed
+
+    def _healthy(self, rows: Rows, changes: Mapping[str, Any]) -> Rows:
+        numbers = self._plainly_sealed(self._changed(rows.numbers, changes))
+        return self._solved(numbers, rows.sources)
+
+    def _solved(self, numbers: Numbers, sources: Numbers | None) -> Rows:
+        """Rows with the conditions under which their leakage flows are solved."""
+        place, pool = self._names.index("leakage"), self._pools["leakage"]
+        needed = np.array([_needs_calibration(section) for section in pool.sections])[numbers[:, place]]
+        calibrations = np.full_like(numbers, NONE)
+        if needed.any():
+            conditions = numbers[needed]
+            if sources is not None:
+                conditions = self._with_flows_of(conditions, sources[needed])
+            conditions = self._changed(conditions, self._conditions)
+            for sensor in set(self._names) & SENSING.keys():
+                ideal = self._pools[sensor].number(SENSING[sensor]())
+                conditions[:, self._names.index(sensor)] = ideal
+            calibrations[needed] = conditions
+        return Rows(numbers, calibrations, sources)
+
+    def _with_flows_of(self, numbers: Numbers, sources: Numbers) -> Numbers:
+        """Sources with the leakage flows of runs."""
+        place, pool = self._names.index("leakage"), self._pools["leakage"]
+        first, inverse = distinct_rows([sources[:, place], numbers[:, place]], len(numbers))
+        made = []
+        for row in first.tolist():
+            flow: Any = pool.sections[numbers[row, place]]
+            fields = (("internal_flow", flow.internal_flow),)
+            made.append(pool.number(replace_fields(pool.sections[sources[row, place]], fields)))
+        asked = sources.copy()
+        asked[:, place] = np.array(made, dtype=np.int32)[inverse]
+        return asked
+
+
+def _distinct(rows: Rows) -> tuple[Rows, NDArray[np.intp], NDArray[np.intp]]:
+    """The distinct runs in order of appearance, where each appears first, and which of them each row is."""
+    first, inverse = distinct_rows([*rows.numbers.T, *rows.calibrations.T], len(rows.numbers))
+    return rows.at(first), first, inverse
+
+
+def _joined(parts: Sequence[Rows]) -> Rows:
+    sources = [part.sources for part in parts if part.sources is not None]
+    return Rows(
+        np.concatenate([part.numbers for part in parts]),
+        np.concatenate([part.calibrations for part in parts]),
+        np.concatenate(sources) if sources else None,
+    )
+
+
+def _mapped(pool: SectionPool, numbers: Numbers, change: Callable[[Section], Section]) -> Numbers:
+    """Numbers of sections after a change, which each different section undergoes once."""
+    different, inverse = np.unique(numbers, return_inverse=True)
+    changed = [pool.number(change(pool.sections[number])) for number in different.tolist()]
+    return np.array(changed, dtype=np.int32)[inverse]
+
+
+def _fields(values: Mapping[str, Any], section: str) -> tuple[tuple[str, Any], ...]:
+    """What dotted values say of a section."""
+    split = ((*name.split("."), value) for name, value in values.items())
+    return tuple((field, value) for owner, field, value in split if owner == section)
+
+
+def _impossible(values: Mapping[str, Any], error: ValueError, key: str = "sweep") -> ConfigError:
+    reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
+    return ConfigError([Mistake(f"at {shown_values(values)}: {reason}", key)])
+
+
+def _needs_calibration(leakage: Section) -> bool:
+    return isinstance(leakage, LeakageConfig) and leakage.needs_calibration
+
+
+def _plain_sealed_state(leakage: Section) -> Section:
+    assert isinstance(leakage, LeakageConfig)
+    if leakage.needs_calibration or leakage.internal_coefficient is not None:
+        return leakage
+    return _sealed(leakage)
+
+
+@lru_cache(maxsize=1024)
+def _sealed(leakage: LeakageConfig) -> LeakageConfig:
+    return LeakageConfig(
+        internal_coefficient=0.0,
+        external_coefficient=leakage.external_coefficient,
+        external_coefficient_1=leakage.external_coefficient_1,
+        external_coefficient_2=leakage.external_coefficient_2,
+    )

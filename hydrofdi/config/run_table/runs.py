@@ -1,0 +1,159 @@
+"""Runs that share their sections: a table of numbers, from which a run is made when it is asked for."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.run_table.frame import Frame
+from hydrofdi.config.sweeps.distinct import distinct_rows
+
+NONE = -1
+"""Stands for a calibration that a run does not need."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunSpec:
+    """One resolved run.
+
+    Attributes
+    ----------
+    parameters : RunParameters
+        All that is simulated.
+    calibration : RunParameters or None
+        The conditions under which the internal leakage flow is solved for K_i, sensors left aside; None where
+        K_i is given.
+    """
+
+    parameters: RunParameters
+    calibration: RunParameters | None = None
+
+    @property
+    def request_digest(self) -> bytes:
+        """SHA-256 of the request as canonical JSON in SI; equal requests have equal digests."""
+        calibration = None if self.calibration is None else self.calibration.text()
+        return _digest(calibration, self.parameters.text())
+
+
+def _digest(calibration: str | None, parameters: str) -> bytes:
+    request = f'{{"calibration":{calibration or "null"},"parameters":{parameters}}}'
+    return hashlib.sha256(request.encode()).digest()
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """How often K_i has to be solved: leakage flows, conditions besides them, and both together."""
+
+    flows: int
+    conditions: int
+    total: int
+
+
+class Runs(Sequence[RunSpec]):
+    """Runs in their order, each made when it is asked for.
+
+    Parameters
+    ----------
+    frame : Frame
+        Their parameters.
+    calibrations : Frame
+        The conditions under which their leakage flows are solved; a row is ``NONE`` where K_i is given.
+    """
+
+    def __init__(self, frame: Frame, calibrations: Frame) -> None:
+        self._frame, self._calibrations = frame, calibrations
+
+    def __len__(self) -> int:
+        return len(self._frame.numbers)
+
+    @overload
+    def __getitem__(self, index: int) -> RunSpec: ...
+    @overload
+    def __getitem__(self, index: slice) -> Runs: ...
+    def __getitem__(self, index: int | slice) -> RunSpec | Runs:
+        if isinstance(index, slice):
+            return self.at(np.arange(len(self))[index])
+        if not -len(self) <= index < len(self):
+            raise IndexError(index)
+        return RunSpec(self._frame.parameters(index), self._calibration(index))
+
+    def _calibration(self, row: int) -> RunParameters | None:
+        numbers = self._calibrations.numbers[row]
+        if numbers[0] == NONE:
+            return None
+        key = numbers.tobytes()
+        if key not in self._made:
+            if len(self._made) >= _MOST_MADE:
+                self._made.clear()
+            self._made[key] = self._calibrations.parameters(row)
+        return self._made[key]
+
+    @cached_property
+    def _made(self) -> dict[bytes, RunParameters]:
+        return {}
+
+    def __iter__(self) -> Iterator[RunSpec]:
+        return (self[row] for row in range(len(self)))
+
+    def at(self, positions: Any) -> Runs:
+        """Some of the runs.
+
+        Parameters
+        ----------
+        positions : sequence of int
+        """
+        rows = np.asarray(positions, dtype=np.intp)
+        frames = (
+            Frame(frame.base, frame.pools, frame.numbers[rows]) for frame in (self._frame, self._calibrations)
+        )
+        return Runs(*frames)
+
+    def distinct(self, *sections: str) -> Iterator[RunParameters]:
+        """One run for each combination of some sections that occurs, in order of appearance."""
+        return (self._frame.parameters(row) for row in self.first(*sections).tolist())
+
+    def first(self, *sections: str) -> NDArray[np.intp]:
+        """The first run of each combination of some sections that occurs."""
+        columns = [self._frame.column(section) for section in sections if section in self._frame.pools]
+        return distinct_rows(columns, len(self))[0]
+
+    def values(self, name: str) -> list[Any]:
+        """The value of a dotted parameter in each run."""
+        section, field = name.split(".")
+        pool = self._frame.pools.get(section)
+        sections = pool.sections if pool else [getattr(self._frame.base, section)]
+        values = [getattr(content, field) for content in sections]
+        return [values[number] for number in self._frame.column(section).tolist()]
+
+    def solutions(self) -> Solutions:
+        """How often K_i has to be solved from a leakage flow."""
+        calibrations = self._calibrations
+        needed = np.flatnonzero(calibrations.numbers[:, 0] != NONE)
+        columns = {name: calibrations.column(name)[needed] for name in calibrations.pools}
+        total = distinct_rows(list(columns.values()), len(needed))[0]
+        conditions = [column for name, column in columns.items() if name != "leakage"]
+        return Solutions(
+            len({self[row].parameters.leakage.internal_flow for row in needed[total].tolist()}),
+            len(distinct_rows(conditions, len(needed))[0]),
+            len(total),
+        )
+
+    def request_digests(self) -> Iterator[bytes]:
+        """``RunSpec.request_digest`` of all runs."""
+        solved = self._calibrations.numbers[:, 0] != NONE
+        calibrations = Frame(
+            self._calibrations.base, self._calibrations.pools, self._calibrations.numbers[solved]
+        ).texts()
+        for needs, parameters in zip(solved.tolist(), self._frame.texts(), strict=True):
+            yield _digest(next(calibrations) if needs else None, parameters)
+
+
+_MOST_MADE = 8192
+"""Calibrations that are kept so that runs share them."""

@@ -1,0 +1,50 @@
+"""The ``control`` section: what drives the valve, a voltage as such or a position controller."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from hydrofdi.settings.quantities import SI, Section
+
+
+class ControlConfig(Section):
+    """Open loop, or closed loop on the piston position."""
+
+    law: Literal["open", "p", "pi", "pid"] = "open"
+    """``open``: the input is the voltage of the valve (paper). ``p``, ``pi``, ``pid``: the input is a
+    reference for the position, which a sampled controller tracks through the voltage. It reads the true
+    position, not that of a sensor."""
+
+    amplitude: Annotated[float, SI("m", usual=("1 µm", "10 m"))] = 20e-3
+    """Amplitude of the position reference [m]; its shape and period are those of the input. A choice."""
+
+    proportional_gain: Annotated[float, SI("V/m", least=0, usual=("0.01 V/m", "1000000 V/m"))] = 100.0
+    """Gain K_p [V/m]. A choice: a crossover near 1 Hz, well below the hydraulic mode."""
+
+    integral_gain: Annotated[float, SI("V/(m*s)", least=0, usual=("0.01 V/(m*s)", "1e7 V/(m*s)"))] = 100.0
+    """Gain K_I of the laws ``pi`` and ``pid`` [V/(m·s)]. A choice. The integral is held while the voltage
+    is limited and the error would drive it further."""
+
+    derivative_gain: Annotated[float, SI("V*s/m", least=0, usual=("1e-5 V*s/m", "10000 V*s/m"))] = 0.5
+    """Gain K_D of the law ``pid`` [V·s/m]. A choice."""
+
+    sample_time: Annotated[float, SI("s", above=0, usual=("1 µs", "1 s"))] = 2e-3
+    """Time from one sample of the controller to the next [s]; the voltage is held between. A choice."""
+
+    voltage_limit: Annotated[float, SI("V", above=0, usual=("10 mV", "1 kV"))] = 5.0
+    """Largest size of the voltage [V]. A choice."""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether a controller drives the valve."""
+        return self.law != "open"
+
+    @property
+    def used_integral_gain(self) -> float:
+        """K_I, or 0 where the law has none [V/(m·s)]."""
+        return self.integral_gain if self.law in {"pi", "pid"} else 0.0
+
+    @property
+    def used_derivative_gain(self) -> float:
+        """K_D, or 0 where the law has none [V·s/m]."""
+        return self.derivative_gain if self.law == "pid" else 0.0

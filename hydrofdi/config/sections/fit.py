@@ -1,0 +1,113 @@
+"""Whether the sections of a run fit each other; a check raises ValueError where they do not."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from hydrofdi.config.sections.control import ControlConfig
+from hydrofdi.config.sections.csv_input import parse_rows
+from hydrofdi.config.sections.fluid import FluidConfig
+from hydrofdi.config.sections.input import InputConfig
+from hydrofdi.config.sections.load import LoadConfig
+from hydrofdi.config.sections.run import RunConfig, is_whole, require_whole_discard
+from hydrofdi.config.sections.sensor import MeasurementConfig
+from hydrofdi.config.sections.supply import SupplyConfig
+from hydrofdi.transforms.configuration import WaveletConfig
+
+MOST_OF_STEP_RATE = 0.05
+"""Largest frequency of an input over the rate of the steps that hold it."""
+
+MOST_JITTER = 0.25
+"""Largest standard deviation of the sampling instants over the sampling interval."""
+
+
+@lru_cache(maxsize=1024)
+def require_input_fits(drive: InputConfig, control: ControlConfig, run: RunConfig) -> None:
+    """The input changes at whole steps, slowly against them, and is what the control takes."""
+    _require_file_fits_control(drive, control)
+    if control.is_closed:
+        _require_whole_steps("control.sample_time", control.sample_time, run)
+    if run.discards_periods:
+        _require_discarded_periods_fit(drive, run)
+    if drive.shape == "square" and not is_whole(drive.period / (2 * run.step)):
+        raise ValueError(
+            f"half of input.period = {drive.period:g} s is not a multiple of run.step = {run.step:g} s"
+        )
+    if drive.shape == "steps":
+        _require_whole_steps("input.period", drive.period, run)
+    if drive.shape == "sweep" and drive.end_frequency > MOST_OF_STEP_RATE / run.step:
+        raise ValueError(
+            f"input.end_frequency = {drive.end_frequency:g} Hz is too fast for run.step = {run.step:g} s"
+        )
+    if drive.shape == "multisine" and drive.harmonics / drive.period > MOST_OF_STEP_RATE / run.step:
+        raise ValueError(
+            f"harmonic {drive.harmonics} of input.period = {drive.period:g} s"
+            f" is too fast for run.step = {run.step:g} s"
+        )
+
+
+def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
+    """The chambers do not start cavitating."""
+    start = 0.5 * (supply.pressure + supply.return_pressure)
+    if fluid.vapour_pressure >= start:
+        raise ValueError(
+            f"fluid.vapour_pressure = {fluid.vapour_pressure:g} Pa must be below the {start:g} Pa at which"
+            " the chambers start, the mean of supply and return pressure"
+        )
+
+
+def require_load_fits(load: LoadConfig, run: RunConfig) -> None:
+    """The levels of a pseudo-random load are held for whole steps."""
+    if load.random_force:
+        _require_whole_steps("load.random_period", load.random_period, run)
+
+
+def _require_whole_steps(name: str, time: float, run: RunConfig) -> None:
+    if not is_whole(time / run.step):
+        raise ValueError(f"{name} = {time:g} s is not a multiple of run.step = {run.step:g} s")
+
+
+def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> None:
+    if drive.file is None:
+        return
+    quantity = parse_rows(drive.file).quantity
+    if control.is_closed and quantity != "position":
+        raise ValueError(
+            f"input.file holds voltages; with control.law = {control.law} it is a position,"
+            " with a header such as 'time [s], position [mm]'"
+        )
+    if not control.is_closed and quantity != "voltage":
+        raise ValueError("input.file holds positions; in open loop the input is a voltage")
+
+
+def _require_discarded_periods_fit(drive: InputConfig, run: RunConfig) -> None:
+    if not drive.is_periodic:
+        raise ValueError(
+            f"run.discard = {run.discard} needs an input with a period, and input.shape = {drive.shape} has"
+            " none; give a time"
+        )
+    time = run.discarded_time(drive.period)
+    require_whole_discard(time, f"{run.discard} of {drive.period:g} s", run)
+
+
+@lru_cache(maxsize=1024)
+def require_record_fits(n_kept: int, wavelet: WaveletConfig) -> None:
+    """The record carries the levels of the wavelet."""
+    from pywt import Wavelet, dwt_max_level
+
+    deepest = dwt_max_level(n_kept, Wavelet(wavelet.name).dec_len)
+    if wavelet.levels > deepest:
+        raise ValueError(
+            f"a record of {n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name};"
+            f" it carries {deepest} (lengthen run.duration or lower wavelet.levels)"
+        )
+
+
+@lru_cache(maxsize=1024)
+def require_jitter_fits(measurement: MeasurementConfig, run: RunConfig) -> None:
+    """Sampling instants do not overtake each other."""
+    if measurement.jitter * run.sampling_frequency > MOST_JITTER:
+        raise ValueError(
+            f"measurement.jitter = {measurement.jitter:g} s is more than a quarter"
+            f" of the sampling interval of {1 / run.sampling_frequency:g} s"
+        )

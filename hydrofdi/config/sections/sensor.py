@@ -1,0 +1,169 @@
+"""The sections of the sensors, one for each measured signal, and of what the sensors share."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
+
+from pydantic import Field, model_validator
+
+from hydrofdi.settings.quantities import SI, Section
+
+Value = TypeVar("Value")
+Deviation = TypeVar("Deviation")
+Density = TypeVar("Density")
+Rate = TypeVar("Rate")
+
+_NONE_OF_IT: Any = 0.0
+
+
+class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
+    """A sensor and the converter behind it; without settings it is ideal and changes nothing."""
+
+    order: Literal["ideal", "first", "second"] = "ideal"
+    """Dynamics. ``ideal``: follows at once. ``first``: first-order lag. ``second``: second-order lag with
+    ``damping_ratio``. Either starts at rest at the record's first value."""
+
+    bandwidth: Annotated[float, SI("Hz", above=0, usual=("0.01 Hz", "1 MHz"))] | None = None
+    """Corner frequency of a first-order sensor, where its gain is −3 dB, or undamped natural frequency of a
+    second-order one, where its gain is 1/(2 ``damping_ratio``) [Hz]."""
+
+    damping_ratio: Annotated[float, SI("1", above=0, usual=("0.05", "5"))] = 0.7
+    """Damping ratio of a second-order sensor [-]. A choice: about the flattest gain."""
+
+    noise: Deviation = _NONE_OF_IT
+    """Standard deviation of white Gaussian noise, in the unit of the signal. Alone, it is that of each sample
+    and no filter changes it. With ``noise_bandwidth`` it is that of the sensor's output."""
+
+    noise_bandwidth: Annotated[float, SI("Hz", above=0, usual=("0.1 Hz", "100 MHz"))] | None = None
+    """Bandwidth that ``noise`` is stated for [Hz]: its density is ``noise``/√``noise_bandwidth``, which
+    ``measurement.anti_alias`` filters. Without that filter all of ``noise`` is in the record."""
+
+    noise_density: Density = _NONE_OF_IT
+    """Instead of ``noise``: one-sided density of the sensor's white Gaussian noise, in the unit of the signal
+    per √Hz, such as ``20 Pa/√Hz``. ``measurement.anti_alias`` filters it; without that filter, it is the
+    density of the record, up to half the sampling frequency."""
+
+    bias: Value = _NONE_OF_IT
+    """Constant error, in the unit of the signal."""
+
+    drift: Rate = _NONE_OF_IT
+    """Error that grows from the record's start on, in the unit of the signal per second."""
+
+    lowest: Value | None = None
+    """Lower end of the range, in the unit of the signal; what lies below is shown as this."""
+
+    highest: Value | None = None
+    """Upper end of the range, in the unit of the signal; what lies above is shown as this."""
+
+    bits: Annotated[int, Field(strict=True, ge=1, le=32)] | None = None
+    """Resolution of the converter: 2^bits levels from ``lowest`` to ``highest``, both ends included."""
+
+    @model_validator(mode="after")
+    def _settings_fit_each_other(self) -> Self:
+        if self.order == "ideal" and self.bandwidth is not None:
+            raise ValueError("an ideal sensor has no bandwidth; set order to first or second")
+        if self.order != "ideal" and self.bandwidth is None:
+            raise ValueError(f"a sensor of {self.order} order needs a bandwidth")
+        if self.noise_density and (self.noise or self.noise_bandwidth is not None):
+            raise ValueError("noise_density stands alone; leave out noise and noise_bandwidth")
+        if self.bits is not None and (self.lowest is None or self.highest is None):
+            raise ValueError("bits needs a range to divide; give lowest and highest")
+        if self.lowest is not None and self.highest is not None and not self._span > 0.0:
+            unit = next(
+                part.unit for part in type(self).model_fields["bias"].metadata if isinstance(part, SI)
+            )
+            raise ValueError(
+                f"lowest = {self.lowest:g} {unit} must be below highest = {self.highest:g} {unit}"
+            )
+        return self
+
+    @cached_property
+    def is_ideal(self) -> bool:
+        """Whether it shows the signal as it is."""
+        errors = (self.noise, self.noise_density, self.bias, self.drift)
+        return self.order == "ideal" and not any(errors) and self.lowest is None and self.highest is None
+
+    @property
+    def density(self) -> float:
+        """One-sided density of the noise in front of the converter, in the signal's unit per √Hz."""
+        if self.noise_bandwidth is not None:
+            noise: Any = self.noise
+            return float(noise) / math.sqrt(self.noise_bandwidth)
+        density: Any = self.noise_density
+        return float(density)
+
+    @property
+    def resolution(self) -> float:
+        """Distance of neighbouring levels of the converter (LSB), in the signal's unit; 0 without bits."""
+        return 0.0 if self.bits is None else self._span / (2**self.bits - 1)
+
+    @property
+    def _span(self) -> float:
+        ends: Any = self.highest, self.lowest
+        return float(ends[0] - ends[1])
+
+
+class PressureSensorConfig(
+    SensorConfig[
+        Annotated[float, SI("Pa", usual=("100 Pa", "1 GPa"))],
+        Annotated[float, SI("Pa", least=0, usual=("10 Pa", "10 MPa"))],
+        Annotated[float, SI("Pa/Hz^0.5", least=0, usual=("0.01 Pa/√Hz", "1 MPa/√Hz"))],
+        Annotated[float, SI("Pa/s", usual=("0.01 Pa/s", "10 MPa/s"))],
+    ]
+):
+    """Pressure sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+
+class LengthSensorConfig(
+    SensorConfig[
+        Annotated[float, SI("m", usual=("10 nm", "10 m"))],
+        Annotated[float, SI("m", least=0, usual=("1 nm", "10 mm"))],
+        Annotated[float, SI("m/Hz^0.5", least=0, usual=("0.001 nm/√Hz", "1 mm/√Hz"))],
+        Annotated[float, SI("m/s", usual=("0.1 nm/s", "1 m/s"))],
+    ]
+):
+    """Position sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+
+class VelocitySensorConfig(
+    SensorConfig[
+        Annotated[float, SI("m/s", usual=("1 µm/s", "100 m/s"))],
+        Annotated[float, SI("m/s", least=0, usual=("0.1 µm/s", "1 m/s"))],
+        Annotated[float, SI("m/s/Hz^0.5", least=0, usual=("0.1 nm/s/√Hz", "0.1 m/s/√Hz"))],
+        Annotated[float, SI("m/s^2", usual=("0.01 µm/s^2", "10 m/s^2"))],
+    ]
+):
+    """Velocity sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+
+class VoltageSensorConfig(
+    SensorConfig[
+        Annotated[float, SI("V", usual=("10 µV", "1 kV"))],
+        Annotated[float, SI("V", least=0, usual=("1 µV", "10 V"))],
+        Annotated[float, SI("V/Hz^0.5", least=0, usual=("1 nV/√Hz", "1 V/√Hz"))],
+        Annotated[float, SI("V/s", usual=("0.1 µV/s", "100 V/s"))],
+    ]
+):
+    """Voltage sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+
+class MeasurementConfig(Section):
+    """What the sensors share."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Seed of noise and jitter. Each run and each sensor draws its own; another seed gives another replicate
+    of every run."""
+
+    jitter: Annotated[float, SI("s", least=0, usual=("1 ns", "10 ms"))] = 0.0
+    """Standard deviation of the sampling instants about their nominal ones [s]; one clock samples all
+    signals. At most a quarter of the sampling interval."""
+
+    anti_alias: Annotated[float, SI("Hz", above=0, usual=("0.1 Hz", "1 MHz"))] | None = None
+    """Corner frequency of the Butterworth low-pass that every signal passes between its sensor and the
+    converter, where its gain is −3 dB [Hz]; without it, sampling folds what is above half the sampling
+    frequency."""
+
+    anti_alias_order: Literal[2, 4] = 4
+    """Order of this low-pass: number of its poles."""

@@ -1,0 +1,1 @@
+"""What an experiment varies: grids, samples, conditions and replicates."""

@@ -1,0 +1,202 @@
+"""A sweep block → its points, as columns."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from hydrofdi.config.parameters import parameter_quantity, validate_parameter
+from hydrofdi.config.sweeps.condition import parse_condition
+from hydrofdi.config.sweeps.distinct import distinct_rows
+from hydrofdi.config.sweeps.distributions import is_unbounded, quantiles
+from hydrofdi.config.sweeps.sample import SampleConfig
+from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.mistakes import describe_error
+
+NOMINAL = -1
+"""Index of a point that leaves a parameter as it is."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """The values of one parameter.
+
+    Attributes
+    ----------
+    values : sequence
+        In SI.
+    index : array of int, shape (n_point,)
+        Which of them each point has; ``NOMINAL`` where it has none.
+    """
+
+    values: Sequence[Any]
+    index: NDArray[np.int32]
+
+    def at(self, positions: NDArray[np.intp]) -> Column:
+        """The values of some points."""
+        return Column(self.values, self.index[positions])
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of a sweep: dotted parameter → its column, each of length `n_point`."""
+
+    n_point: int
+    columns: dict[str, Column]
+
+    def at(self, positions: NDArray[np.intp]) -> Points:
+        """Some of the points."""
+        return Points(len(positions), {name: column.at(positions) for name, column in self.columns.items()})
+
+    def values(self, point: int, names: Sequence[str] | None = None) -> dict[str, Any]:
+        """What a point sets."""
+        columns = [(name, self.columns[name]) for name in (self.columns if names is None else names)]
+        return {
+            name: column.values[column.index[point]]
+            for name, column in columns
+            if column.index[point] != NOMINAL
+        }
+
+
+def count_points(block: SweepConfig) -> int:
+    """How many points a block has, its conditions left aside."""
+    lengths = [len(values) for values in block.grid.values()]
+    lengths += [len(values) for values in list(block.zip.values())[:1]]
+    lengths += [block.sample.count] if block.sample else []
+    lengths += [sum(count_points(part) for part in block.union)] if block.union else []
+    return prod(lengths)
+
+
+def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -> Points:
+    """The points of a block in their order.
+
+    Parameters
+    ----------
+    block : SweepConfig
+    nominal : callable
+        Gives the value of a parameter that does not vary, for conditions.
+    path : str
+        Where the block stands in the file, e.g. ``sweep``.
+
+    Raises
+    ------
+    ConfigError
+        A drawn value is not one that its parameter can take.
+    """
+    factors = [
+        Points(len(values), {name: Column(values, np.arange(len(values), dtype=np.int32))})
+        for name, values in block.grid.items()
+    ]
+    if block.zip:
+        n_value = len(next(iter(block.zip.values())))
+        index = np.arange(n_value, dtype=np.int32)
+        factors.append(Points(n_value, {name: Column(values, index) for name, values in block.zip.items()}))
+    if block.sample:
+        factors.append(sample_points(block.sample, f"{path}.sample"))
+    if block.union:
+        parts = [
+            sweep_points(part, nominal, f"{path}.union[{position}]")
+            for position, part in enumerate(block.union)
+        ]
+        factors.append(_one_after_the_other(parts))
+    points = reduce(multiplied, factors, Points(1, {}))
+    return points if block.where is None else _fulfilling(block.where, points, nominal)
+
+
+def multiplied(first: Points, second: Points) -> Points:
+    """All combinations of two kinds of points, the second varying fastest."""
+    slow = np.repeat(np.arange(first.n_point), second.n_point)
+    fast = np.tile(np.arange(second.n_point), first.n_point)
+    return Points(len(slow), first.at(slow).columns | second.at(fast).columns)
+
+
+def _one_after_the_other(parts: Sequence[Points]) -> Points:
+    columns = {}
+    for name in dict.fromkeys(name for part in parts for name in part.columns):
+        values: list[Any] = []
+        indices = []
+        for part in parts:
+            column = part.columns.get(name, Column((), np.full(part.n_point, NOMINAL, dtype=np.int32)))
+            indices.append(np.where(column.index == NOMINAL, NOMINAL, column.index + np.int32(len(values))))
+            values += column.values
+        columns[name] = Column(values, np.concatenate(indices, dtype=np.int32))
+    return Points(sum(part.n_point for part in parts), columns)
+
+
+def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any]) -> Points:
+    condition = parse_condition(text)
+    constants = {name: nominal(name) for name in condition.names}
+    names = [name for name in condition.names if name in points.columns]
+    first, inverse = distinct_rows([points.columns[name].index for name in names], points.n_point)
+    holds = [condition.holds(constants | points.values(point, names)) for point in first.tolist()]
+    return points.at(np.flatnonzero(np.array(holds, dtype=bool)[inverse]))
+
+
+def sample_points(sample: SampleConfig, path: str) -> Points:
+    """The points of a sample.
+
+    Raises
+    ------
+    ConfigError
+        A drawn value is not one that its parameter can take.
+    """
+    unit = _correlated(sample, _unit_cube(sample))
+    index = np.arange(sample.count, dtype=np.int32)
+    return Points(
+        sample.count,
+        {
+            name: Column(_drawn(name, distribution, unit[:, axis], f"{path}.over.{name}"), index)
+            for axis, (name, distribution) in enumerate(sample.over.items())
+        },
+    )
+
+
+def _drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> list[Any]:
+    values = quantiles(distribution, unit)
+    is_quantity = parameter_quantity(name) is not None and "choice" not in distribution
+    ends = (min(values), max(values)) if is_quantity else values  # what a quantity can be is an interval
+    for value in ends:
+        try:
+            validate_parameter(name, value)
+        except ValidationError as error:
+            remedy = "; truncated_normal: [mean, deviation, low, high] stays within limits"
+            reason = f"draws what it cannot be: {describe_error(error.errors()[0])}"
+            raise ConfigError(
+                [Mistake(reason + (remedy if is_unbounded(distribution) else ""), path)]
+            ) from None
+    return values
+
+
+def _unit_cube(sample: SampleConfig) -> NDArray[np.float64]:
+    """Points in the unit cube, shape (count, number of parameters)."""
+    if sample.method == "random":
+        return np.random.default_rng(sample.seed).random((sample.count, len(sample.over)))
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol if sample.method == "sobol" else qmc.LatinHypercube
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a count that is no power of two is the user's choice
+        cube: NDArray[np.float64] = sequence(len(sample.over), rng=sample.seed).random(sample.count)
+    return cube
+
+
+def _correlated(sample: SampleConfig, unit: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points in the unit cube, some of whose coordinates depend on each other by a Gaussian copula."""
+    if sample.correlation is None:
+        return unit
+    from scipy.special import ndtr, ndtri
+
+    axes = [list(sample.over).index(name) for name in sample.correlation.parameters]
+    normal = ndtri(np.clip(unit[:, axes], 2.0**-53, 1.0 - 2.0**-53))
+    correlated = unit.copy()
+    correlated[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(sample.correlation.matrix)).T)
+    return correlated

@@ -1,0 +1,74 @@
+"""RMS of the coefficients of the discrete wavelet transform, as in the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import coefficient_rms, n_phase, phase_rms
+
+
+class DwtOptions(WaveletConfig):
+    """Options of `Dwt`."""
+
+    channel: Channel = Channel.CHAMBER_1_PRESSURE
+    """Channel that is transformed."""
+
+
+class Dwt(Indicator[DwtOptions]):
+    """RMS of details d1, d2, … and approximations a1, a2, … of a decimated transform."""
+
+    name = "dwt"
+    version = 1
+    summary = "RMS of the detail and approximation coefficients of the discrete wavelet transform."
+    source = (
+        "Maddahi et al. (the paper of this project); Goharrizi and Sepehri, IEEE Trans. Ind. Electron. (2010)"
+    )
+    equation = "d_j = sqrt(mean over k of d_j[k]²), a_j alike; level j covers f_s/2^(j+1) to f_s/2^j"
+    Options = DwtOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The channel that is transformed."""
+        return frozenset({self.options.channel})
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """d1 …, a1 …; where every start phase is measured also the details at each."""
+        unit, levels = self.options.channel.unit, range(1, self.options.levels + 1)
+        outputs = [Output(f"d{level}", unit, f"RMS of the details of level {level}") for level in levels]
+        outputs += [
+            Output(f"a{level}", unit, f"RMS of the approximations of level {level}") for level in levels
+        ]
+        if self.options.phase == "all":
+            phases = {"phase": n_phase(self.options.levels)}
+            outputs += [
+                Output(f"d{level}_phases", unit, f"RMS of the details of level {level} at each phase", phases)
+                for level in levels
+            ]
+        return tuple(outputs)
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record that is too short for the levels."""
+        from pywt import Wavelet, dwt_max_level
+
+        n_sample = records.n_time - self.options.latest_start
+        reached = dwt_max_level(max(n_sample, 1), Wavelet(self.options.name).dec_len)
+        if reached < self.options.levels:
+            return (
+                f"{n_sample} samples allow {reached} levels of {self.options.name}, not {self.options.levels}"
+            )
+        return None
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """RMS in the unit of the channel."""
+        wavelet, signal = self.options, records[self.options.channel]
+        rms = coefficient_rms(signal[:, wavelet.first_sample :], wavelet)
+        values = {f"d{level + 1}": rms.detail[:, level] for level in range(wavelet.levels)}
+        values |= {f"a{level + 1}": rms.approximation[:, level] for level in range(wavelet.levels)}
+        if wavelet.phase == "all":
+            details = phase_rms(signal, wavelet)
+            values |= {f"d{level + 1}_phases": details[..., level] for level in range(wavelet.levels)}
+        return values

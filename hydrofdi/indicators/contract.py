@@ -1,0 +1,99 @@
+"""What an indicator is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Protocol, TypeVar
+
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import Section
+
+Chosen = TypeVar("Chosen", bound=Section)
+
+
+@dataclass(frozen=True)
+class Output:
+    """A number that an indicator gives for each record, or an array of them.
+
+    Attributes
+    ----------
+    name : str
+        Letters, digits and ``_``.
+    unit : str
+        SI; ``"1"`` for numbers without a unit. Where the unit is that of a channel in counts, the number is
+        in counts.
+    long_name : str
+        Short description for a person.
+    dims : dict of str to int
+        Dimensions beside the record, and their lengths.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    dims: Mapping[str, int] = field(default_factory=dict)
+
+
+class Indicator(Protocol[Chosen]):
+    """Numbers measured from records. Subclass it, give it a model of ``Options`` and say what it needs.
+
+    Attributes
+    ----------
+    name : str
+        Name in files and on the command line; that of its module.
+    version : int
+        Raised whenever the same record and options give other numbers.
+    summary : str
+        What it tells, in one sentence.
+    source : str
+        Where it was published.
+    equation : str
+        Its definition, in one line.
+    is_cheap : bool
+        Whether it costs less than the simulation of the record.
+    needs_scale : bool
+        Whether channels in counts are of no use to it.
+    Options : type of Section
+        Model of its options; it is valid without any.
+    options : Section
+        Its options.
+    """
+
+    name: ClassVar[str]
+    version: ClassVar[int]
+    summary: ClassVar[str]
+    source: ClassVar[str]
+    equation: ClassVar[str] = ""
+    is_cheap: ClassVar[bool] = True
+    needs_scale: ClassVar[bool] = False
+    Options: ClassVar[type[Section]] = Section
+    options: Chosen
+
+    def __init__(self, options: Chosen | None = None) -> None:
+        chosen: Any = self.Options() if options is None else options
+        self.options = chosen
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The channels that it needs."""
+        ...
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """What it gives."""
+        ...
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """Why records that have its channels cannot be measured, as a sentence; None where they can.
+
+        This concerns what a batch has in common: its length, its sampling, its drive.
+        """
+        return None
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """Its outputs, each of shape (n_record, *dims); NaN where a record does not have them.
+
+        The numbers of a record do not depend, to the bit, on the others in its batch.
+        """
+        ...

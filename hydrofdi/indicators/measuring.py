@@ -1,0 +1,102 @@
+"""Indicators of a batch of records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.records import Array, Channel, RecordBatch
+
+Indicators = Mapping[str, Indicator[Any]]
+"""Label → indicator."""
+
+
+@dataclass(frozen=True)
+class Measures:
+    """What indicators gave for a batch.
+
+    Attributes
+    ----------
+    values : dict of str to ndarray, shape (n_record, *dims)
+        ``label.output`` → numbers; NaN where there are none.
+    obstacles : dict of str to tuple of (str or None), length n_record
+        Label → why a record could not be measured; None where it was.
+    """
+
+    values: dict[str, Array]
+    obstacles: dict[str, tuple[str | None, ...]]
+
+
+def measure(records: RecordBatch, indicators: Indicators) -> Measures:
+    """All outputs of indicators for a batch; what cannot be measured is NaN, with the reason.
+
+    Parameters
+    ----------
+    records : RecordBatch
+    indicators : mapping of str to Indicator
+        Label → indicator.
+    """
+    values: dict[str, Array] = {}
+    obstacles: dict[str, tuple[str | None, ...]] = {}
+    unlabelled = records.without_labels()
+    for label, indicator in indicators.items():
+        reasons = _obstacles(unlabelled, indicator)
+        fit = [row for row, reason in enumerate(reasons) if reason is None]
+        numbers = _numbers(unlabelled, indicator, fit)
+        values |= {f"{label}.{name}": array for name, array in numbers.items()}
+        obstacles[label] = tuple(reasons)
+    return Measures(values, obstacles)
+
+
+def output_unit(indicator: Indicator[Any], output: Output, relative: frozenset[Channel]) -> str:
+    """Unit of an output; counts where it is that of a channel without a scale."""
+    units = {channel.unit for channel in indicator.channels & relative}
+    return "counts" if output.unit in units else output.unit
+
+
+def _numbers(records: RecordBatch, indicator: Indicator[Any], fit: list[int]) -> dict[str, Array]:
+    if len(fit) == records.n_record > 0:
+        with np.errstate(all="ignore"):
+            return dict(indicator.measure(records))
+    numbers = {
+        output.name: np.full((records.n_record, *output.dims.values()), np.nan)
+        for output in indicator.outputs
+    }
+    if fit:
+        with np.errstate(all="ignore"):
+            measured = indicator.measure(records.rows(fit))
+        for name, array in numbers.items():
+            array[fit] = measured[name]
+    return numbers
+
+
+def _obstacles(records: RecordBatch, indicator: Indicator[Any]) -> list[str | None]:
+    common = _common_obstacle(records, indicator)
+    if common is not None:
+        return [common] * records.n_record
+    return [_own_obstacle(records, indicator, row) for row in range(records.n_record)]
+
+
+def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | None:
+    missing = sorted(indicator.channels - records.channels.keys())
+    if missing:
+        return f"has no {' and no '.join(missing)}"
+    relative = sorted(indicator.channels & records.relative)
+    if indicator.needs_scale and relative:
+        return f"{relative[0]} is in counts, and {indicator.name} needs it in {relative[0].unit}"
+    return indicator.obstacle(records)
+
+
+def _own_obstacle(records: RecordBatch, indicator: Indicator[Any], row: int) -> str | None:
+    return next(
+        (
+            remark.text
+            for remark in records.remarks[row]
+            if remark.is_unusable and (remark.channel is None or remark.channel in indicator.channels)
+        ),
+        None,
+    )

@@ -1,0 +1,118 @@
+"""How far a run can be believed: a verdict from its record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.quality.settling import SETTLED_CHANGE, Settling
+from hydrofdi.simulation import Trajectory
+from hydrofdi.simulation.balances import balance_residuals
+
+STILL = 1e-9
+"""A record whose P_1 varies by less than this share of the supply stands still: what varies is rounding."""
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """Verdicts of a batch of runs and the numbers behind them, each of shape (n_run,).
+
+    Attributes
+    ----------
+    verdict : ndarray of str
+        The status of a run that failed; else ``ok``, or what its numbers have to be read with:
+        ``cavitating``, ``above_supply``, ``unsettled``, ``clipped``, ``still``, joined by commas.
+    cavitating_share, above_supply_share : ndarray
+        Share of the samples with a chamber pressure at or below the vapour limit, or above the supply [-].
+    settling_change : ndarray
+        Largest relative change of the RMS of a detail from the last but one period to the last [-]; NaN where
+        the record does not hold two whole periods.
+    settled_from : ndarray
+        Start of the whole periods that agree with the last one [s]; NaN where there are none.
+    clipped_share : ndarray
+        Share of the samples of P_1 at an end of its sensor's range [-].
+    pressure_variation : ndarray
+        Largest less least P_1, over the supply pressure [-].
+    volume_residual, energy_residual : ndarray
+        What the balances lack [-].
+    """
+
+    verdict: NDArray[np.object_]
+    cavitating_share: NDArray[np.float64]
+    above_supply_share: NDArray[np.float64]
+    settling_change: NDArray[np.float64]
+    settled_from: NDArray[np.float64]
+    clipped_share: NDArray[np.float64]
+    pressure_variation: NDArray[np.float64]
+    volume_residual: NDArray[np.float64]
+    energy_residual: NDArray[np.float64]
+
+
+def judge(
+    runs: Sequence[RunParameters],
+    trajectory: Trajectory,
+    measured: Trajectory,
+    settlings: Sequence[Settling],
+) -> Verdicts:
+    """Verdicts on runs; those that failed have NaN for numbers.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters, length n_run
+    trajectory : Trajectory
+        What really happened.
+    measured : Trajectory
+        The same as the sensors show it.
+    settlings : sequence of Settling, length n_run
+        How its details settle.
+    """
+    pressure_1, pressure_2 = trajectory.chamber_1_pressure, trajectory.chamber_2_pressure
+    vapour = np.array([run.fluid.vapour_pressure for run in runs])[:, None]
+    supply = trajectory.valve_supply_pressure
+    residuals = balance_residuals(runs, trajectory)
+    numbers = [
+        np.mean((pressure_1 <= vapour) | (pressure_2 <= vapour), axis=1),
+        np.mean((pressure_1 > supply) | (pressure_2 > supply), axis=1),
+        np.array([settling.change for settling in settlings]),
+        np.array([_settled_from(run, settling) for run, settling in zip(runs, settlings, strict=True)]),
+        np.array([_clipped_share(run, measured.chamber_1_pressure[k]) for k, run in enumerate(runs)]),
+        np.ptp(pressure_1, axis=1) / np.array([run.supply.pressure for run in runs]),
+        residuals.volume,
+        residuals.energy,
+    ]
+    failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
+    for values in numbers:
+        values[failed] = np.nan
+    verdicts = Verdicts(np.array([outcome.status for outcome in trajectory.outcomes], dtype=object), *numbers)
+    for row in np.flatnonzero(~failed).tolist():
+        verdicts.verdict[row] = _words(verdicts, row)
+    return verdicts
+
+
+def _words(numbers: Verdicts, row: int) -> str:
+    findings = {
+        "cavitating": numbers.cavitating_share[row] > 0.0,
+        "above_supply": numbers.above_supply_share[row] > 0.0,
+        "unsettled": numbers.settling_change[row] > SETTLED_CHANGE,
+        "clipped": numbers.clipped_share[row] > 0.0,
+        "still": numbers.pressure_variation[row] < STILL,
+    }
+    return ", ".join(word for word, found in findings.items() if found) or "ok"
+
+
+def _settled_from(run: RunParameters, settling: Settling) -> float:
+    return math.nan if settling.start is None else settling.start / run.run.sampling_frequency
+
+
+def _clipped_share(run: RunParameters, shown: NDArray[np.float64]) -> float:
+    """Share of samples at an end of the range, or on the level of the converter that lies there."""
+    sensor = run.pressure_1_sensor
+    lowest = -math.inf if sensor.lowest is None else sensor.lowest
+    highest = math.inf if sensor.highest is None else sensor.highest
+    slack = 0.5 * sensor.resolution
+    return float(np.mean((shown <= lowest + slack) | (shown >= highest - slack)))

@@ -1,0 +1,164 @@
+"""Records of equal length and sampling, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.records.channels import Channel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Remark:
+    """What has to be known to read one channel of one record, or the record as a whole.
+
+    Attributes
+    ----------
+    kind : str
+        One word, such as ``clipped`` or ``stuck``.
+    text : str
+        The sentence for a person, with its number.
+    channel : Channel or None
+        None where it concerns the whole record.
+    is_unusable : bool
+        Whether nothing that needs the channel can be measured.
+    """
+
+    kind: str
+    text: str
+    channel: Channel | None = None
+    is_unusable: bool = False
+
+
+@dataclass(frozen=True)
+class RejectedRecord:
+    """A record that is not in a batch, and why."""
+
+    record_id: str
+    source: str
+    group: str
+    remark: Remark
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class RecordBatch:
+    """Records without the truth behind them.
+
+    Attributes
+    ----------
+    channels : mapping of Channel to ndarray, shape (n_record, n_time)
+        In SI; in the unit of the converter where `relative` names the channel.
+    sampling_frequency : float
+        [Hz]
+    record_ids : tuple of str, length n_record
+        Unique within a source.
+    sources : tuple of str, length n_record
+        Where each record comes from, for a person: a file, or a results folder.
+    groups : tuple of str, length n_record
+        Unit, day, direction: what must not be split over fit and test. Empty where nothing is known.
+    start_time : float
+        Instant of the first sample [s].
+    drive_period : float or None
+        Period of the drive [s]; None where it is not known, or there is none.
+    relative : frozenset of Channel
+        Channels in counts of a converter whose scale is not known.
+    remarks : tuple of tuple of Remark, length n_record
+        What was found in each record.
+    rejected : tuple of RejectedRecord
+        Records that came with these and cannot be measured at all.
+    labels : tuple of str or None
+        What is known of each record, such as its condition; None unless a study asked for it.
+    """
+
+    channels: Mapping[Channel, Array]
+    sampling_frequency: float
+    record_ids: tuple[str, ...]
+    sources: tuple[str, ...] = ()
+    groups: tuple[str, ...] = ()
+    start_time: float = 0.0
+    drive_period: float | None = None
+    relative: frozenset[Channel] = frozenset()
+    remarks: tuple[tuple[Remark, ...], ...] = ()
+    rejected: tuple[RejectedRecord, ...] = ()
+    labels: tuple[str, ...] | None = field(default=None)
+
+    def __post_init__(self) -> None:
+        """Fill what is left out, and check that everything has the same records.
+
+        Raises
+        ------
+        ValueError
+            It does not.
+        """
+        n_record = self.n_record
+        defaults = {"sources": ("",) * n_record, "groups": ("",) * n_record, "remarks": ((),) * n_record}
+        for name, value in defaults.items():
+            if not getattr(self, name):
+                object.__setattr__(self, name, value)
+        columns = (self.sources, self.groups, self.remarks, *([] if self.labels is None else [self.labels]))
+        if any(len(column) != n_record for column in columns):
+            raise ValueError("sources, groups, remarks and labels have one entry per record")
+        if len({samples.shape for samples in self.channels.values()} | {(n_record, self.n_time)}) > 1:
+            raise ValueError("all channels have the shape (n_record, n_time)")
+
+    @property
+    def n_record(self) -> int:
+        """Number of records."""
+        return len(self.record_ids)
+
+    @property
+    def n_time(self) -> int:
+        """Number of samples of each record."""
+        return next((samples.shape[1] for samples in self.channels.values()), 0)
+
+    @property
+    def duration(self) -> float:
+        """Number of samples over the sampling frequency [s]."""
+        return self.n_time / self.sampling_frequency
+
+    @property
+    def time(self) -> Array:
+        """Sampling instants [s], shape (n_time,)."""
+        return self.start_time + np.arange(self.n_time) / self.sampling_frequency
+
+    @property
+    def samples_per_period(self) -> int | None:
+        """Samples in a period of the drive; None where that is no whole number."""
+        samples = 0.0 if self.drive_period is None else self.drive_period * self.sampling_frequency
+        return round(samples) if samples > 0.5 and abs(samples - round(samples)) < 1e-6 else None
+
+    def __getitem__(self, channel: Channel) -> Array:
+        """Samples of a channel, shape (n_record, n_time)."""
+        return self.channels[channel]
+
+    def rows(self, positions: Sequence[int]) -> RecordBatch:
+        """Some of the records; rejected ones stay behind."""
+        chosen = list(positions)
+        return replace(
+            self,
+            channels={channel: samples[chosen] for channel, samples in self.channels.items()},
+            record_ids=tuple(self.record_ids[row] for row in chosen),
+            sources=tuple(self.sources[row] for row in chosen),
+            groups=tuple(self.groups[row] for row in chosen),
+            remarks=tuple(self.remarks[row] for row in chosen),
+            labels=None if self.labels is None else tuple(self.labels[row] for row in chosen),
+            rejected=(),
+        )
+
+    def window(self, first: int, stop: int | None = None) -> RecordBatch:
+        """The samples from `first` to before `stop`, as views."""
+        return replace(
+            self,
+            channels={channel: samples[:, first:stop] for channel, samples in self.channels.items()},
+            start_time=self.start_time + first / self.sampling_frequency,
+        )
+
+    def without_labels(self) -> RecordBatch:
+        """The same records with nothing known of them."""
+        return replace(self, labels=None)

@@ -1,0 +1,94 @@
+"""Data with its places → a strict model, or all of its mistakes."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.yaml_source import Path, Source, parse_yaml
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_yaml(file: FilePath, kind: str) -> Source:
+    """The data of a YAML file, which has to be a mapping.
+
+    Parameters
+    ----------
+    file : path
+    kind : str
+        What the file should be, such as ``an experiment file``.
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be read, is no YAML, or holds no mapping.
+    """
+    source = parse_yaml(_read_text(file, kind), str(file))
+    if source.mistakes and source.data is None:
+        raise ConfigError(source.mistakes)
+    if source.data is not None and not isinstance(source.data, dict):
+        raise ConfigError([source.mistake((), f"{kind} holds 'key: value' pairs")])
+    return source
+
+
+def validated(model: type[Model], source: Source) -> Model:
+    """The model that data describe.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake in the data, in the order of the file.
+    """
+    try:
+        valid = model.model_validate(source.data)
+    except ValidationError as errors:
+        source.mistakes.extend(
+            source.mistake(_path(error), describe_error(error, _known_keys(model, _path(error)[:-1])))
+            for error in errors.errors()
+        )
+    if source.mistakes:
+        raise ConfigError(sorted(source.mistakes, key=_reading_order))
+    return valid
+
+
+def _read_text(file: FilePath, kind: str) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except IsADirectoryError:
+        raise ConfigError(f"{file}: is a directory, not {kind}") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{file}: is not a text file in UTF-8") from None
+    except OSError as error:
+        raise ConfigError(f"{file}: {error.strerror}") from None
+
+
+def _path(error: Any) -> Path:
+    return tuple(part for part in error["loc"] if part != "[key]")
+
+
+def _reading_order(mistake: Mistake) -> tuple[str, int]:
+    file, _, line = mistake.origin.rpartition(":")
+    return (file, int(line)) if line.isdigit() else (mistake.origin, 0)
+
+
+def _known_keys(model: Any, path: Path) -> list[str]:
+    for part in path:
+        if not isinstance(part, int):
+            field = model.model_fields.get(part) if _is_model(model) else None
+            model = _model_within(field.annotation) if field else None
+    return list(model.model_fields) if _is_model(model) else []
+
+
+def _model_within(annotation: Any) -> Any:
+    """The model in ``Model``, ``Model | None`` and ``list[Model]``."""
+    candidates = [annotation, *getattr(annotation, "__args__", ())]
+    return next((candidate for candidate in candidates if _is_model(candidate)), None)
+
+
+def _is_model(candidate: Any) -> bool:
+    return isinstance(candidate, type) and issubclass(candidate, BaseModel)

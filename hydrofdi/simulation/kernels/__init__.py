@@ -1,0 +1,1 @@
+"""The equations of motion as machine code, batched over lanes."""

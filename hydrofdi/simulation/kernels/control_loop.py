@@ -1,0 +1,60 @@
+"""Position control of the lanes: a sampled controller and a spool for each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.physics.control import pid_step
+from hydrofdi.physics.equation import equation
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
+from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.spool import move_spool
+
+
+@equation
+def control(half: Any, k: int, reference: float) -> None:
+    """Let the controller of a lane read the piston's position, and set its voltage."""
+    error = reference - half.position[k]
+    voltage, integral = pid_step(
+        error, half.error[k], half.integral[k],
+        half.proportional_gain[k], half.integral_gain[k], half.derivative_gain[k],
+        half.sample_time[k], half.voltage_limit[k],
+    )  # fmt: skip
+    half.voltage[k], half.integral[k], half.error[k] = voltage, integral, error
+
+
+@equation
+def steer(
+    left: Any,
+    right: Any,
+    references: NDArray[np.float64],
+    columns: NDArray[np.int64],
+    step: float,
+    is_due: bool,
+    options: ModelOptions,
+) -> None:
+    """Act for the controllers where they are due, and move the spools of all lanes by a step.
+
+    Parameters
+    ----------
+    left, right : record
+        The halves of the lanes.
+    references : ndarray, shape (1, n_reference)
+        Position references at this step [m].
+    columns : ndarray, shape (WIDTH,)
+        Column of each lane.
+    step : float
+        h [s].
+    is_due : bool
+    options : ModelOptions
+    """
+    if is_due:
+        for k in range(HALF_WIDTH):
+            control(left, k, references[0, columns[k]])
+            control(right, k, references[0, columns[HALF_WIDTH + k]])
+    for k in range(HALF_WIDTH):
+        move_spool(left, k, step, options.limited_spool)
+        move_spool(right, k, step, options.limited_spool)

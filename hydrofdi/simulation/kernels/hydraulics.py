@@ -1,0 +1,269 @@
+"""The right-hand side: the rates of a run's hydraulic states, put together from the equations."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from hydrofdi.physics.cylinder import (
+    chamber_pressure_rates,
+    end_stop_force,
+    piston_acceleration,
+    supported_pressure_rate,
+)
+from hydrofdi.physics.equation import Quantity, equation
+from hydrofdi.physics.fluid import effective_bulk_modulus
+from hydrofdi.physics.friction import (
+    bristle_friction_force,
+    bristle_rate,
+    friction_force,
+    smooth_friction_force,
+)
+from hydrofdi.physics.leakage import (
+    blended_leakage_flow,
+    external_leakage_flow,
+    intermittent_onset,
+    internal_leakage_flow,
+    laminar_leakage_flow,
+    onset_ramp,
+)
+from hydrofdi.physics.supply import supply_pressure_rate
+from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow, edge_flow
+from hydrofdi.simulation.kernels.options import ModelOptions
+
+
+class State(NamedTuple):
+    """x_p [m], v_p [m/s], P_1, P_2 and P_s [Pa], z [m]; the last two stand still without their options."""
+
+    position: float
+    velocity: float
+    pressure_1: float
+    pressure_2: float
+    supply: float
+    bristle: float
+
+
+class LaneParameters(NamedTuple):
+    """The parameters of one run at an instant, in SI; fields of ``lanes.PARAMETERS``."""
+
+    mass: float
+    area: float
+    volume: float
+    stiffness: float
+    stop_position: float
+    stop_stiffness: float
+    rated_supply: float
+    ret: float
+    droop_resistance: float
+    droop_time: float
+    bulk_modulus: float
+    free_air: float
+    air_exponent: float
+    atmosphere: float
+    vapour_pressure: float
+    flow_gain: float
+    area_gradient: float
+    lap: float
+    lap_leakage: float
+    coulomb: float
+    breakaway: float
+    viscous: float
+    transition: float
+    velocity_threshold: float
+    bristle_stiffness: float
+    bristle_damping: float
+    internal_leakage: float
+    external_leakage_1: float
+    external_leakage_2: float
+    laminar_reference: float
+    blending_pressure: float
+
+
+@equation
+def lane_parameters(lanes: Any, k: Any, time: Quantity, options: ModelOptions) -> LaneParameters:
+    """The parameters of one lane of a record, at an instant."""
+    return LaneParameters(
+        lanes.mass[k], lanes.area[k], lanes.volume[k], lanes.stiffness[k],
+        lanes.stop_position[k], lanes.stop_stiffness[k],
+        lanes.rated_supply[k], lanes.ret[k], lanes.droop_resistance[k], lanes.droop_time[k],
+        lanes.bulk_modulus[k], lanes.free_air[k], lanes.air_exponent[k], lanes.atmosphere[k],
+        lanes.vapour_pressure[k],
+        lanes.flow_gain[k], lanes.area_gradient[k], lanes.lap[k], lanes.lap_leakage[k],
+        lanes.coulomb[k], lanes.breakaway[k], lanes.viscous[k], lanes.transition[k],
+        lanes.velocity_threshold[k], lanes.bristle_stiffness[k], lanes.bristle_damping[k],
+        open_leakage(
+            time, lanes.internal_leakage[k], lanes.onset_time[k], lanes.onset_duration[k],
+            lanes.onset_duty[k], options,
+        ),
+        lanes.external_leakage_1[k], lanes.external_leakage_2[k],
+        lanes.laminar_reference[k], lanes.blending_pressure[k],
+    )  # fmt: skip
+
+
+class ValveFlows(NamedTuple):
+    """What passes the edges of the valve.
+
+    Attributes
+    ----------
+    control_1, control_2, supply : float
+        q_1 into chamber 1, q_2 out of chamber 2, and q_s from the supply [m³/s].
+    throttling : float
+        Power that the edges turn into heat [W].
+    """
+
+    control_1: float
+    control_2: float
+    supply: float
+    throttling: float
+
+
+class PortFlows(NamedTuple):
+    """What enters and leaves the chambers.
+
+    Attributes
+    ----------
+    valve : ValveFlows
+    internal, external_1, external_2 : float
+        q_il across the piston, q_el1 and q_el2 to the outside [m³/s].
+    """
+
+    valve: ValveFlows
+    internal: float
+    external_1: float
+    external_2: float
+
+
+@equation
+def open_leakage(
+    time: Quantity,
+    coefficient: Quantity,
+    start: Quantity,
+    duration: Quantity,
+    duty: Quantity,
+    options: ModelOptions,
+) -> Quantity:
+    """K_i at an instant [m^3.5/kg^0.5]; it is held over a step."""
+    if options.ramped_leakage is not None:
+        return coefficient * onset_ramp(time, start, duration)
+    if options.intermittent_leakage is not None:
+        return coefficient * intermittent_onset(time, start, duration, duty)
+    return coefficient
+
+
+@equation
+def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelOptions) -> Quantity:
+    """Internal leakage flow [m³/s] by the law that was chosen."""
+    if options.laminar_leakage is not None:
+        return laminar_leakage_flow(pressure_difference, p.internal_leakage, p.laminar_reference)
+    if options.blended_leakage is not None:
+        return blended_leakage_flow(pressure_difference, p.internal_leakage, p.blending_pressure)
+    return internal_leakage_flow(pressure_difference, p.internal_leakage)
+
+
+@equation
+def valve_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> ValveFlows:
+    """Flows through the edges of the valve.
+
+    Critically lapped, only two of the four edges are open at a time, and two orifices do for all.
+    """
+    if options.lapped_valve is not None:
+        to_1, from_1 = state.supply - state.pressure_1, state.pressure_1 - p.ret
+        to_2, from_2 = state.supply - state.pressure_2, state.pressure_2 - p.ret
+        feed_1, drain_1 = _edge(spool_position, to_1, p), _edge(-spool_position, from_1, p)
+        feed_2, drain_2 = _edge(-spool_position, to_2, p), _edge(spool_position, from_2, p)
+        throttling = to_1 * feed_1 + from_1 * drain_1 + to_2 * feed_2 + from_2 * drain_2
+        return ValveFlows(feed_1 - drain_1, drain_2 - feed_2, feed_1 + feed_2, throttling)
+    drop_1 = chamber_1_orifice_drop(spool_position, state.pressure_1, state.supply, p.ret)
+    drop_2 = chamber_2_orifice_drop(spool_position, state.pressure_2, state.supply, p.ret)
+    flow_1 = control_flow(spool_position, drop_1, p.flow_gain, p.area_gradient)
+    flow_2 = control_flow(spool_position, drop_2, p.flow_gain, p.area_gradient)
+    throttling = abs(drop_1 * flow_1) + abs(drop_2 * flow_2)
+    return ValveFlows(flow_1, flow_2, flow_1 if spool_position >= 0.0 else -flow_2, throttling)
+
+
+@equation
+def _edge(spool_position: float, drop: float, p: LaneParameters) -> float:
+    flow: float = edge_flow(spool_position, drop, p.flow_gain, p.area_gradient, p.lap, p.lap_leakage)
+    return flow
+
+
+@equation
+def port_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> PortFlows:
+    """All flows into and out of the chambers."""
+    return PortFlows(
+        valve_flows(state, spool_position, p, options),
+        leakage_of(state.pressure_1 - state.pressure_2, p, options),
+        external_leakage_flow(state.pressure_1, p.external_leakage_1),
+        external_leakage_flow(state.pressure_2, p.external_leakage_2),
+    )
+
+
+@equation
+def friction_of(state: State, p: LaneParameters, options: ModelOptions) -> tuple[float, float]:
+    """Friction force [N] by the law that was chosen, and the rate of the bristles [m/s]."""
+    v = state.velocity
+    if options.bristle_friction is not None:
+        rate = bristle_rate(v, state.bristle, p.coulomb, p.breakaway, p.transition, p.bristle_stiffness)
+        force = bristle_friction_force(
+            v, state.bristle, rate, p.bristle_stiffness, p.bristle_damping, p.viscous
+        )
+        return force, rate
+    if options.smooth_friction is not None:
+        force = smooth_friction_force(
+            v, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold
+        )
+        return force, 0.0
+    return friction_force(v, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold), 0.0
+
+
+@equation
+def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
+    """β of the fluid in a chamber [Pa] by the law that was chosen."""
+    if options.free_air is not None:
+        modulus: float = effective_bulk_modulus(
+            pressure, p.bulk_modulus, p.free_air, p.air_exponent, p.atmosphere
+        )
+        return modulus
+    return p.bulk_modulus
+
+
+@equation
+def pressure_rates(
+    state: State, net_1: float, net_2: float, p: LaneParameters, options: ModelOptions
+) -> tuple[float, float]:
+    """P_1' and P_2' [Pa/s] from the net flows [m³/s]."""
+    modulus = p.bulk_modulus
+    if options.free_air is not None:
+        net_1 *= bulk_modulus_at(state.pressure_1, p, options)
+        net_2 *= bulk_modulus_at(state.pressure_2, p, options)
+        modulus = 1.0
+    rate_1, rate_2 = chamber_pressure_rates(state.position, net_1, net_2, modulus, p.volume, p.area)
+    if options.clamped_cavitation is not None:
+        rate_1 = supported_pressure_rate(state.pressure_1, rate_1, p.vapour_pressure)
+        rate_2 = supported_pressure_rate(state.pressure_2, rate_2, p.vapour_pressure)
+    return rate_1, rate_2
+
+
+@equation
+def hydraulic_rates(
+    state: State, spool_position: float, load: float, p: LaneParameters, options: ModelOptions
+) -> State:
+    """Time derivatives of the state, at a spool position [m] and a load force [N]."""
+    resistance, bristle = friction_of(state, p, options)
+    if options.load_force is not None:
+        resistance += load
+    if options.end_stops is not None:
+        resistance += end_stop_force(state.position, p.stop_position, p.stop_stiffness)
+    flows = port_flows(state, spool_position, p, options)
+    swept = p.area * state.velocity
+    net_1 = flows.valve.control_1 - flows.internal - flows.external_1 - swept
+    net_2 = flows.internal - flows.valve.control_2 - flows.external_2 + swept
+    rate_1, rate_2 = pressure_rates(state, net_1, net_2, p, options)
+    acceleration = piston_acceleration(
+        state.position, state.pressure_1, state.pressure_2, resistance, p.mass, p.area, p.stiffness
+    )
+    supply = 0.0
+    if options.supply_droop is not None:
+        supply = supply_pressure_rate(
+            state.supply, flows.valve.supply, p.rated_supply, p.droop_resistance, p.droop_time
+        )
+    return State(state.velocity, acceleration, rate_1, rate_2, supply, bristle)

@@ -1,0 +1,203 @@
+"""The compiled kernel: classic Runge-Kutta of many runs side by side.
+
+The spool does not depend on the hydraulics. In open loop it is integrated once for all runs that share its
+drive, and its positions at the four stages of every step are handed to the lanes: the same numbers as in a
+joint integration. In closed loop each lane has its own, moved ahead of the hydraulics within the step.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.physics.equation import equation
+from hydrofdi.physics.settled import settled
+from hydrofdi.simulation.kernels.control_loop import steer
+from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
+from hydrofdi.simulation.kernels.object_code import kernel
+from hydrofdi.simulation.kernels.options import ModelOptions
+
+
+@equation
+def moved(state: State, time: float, rates: State, p: LaneParameters, options: ModelOptions) -> State:
+    """The state after going along `rates` for a time."""
+    pressure_1 = state.pressure_1 + time * rates.pressure_1
+    pressure_2 = state.pressure_2 + time * rates.pressure_2
+    if options.clamped_cavitation is not None:
+        pressure_1, pressure_2 = max(pressure_1, p.vapour_pressure), max(pressure_2, p.vapour_pressure)
+    supply, bristle = state.supply, state.bristle
+    if options.supply_droop is not None:
+        supply = supply + time * rates.supply
+    if options.bristle_friction is not None:
+        bristle = bristle + time * rates.bristle
+    return State(
+        state.position + time * rates.position,
+        state.velocity + time * rates.velocity,
+        pressure_1,
+        pressure_2,
+        supply,
+        bristle,
+    )
+
+
+@equation
+def weighted(first: State, second: State, third: State, fourth: State) -> State:
+    """Six times the mean rates of classic Runge-Kutta: k1 + 2 k2 + 2 k3 + k4."""
+    return State(
+        first.position + 2.0 * (second.position + third.position) + fourth.position,
+        first.velocity + 2.0 * (second.velocity + third.velocity) + fourth.velocity,
+        first.pressure_1 + 2.0 * (second.pressure_1 + third.pressure_1) + fourth.pressure_1,
+        first.pressure_2 + 2.0 * (second.pressure_2 + third.pressure_2) + fourth.pressure_2,
+        first.supply + 2.0 * (second.supply + third.supply) + fourth.supply,
+        first.bristle + 2.0 * (second.bristle + third.bristle) + fourth.bristle,
+    )
+
+
+@equation
+def state_of(half: Any, k: int) -> State:
+    """The state of a lane."""
+    return State(
+        half.position[k], half.velocity[k], half.pressure_1[k], half.pressure_2[k], half.supply[k],
+        half.bristle[k],
+    )  # fmt: skip
+
+
+@equation
+def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
+    """Write the state of a lane back, its decays ended."""
+    half.position[k], half.velocity[k] = settled(state.position), settled(state.velocity)
+    half.pressure_1[k], half.pressure_2[k] = settled(state.pressure_1), settled(state.pressure_2)
+    if options.supply_droop is not None:
+        half.supply[k] = settled(state.supply)
+    if options.bristle_friction is not None:
+        half.bristle[k] = settled(state.bristle)
+
+
+@equation
+def take_sample(half: Any, sample: NDArray[np.float64], first: int, options: ModelOptions) -> None:
+    """Copy what is sampled of a half into its columns, in the order of ``lanes.SAMPLED``."""
+    for k in range(HALF_WIDTH):
+        sample[0, first + k] = half.position[k]
+        sample[1, first + k] = half.velocity[k]
+        sample[2, first + k] = half.pressure_1[k]
+        sample[3, first + k] = half.pressure_2[k]
+    if options.supply_droop is not None:
+        for k in range(HALF_WIDTH):
+            sample[4, first + k] = half.supply[k]
+    if options.bristle_friction is not None:
+        for k in range(HALF_WIDTH):
+            sample[5, first + k] = half.bristle[k]
+    if options.closed_loop is not None:
+        for k in range(HALF_WIDTH):
+            sample[6, first + k] = half.voltage[k]
+            sample[7, first + k] = half.spool_1[k]
+
+
+@equation
+def take_spools(half: Any, stages: NDArray[np.float64], columns: NDArray[np.int64], first: int) -> None:
+    """Hand the spool positions of a step to the lanes of a half, each from the column of its drive."""
+    for k in range(HALF_WIDTH):
+        column = columns[first + k]
+        half.spool_1[k] = stages[0, column]
+        half.spool_2[k] = stages[1, column]
+        half.spool_3[k] = stages[2, column]
+        half.spool_4[k] = stages[3, column]
+
+
+@equation
+def take_loads(half: Any, loads: NDArray[np.float64], columns: NDArray[np.int64], first: int) -> None:
+    """Hand the load forces of a step to the lanes of a half."""
+    for k in range(HALF_WIDTH):
+        half.load[k] = loads[columns[first + k]]
+
+
+@kernel
+def advance_lanes(
+    lanes: NDArray[Any],
+    drive: NDArray[np.float64],
+    drive_of_lane: NDArray[np.int64],
+    loads: NDArray[np.float64],
+    load_of_lane: NDArray[np.int64],
+    step: float,
+    steps_per_sample: int,
+    steps_per_control: int,
+    samples: NDArray[np.float64],
+    first_step: int,
+    options: ModelOptions,
+) -> None:
+    """Advance all lanes by the steps of `drive`, and sample them on the way.
+
+    Parameters
+    ----------
+    lanes : ndarray of LANES, shape (1,)
+        Parameters and state; the state is updated in place.
+    drive : ndarray, shape (n_step, n_stage, n_drive)
+        In open loop the spool position at the four stages of each step, one column per drive [m]; in closed
+        loop the position reference of each step, with a single stage [m].
+    drive_of_lane : ndarray, shape (WIDTH,)
+        Column of each lane.
+    loads : ndarray, shape (n_step, n_load)
+        Load force of each step [N]; not looked at without the option.
+    load_of_lane : ndarray, shape (WIDTH,)
+        Column of each lane.
+    step : float
+        Runge-Kutta step h [s].
+    steps_per_sample : int
+        A sample is taken before every so many steps, the first step included.
+    steps_per_control : int
+        In closed loop the controllers act before every so many steps, counted from the start of the record.
+    samples : ndarray, shape (n_step / steps_per_sample, n_row, WIDTH)
+        Filled with the rows of ``lanes.SAMPLED`` that the options have.
+    first_step : int
+        Number of the first step, counted from the start of the record.
+    options : ModelOptions
+        Choices that all lanes share.
+    """
+    left, right = lanes[0].left, lanes[0].right
+    half_step, sixth_step = 0.5 * step, step / 6.0
+    first, share_drive = drive_of_lane[0], True
+    for k in range(1, 2 * HALF_WIDTH):
+        share_drive &= drive_of_lane[k] == first
+    for i in range(drive.shape[0]):
+        stages = drive[i]
+        time = (first_step + i) * step
+        if options.closed_loop is not None:
+            is_due = (first_step + i) % steps_per_control == 0
+            steer(left, right, stages, drive_of_lane, step, is_due, options)
+        elif share_drive:
+            stage_1, stage_2 = stages[0, first], stages[1, first]
+            stage_3, stage_4 = stages[2, first], stages[3, first]
+            for k in range(HALF_WIDTH):
+                left.spool_1[k] = right.spool_1[k] = stage_1
+                left.spool_2[k] = right.spool_2[k] = stage_2
+                left.spool_3[k] = right.spool_3[k] = stage_3
+                left.spool_4[k] = right.spool_4[k] = stage_4
+        else:
+            take_spools(left, stages, drive_of_lane, 0)
+            take_spools(right, stages, drive_of_lane, HALF_WIDTH)
+        if options.load_force is not None:
+            take_loads(left, loads[i], load_of_lane, 0)
+            take_loads(right, loads[i], load_of_lane, HALF_WIDTH)
+        if i % steps_per_sample == 0:
+            sample = samples[i // steps_per_sample]
+            take_sample(left, sample, 0, options)
+            take_sample(right, sample, HALF_WIDTH, options)
+        # Two independent lanes in one body hide each other's latencies.
+        for k in range(HALF_WIDTH):
+            p = lane_parameters(left, k, time, options)
+            q = lane_parameters(right, k, time, options)
+            f, g = left.load[k], right.load[k]
+            y, z = state_of(left, k), state_of(right, k)
+            y1 = hydraulic_rates(y, left.spool_1[k], f, p, options)
+            z1 = hydraulic_rates(z, right.spool_1[k], g, q, options)
+            y2 = hydraulic_rates(moved(y, half_step, y1, p, options), left.spool_2[k], f, p, options)
+            z2 = hydraulic_rates(moved(z, half_step, z1, q, options), right.spool_2[k], g, q, options)
+            y3 = hydraulic_rates(moved(y, half_step, y2, p, options), left.spool_3[k], f, p, options)
+            z3 = hydraulic_rates(moved(z, half_step, z2, q, options), right.spool_3[k], g, q, options)
+            y4 = hydraulic_rates(moved(y, step, y3, p, options), left.spool_4[k], f, p, options)
+            z4 = hydraulic_rates(moved(z, step, z3, q, options), right.spool_4[k], g, q, options)
+            keep_state(left, k, moved(y, sixth_step, weighted(y1, y2, y3, y4), p, options), options)
+            keep_state(right, k, moved(z, sixth_step, weighted(z1, z2, z3, z4), q, options), options)

@@ -1,0 +1,181 @@
+"""Kernels whose machine code is kept on disk, so that later processes run them without numba.
+
+Loading numba and what it caches takes longer than a run. Machine code that needs none of its runtime is
+linked by llvmlite alone, in milliseconds. The process that compiles it runs the very same code.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import cache, wraps
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+from hydrofdi.physics.equation import FAST_MATH
+from hydrofdi.simulation.kernels.compilation import cache_directory, compiled, dispatcher
+
+_Kernel = TypeVar("_Kernel", bound=Callable[..., None])
+_Call = Callable[..., object]
+
+_SYMBOL = "kernel"
+_LIBRARY_FUNCTIONS = {"exp", "log", "pow", "sin", "cos", "tanh", "fmod", "memset", "memcpy"}
+"""What machine code may call: functions of the C library, which every process has."""
+
+_TYPE_FLAGS = 0x1 | 0x2 | 0x100 | 0x400
+"""Flags of an array that its type depends on: contiguous in C or Fortran order, aligned, writeable."""
+
+_DIGEST_SIZE = 16
+
+
+def kernel(function: _Kernel) -> _Kernel:
+    """Run a function that fills arrays as machine code, which is on disk or is compiled and kept there.
+
+    Each combination of argument types has machine code of its own.
+    """
+    calls: dict[tuple[Any, ...], _Call] = {}
+
+    @wraps(function)
+    def call(*arguments: Any) -> None:
+        types = _type_of(arguments)
+        if types not in calls:
+            calls[types] = _prepare(function, types, arguments)
+        calls[types](*arguments)
+
+    return cast(_Kernel, call)
+
+
+def _prepare(function: _Kernel, types: tuple[Any, ...], arguments: tuple[Any, ...]) -> _Call:
+    if not _can_link():
+        return compiled(function)
+    path = cache_directory() / f"{function.__name__}-{_digest(repr((types, *_machine())).encode()).hex()}.o"
+    code = _read(path)
+    if code is None:
+        code = _compile(function, arguments)
+        if code is None:
+            return compiled(function)
+        _write(path, code)
+    return _link(code)
+
+
+@cache
+def _can_link() -> bool:
+    """Make llvmlite ready; whether machine code would find the C library in this process."""
+    from llvmlite import binding
+
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    with suppress(RuntimeError):
+        binding.load_library_permanently("")
+    return all(map(binding.address_of_symbol, _LIBRARY_FUNCTIONS))
+
+
+def _type_of(value: Any) -> Any:
+    """What the compiler distinguishes; the fields of a record follow from the sources."""
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.ndim, value.flags.num & _TYPE_FLAGS
+    return tuple(map(_type_of, value)) if isinstance(value, tuple) else type(value).__name__
+
+
+@cache
+def _machine() -> tuple[str, ...]:
+    """What machine code depends on beside its source."""
+    from llvmlite import binding
+
+    features = binding.get_host_cpu_features().flatten()
+    return version("numba"), version("llvmlite"), binding.get_host_cpu_name(), features
+
+
+def _compile(function: _Kernel, arguments: tuple[Any, ...]) -> bytes | None:
+    """Machine code of a function for arguments of these types; None where it needs numba's runtime."""
+    import numba
+    from llvmlite import binding
+
+    signature = tuple(map(numba.typeof, arguments))
+    compiling = dispatcher(function, fastmath=FAST_MATH, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    compiling.compile(signature)
+    module = binding.parse_assembly(compiling.inspect_llvm(signature))
+    needed = {item.name for item in (*module.functions, *module.global_variables) if item.is_declaration}
+    if {name for name in needed if not name.startswith("llvm.")} - _LIBRARY_FUNCTIONS:
+        return None
+    (entry,) = (
+        item
+        for item in module.functions
+        if item.linkage is binding.Linkage.external and not item.is_declaration
+    )
+    entry.name = _SYMBOL
+    return bytes(_target_machine().emit_object(module))
+
+
+def _target_machine() -> Any:
+    from llvmlite import binding
+
+    features = binding.get_host_cpu_features().flatten()
+    return binding.Target.from_default_triple().create_target_machine(
+        cpu=binding.get_host_cpu_name(), features=features, opt=3, jit=True, codemodel="jitdefault"
+    )
+
+
+def _link(code: bytes) -> _Call:
+    """The function in machine code, called as numba calls it: arrays in parts, status returned."""
+    from llvmlite import binding
+
+    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _target_machine())
+    engine.add_object_file(binding.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    entry = ctypes.CFUNCTYPE(ctypes.c_int32)(engine.get_function_address(_SYMBOL))
+    result, failure = ctypes.c_void_p(), ctypes.c_void_p()
+
+    def call(*arguments: Any) -> None:
+        status = entry(ctypes.byref(result), ctypes.byref(failure), *_parts(arguments))
+        if status:
+            raise RuntimeError(f"a kernel ended with status {status}")
+
+    call.engine = engine  # type: ignore[attr-defined]  # lives as long as the function
+    return call
+
+
+def _parts(values: tuple[Any, ...]) -> Iterator[Any]:
+    """Arguments as machine code takes them; of an array owner, parent, sizes, data, shape and strides."""
+    for value in values:
+        if isinstance(value, np.ndarray):
+            yield from (None, None, ctypes.c_int64(value.size), ctypes.c_int64(value.itemsize))
+            yield ctypes.c_void_p(value.ctypes.data)
+            yield from map(ctypes.c_int64, (*value.shape, *value.strides))
+        elif isinstance(value, tuple):
+            yield from _parts(value)
+        elif isinstance(value, float):
+            yield ctypes.c_double(value)
+        elif isinstance(value, bool):
+            yield ctypes.c_bool(value)
+        else:
+            yield None if value is None else ctypes.c_int64(value)
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.blake2b(content, digest_size=_DIGEST_SIZE).digest()
+
+
+def _read(path: Path) -> bytes | None:
+    """Machine code as it was written; None where there is none, or it is damaged."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    code = content[_DIGEST_SIZE:]
+    return code if content[:_DIGEST_SIZE] == _digest(code) else None
+
+
+def _write(path: Path, code: bytes) -> None:
+    """Keep machine code; where that fails, the next process compiles again."""
+    with suppress(OSError), tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        part = Path(folder) / path.name
+        part.write_bytes(_digest(code) + code)
+        os.replace(part, path)

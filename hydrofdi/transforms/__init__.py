@@ -1,0 +1,1 @@
+"""Transforms of a sampled signal: wavelets, spectra, and changes against a baseline."""

@@ -1,0 +1,71 @@
+"""The ``wavelet`` section."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from hydrofdi.settings.quantities import Section
+
+
+def _known_wavelet(name: str) -> str:
+    from pywt import wavelist
+
+    if name not in wavelist(kind="discrete"):
+        raise ValueError(f"{name!r} is not a discrete wavelet of PyWavelets; the paper uses 'db8'")
+    return name
+
+
+def _phase(value: Any) -> Any:
+    if value == "all" or (isinstance(value, int) and not isinstance(value, bool) and value >= 0):
+        return value
+    raise ValueError(f"must be a whole number from 0 to 2^levels − 1, or 'all'; found {value!r}")
+
+
+class WaveletConfig(Section):
+    """Discrete wavelet transform of the chamber-1 pressure."""
+
+    name: Annotated[str, AfterValidator(_known_wavelet)] = "db8"
+    """Name in PyWavelets. db8 has 8 vanishing moments and 16 taps."""
+
+    levels: Annotated[int, Field(strict=True, ge=1, le=20)] = 5
+    """Number of levels; d1 is the finest detail."""
+
+    extension: Literal[
+        "symmetric", "periodization", "zero", "constant", "periodic", "smooth", "reflect",
+        "antisymmetric", "antireflect",
+    ] = "symmetric"  # fmt: skip
+    """Extension of the record at its ends."""
+
+    boundary: Literal["kept", "left_out"] = "kept"
+    """Whether the coefficients that depend on the extension count."""
+
+    phase: Annotated[int | Literal["all"], Field(union_mode="left_to_right"), BeforeValidator(_phase)] = 0
+    """Sample that the analysed record starts at, counted from what ``run.discard`` leaves: the transform is
+    decimated, so its coefficients depend on where its grid of 2^levels samples begins. ``all`` measures every
+    phase from 0 to 2^levels − 1 beside phase 0, without simulating again."""
+
+    @model_validator(mode="after")
+    def _phase_is_one_of_the_grid(self) -> Self:
+        if isinstance(self.phase, int) and self.phase >= 2**self.levels:
+            raise ValueError(
+                f"phase = {self.phase} is not below 2^levels = {2**self.levels}, where the phases repeat"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _inner_coefficients_are_known(self) -> Self:
+        if self.boundary == "left_out" and self.extension == "periodization":
+            raise ValueError("boundary = left_out does not go with extension = periodization")
+        return self
+
+    @property
+    def first_sample(self) -> int:
+        """Sample that the analysed record starts at."""
+        return self.phase if isinstance(self.phase, int) else 0
+
+    @property
+    def latest_start(self) -> int:
+        """Largest phase that is measured."""
+        return self.phase if isinstance(self.phase, int) else 2**self.levels - 1

@@ -1,0 +1,133 @@
+"""The undecimated wavelet transform (MODWT) of records taken as circles.
+
+It has a coefficient at every sample, so that its RMS does not depend on where a record starts: the mean
+square of a level is the mean over the 2^j start phases of a decimated transform. Coefficients are 2^(j/2)
+times those of the MODWT, which gives them the size of the decimated ones. Percival and Walden, Wavelet
+Methods for Time Series Analysis (2000), chapter 5.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import CoefficientRms, decomposition_filters, n_phase, root_mean_square
+
+Complex = NDArray[np.complex128]
+
+
+def undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
+    """RMS of details and approximations of the undecimated transform of circular records.
+
+    Computed in the frequency domain by Parseval's theorem: no coefficient is formed.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+        Records that begin again where they end, such as whole periods of a settled motion.
+    wavelet : WaveletConfig
+        Wavelet and number of levels.
+    """
+    n_time = signal.shape[-1]
+    power = np.square(np.abs(np.fft.rfft(signal, axis=-1))) * _one_sided_weights(n_time)
+    details, approximations = (np.square(np.abs(response)) for response in _responses(wavelet, n_time))
+    return CoefficientRms(
+        _root_of_sums(power, details) / n_time, _root_of_sums(power, approximations) / n_time
+    )
+
+
+def _root_of_sums(power: NDArray[np.float64], gains: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Root of what each gain (n_level, n_frequency) leaves of a power (..., n_frequency), record by record.
+
+    A product of matrices would round a record differently in another company.
+    """
+    return np.stack([np.sqrt(np.sum(power * gain, axis=-1)) for gain in gains], axis=-1)
+
+
+def undecimated_coefficients(
+    signal: NDArray[np.float64], wavelet: WaveletConfig
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coefficients of the undecimated transform of circular records.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+    wavelet : WaveletConfig
+        Wavelet and number of levels.
+
+    Returns
+    -------
+    details, approximations : ndarray, shape (..., n_level, n_time)
+        In the unit of the signal. Coefficient t of level j looks at the samples from
+        t − (2^j − 1)(n_tap − 1) to t.
+    """
+    n_time = signal.shape[-1]
+    spectrum = np.fft.rfft(signal, axis=-1)[..., None, :]
+    details, approximations = (
+        np.fft.irfft(spectrum * response, n_time, axis=-1) for response in _responses(wavelet, n_time)
+    )
+    return details, approximations
+
+
+def phase_detail_rms(details: NDArray[np.float64], first_sample: int) -> NDArray[np.float64]:
+    """RMS of the coefficients that a decimated transform keeps, for each of its start phases.
+
+    Parameters
+    ----------
+    details : ndarray, shape (..., n_level, n_time)
+        From `undecimated_coefficients`.
+    first_sample : int
+        Where these begin in the record whose start the phases count from.
+
+    Returns
+    -------
+    ndarray, shape (..., n_phase, n_level)
+        Phase p is that of the record from its sample p on.
+    """
+    n_level = details.shape[-2]
+    rms = np.empty((*details.shape[:-2], n_phase(n_level), n_level))
+    for level in range(n_level):
+        distance = 2 ** (level + 1)
+        for residue in range(distance):
+            kept = details[..., level, (residue - 1 - first_sample) % distance :: distance]
+            rms[..., residue::distance, level] = root_mean_square(kept)[..., None]
+    return rms
+
+
+def boundary_length(wavelet: WaveletConfig) -> int:
+    """Number of coefficients at the start of the deepest level that look back beyond the record."""
+    low_pass, _ = decomposition_filters(wavelet)
+    return (n_phase(wavelet.levels) - 1) * (low_pass.size - 1)
+
+
+@lru_cache(maxsize=16)
+def _responses(wavelet: WaveletConfig, n_time: int) -> tuple[Complex, Complex]:
+    """Frequency responses from a record to details and approximations, each (n_level, n_frequency)."""
+    low_pass, high_pass = decomposition_filters(wavelet)
+    places = np.arange(n_time // 2 + 1)
+    approximation = np.ones(places.size, dtype=complex)
+    details, approximations = [], []
+    for level in range(wavelet.levels):
+        details.append(approximation * _response(high_pass, places << level, n_time))
+        approximation = approximation * _response(low_pass, places << level, n_time)
+        approximations.append(approximation)
+    return np.array(details), np.array(approximations)
+
+
+def _response(taps: NDArray[np.float64], places: NDArray[np.int64], n_time: int) -> Complex:
+    """Response of a filter at frequencies in cycles per record."""
+    circular = np.bincount(np.arange(taps.size) % n_time, taps, n_time)
+    response: Complex = np.fft.fft(circular)[places % n_time]
+    return response
+
+
+def _one_sided_weights(n_time: int) -> NDArray[np.float64]:
+    """How often each frequency of a real spectrum counts."""
+    weights = np.full(n_time // 2 + 1, 2.0)
+    weights[0] = 1.0
+    if n_time % 2 == 0:
+        weights[-1] = 1.0
+    return weights

@@ -1,0 +1,215 @@
+"""Wavelet features: the RMS of the coefficients of a record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.transforms.configuration import WaveletConfig
+
+
+@dataclass(frozen=True)
+class CoefficientRms:
+    """RMS of all coefficients of each level, in the unit of the signal.
+
+    Attributes
+    ----------
+    detail : ndarray, shape (..., n_level)
+        d1, d2, ….
+    approximation : ndarray, shape (..., n_level)
+        a1, a2, …; a constant c gives 2^(j/2) c at level j.
+    """
+
+    detail: NDArray[np.float64]
+    approximation: NDArray[np.float64]
+
+
+def coefficient_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
+    """RMS of details and approximations of the discrete wavelet transform, in one pass.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+        Records, e.g. chamber-1 pressures [Pa].
+    wavelet : WaveletConfig
+        Wavelet, number of levels, extension at the ends of the record, and whether the coefficients that
+        depend on it count.
+    """
+    from pywt import dwt
+
+    details, approximations = [], []
+    approximation = signal
+    for inside in _counted(signal.shape[-1], wavelet):
+        approximation, detail = dwt(approximation, wavelet.name, mode=wavelet.extension, axis=-1)
+        details.append(root_mean_square(detail[..., inside]))
+        approximations.append(root_mean_square(approximation[..., inside]))
+    return CoefficientRms(np.stack(details, axis=-1), np.stack(approximations, axis=-1))
+
+
+def phase_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[np.float64]:
+    """RMS of the details at every start phase.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+    wavelet : WaveletConfig
+
+    Returns
+    -------
+    ndarray, shape (..., n_phase, n_level)
+        Phase p is the record from its sample p on.
+    """
+    phases = range(n_phase(wavelet.levels))
+    return np.stack([detail_rms(signal[..., phase:], wavelet) for phase in phases], axis=-2)
+
+
+def n_phase(levels: int) -> int:
+    """Number of start phases of a decimated transform: after so many samples its grid repeats."""
+    return 1 << levels
+
+
+def root_mean_square(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Root of the mean square over the last axis."""
+    rms: NDArray[np.float64] = np.sqrt(np.mean(np.square(coefficients), axis=-1))
+    return rms
+
+
+def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[np.float64]:
+    """RMS of all detail coefficients of each level of the discrete wavelet transform.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+        Records, e.g. chamber-1 pressures [Pa].
+    wavelet : WaveletConfig
+        Wavelet, number of levels and extension at the ends of the record.
+
+    Returns
+    -------
+    ndarray, shape (..., n_level)
+        RMS of d1, d2, …, in the unit of the signal.
+    """
+    return coefficient_rms(signal, wavelet).detail
+
+
+def level_bands(sampling_frequency: float, levels: int) -> list[tuple[float, float]]:
+    """Nominal frequency bands of d1, d2, … [Hz]: level j covers f_s/2^(j+1) to f_s/2^j."""
+    return [(sampling_frequency / 2 ** (j + 1), sampling_frequency / 2**j) for j in range(1, levels + 1)]
+
+
+def detail_coefficients(
+    signal: NDArray[np.float64], wavelet: WaveletConfig, level: int, time: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The detail coefficients of one level, and the instants that they belong to.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n_time,)
+    wavelet : WaveletConfig
+    level : int
+        1 … ``wavelet.levels``.
+    time : ndarray, shape (n_time,)
+        Sampling instants [s].
+
+    Returns
+    -------
+    instants : ndarray, shape (n_coefficient,)
+        Spread evenly over the record [s].
+    coefficients : ndarray, shape (n_coefficient,)
+        In the unit of the signal.
+    """
+    from pywt import wavedec
+
+    details = wavedec(signal, wavelet.name, mode=wavelet.extension, level=wavelet.levels)[-level]
+    return np.linspace(time[0], time[-1], details.size), details
+
+
+def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
+    """Share of each level's detail coefficients that depend on the extension of the record.
+
+    Parameters
+    ----------
+    n_sample : int
+    wavelet : WaveletConfig
+
+    Returns
+    -------
+    list of float
+        d1 first; 0 … 1.
+    """
+    from pywt import Wavelet, dwt_coeff_len
+
+    taps, length, shares = Wavelet(wavelet.name).dec_len, n_sample, []
+    for inside in _inner_coefficients(n_sample, wavelet):
+        length = dwt_coeff_len(length, taps, wavelet.extension)
+        shares.append(1.0 - max(0, inside.stop - inside.start) / length)
+    return shares
+
+
+def _counted(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
+    """Which coefficients of each level count."""
+    if wavelet.boundary == "kept":
+        return [slice(None)] * wavelet.levels
+    return _inner_coefficients(n_sample, wavelet)
+
+
+def _inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
+    """The coefficients of each level that look at nothing but the record."""
+    from pywt import Wavelet
+
+    taps, first, last, inside = Wavelet(wavelet.name).dec_len, 0, n_sample - 1, []
+    for _ in range(wavelet.levels):
+        first, last = -(-(first + taps - 2) // 2), (last - 1) // 2
+        inside.append(slice(first, last + 1))
+    return inside
+
+
+def decomposition_filters(wavelet: WaveletConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Taps of the low-pass and the high-pass filter."""
+    from pywt import Wavelet
+
+    filters = Wavelet(wavelet.name)
+    return np.array(filters.dec_lo), np.array(filters.dec_hi)
+
+
+def noise_rms(wavelet: WaveletConfig, autocovariance: Sequence[float]) -> list[float]:
+    """RMS of each level's detail coefficients of noise, d1 first, in the unit of the noise.
+
+    White noise of an orthogonal wavelet has its standard deviation in every level.
+
+    Parameters
+    ----------
+    wavelet : WaveletConfig
+    autocovariance : sequence of float
+        Of the noise at distances of 0, 1, … samples; zero beyond.
+    """
+    low_pass, high_pass = decomposition_filters(wavelet)
+    approximation, levels = np.ones(1), []
+    for level in range(wavelet.levels):
+        detail = _spread_convolution(approximation, high_pass, 2**level)
+        approximation = _spread_convolution(approximation, low_pass, 2**level)
+        levels.append(math.sqrt(_filtered_variance(detail, autocovariance)))
+    return levels
+
+
+def _filtered_variance(taps: NDArray[np.float64], autocovariance: Sequence[float]) -> float:
+    """Variance of noise behind a filter."""
+    variance = autocovariance[0] * float(taps @ taps)
+    for distance, covariance in enumerate(autocovariance[1 : taps.size], 1):
+        variance += 2.0 * covariance * float(taps[distance:] @ taps[:-distance])
+    return max(variance, 0.0)
+
+
+def _spread_convolution(
+    signal: NDArray[np.float64], taps: NDArray[np.float64], distance: int
+) -> NDArray[np.float64]:
+    """A signal convolved with taps that are so many samples apart."""
+    result = np.zeros(signal.size + distance * (taps.size - 1))
+    for position, tap in enumerate(taps):
+        first = distance * position
+        result[first : first + signal.size] += tap * signal
+    return result

@@ -114,7 +114,7 @@ def with_a4(data, outside_1, outside_2):
 
 
 @pytest.mark.parametrize(("loss", "gap", "words"), [
-    (50, 3.0, "is separated from all runs without by δa4 (a gap of 3.0 points) and δ′a4 (a gap of 3.0 points)"),
+    (50, 3.0, "is separated from all runs without by δa4 (a gap of 3.0 points) and δ′a4"),
     (-5, -1.5, "is separated by none of δa4, δ′a4"),
     (-30, 1.0, "is separated from all runs without by δa4 (a gap of 1.0 points)"),
 ])  # fmt: skip

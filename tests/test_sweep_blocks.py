@@ -180,7 +180,30 @@ def test_arithmetic_follows_the_usual_precedence(a, b, c, first, second):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "a.b >", "> 1", "(a.b", "a.b)", "a.b ! 1", "a.b == 'x", "and", "1 2", "a;b"]
+    "text",
+    [
+        "",
+        "a.b >",
+        "> 1",
+        "(a.b",
+        "a.b)",
+        "a.b ! 1",
+        "a.b == 'x",
+        "and",
+        "1 2",
+        "a;b",
+        "a.b if c.d else 1",
+        "f(a.b) > 0",
+        "a.b[0] > 0",
+        "a.b ** 2 > 0",
+        "a.b in c.d",
+        "[a.b]",
+        "lambda: 1",
+        "True",
+        "1j > 0",
+        "(" * 5000,
+        "-" * 99999 + "1",
+    ],
 )
 def test_what_is_no_condition_is_refused(text):
     with pytest.raises(ValueError, match="condition"):

@@ -1,43 +1,37 @@
-"""Conditions on parameters: a small grammar of its own, never evaluated as code.
+"""Conditions on parameters, such as ``friction.coulomb > 0 and fluid.bulk_modulus < '900 MPa'``.
 
-::
-
-    condition  = conjunction {"or" conjunction}
-    conjunction = negation {"and" negation}
-    negation   = "not" negation | comparison
-    comparison = sum {("<" | "<=" | ">" | ">=" | "==" | "!=") sum}
-    sum        = term {("+" | "-") term}
-    term       = factor {("*" | "/") factor}
-    factor     = "-" factor | number | 'quantity with a unit' | dotted.name | "(" condition ")"
+They are written like Python and parsed by it, but never run by it: what is not listed here is refused.
 """
 
 from __future__ import annotations
 
+import ast
 import math
 import operator
-import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 from hydrofdi.units import parse_si
 
-_TOKEN = re.compile(
-    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)|(?P<name>[A-Za-z_][\w.]*)"
-    r"|(?P<text>'[^']*'|\"[^\"]*\")|(?P<operator><=|>=|==|!=|[-+*/<>()]))"
-)
-_COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
-    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq,
-    "!=": operator.ne,
-}  # fmt: skip
-_SUMS: dict[str, Callable[[float, float], float]] = {"+": operator.add, "-": operator.sub}
-_TERMS: dict[str, Callable[[float, float], float]] = {
-    "*": operator.mul,
-    "/": lambda left, right: left / right if right else math.nan,
-}
-
 Values = Mapping[str, Any]
 Evaluation = Callable[[Values], Any]
+
+_COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
+    ast.Eq: operator.eq, ast.NotEq: operator.ne,
+}  # fmt: skip
+_ARITHMETIC: dict[type[ast.operator], Callable[[float, float], float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: lambda left, right: left / right if right else math.nan,
+}
+_SIGNS: dict[type[ast.unaryop], Callable[[Any], Any]] = {
+    ast.Not: operator.not_, ast.USub: operator.neg, ast.UAdd: operator.pos,
+}  # fmt: skip
+_JUNCTIONS: dict[type[ast.boolop], Callable[[Iterator[Any]], bool]] = {ast.And: all, ast.Or: any}
 
 
 class Condition:
@@ -70,132 +64,64 @@ def parse_condition(text: str) -> Condition:
     Raises
     ------
     ValueError
-        The text does not follow the grammar; says where.
+        It is no comparison of parameters, numbers and quoted quantities; says what is wrong.
     """
-    return _Parser(text).parse()
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+        evaluate = _evaluation(tree)
+    except SyntaxError as error:
+        raise ValueError(f"condition {text!r}: {_place(error)}") from None
+    except (RecursionError, MemoryError):
+        raise ValueError(f"condition of {len(text)} characters is nested too deeply") from None
+    except ValueError as error:
+        raise ValueError(f"condition {text!r}: {error}") from None
+    return Condition(evaluate, frozenset(_names(tree)), tuple(_compared(tree)))
 
 
-class _Parser:
-    def __init__(self, text: str) -> None:
-        self._text = text
-        self._names: set[str] = set()
-        self._tokens = self._tokenize()
-        self._position = 0
-
-    def parse(self) -> Condition:
-        evaluate = self._disjunction()
-        if self._peek() is not None:
-            raise self._error("unexpected")
-        return Condition(evaluate, frozenset(self._names), tuple(self._compared_quantities()))
-
-    def _compared_quantities(self) -> Iterator[tuple[str, str]]:
-        for left, symbol, right in zip(self._tokens, self._tokens[1:], self._tokens[2:], strict=False):
-            if symbol[1] in _COMPARISONS and {left[0], right[0]} == {"name", "text"}:
-                name, text = (left[1], right[1]) if left[0] == "name" else (right[1], left[1])
-                yield name, text[1:-1]
-
-    def _tokenize(self) -> list[tuple[str, str]]:
-        tokens, position = [], 0
-        while self._text[position:].strip():
-            match = _TOKEN.match(self._text, position)
-            if match is None:
-                raise ValueError(f"condition {self._text!r}: cannot read {self._text[position:].strip()!r}")
-            tokens.append((str(match.lastgroup), match.group(str(match.lastgroup))))
-            position = match.end()
-        return tokens
-
-    def _peek(self) -> str | None:
-        return self._tokens[self._position][1] if self._position < len(self._tokens) else None
-
-    def _take(self, *wanted: str) -> str | None:
-        token = self._peek()
-        if token in wanted:
-            self._position += 1
-            return token
-        return None
-
-    def _error(self, what: str) -> ValueError:
-        found = self._peek()
-        return ValueError(f"condition {self._text!r}: {what} {found!r}" if found is not None
-                          else f"condition {self._text!r}: ends too early")  # fmt: skip
-
-    def _disjunction(self) -> Evaluation:
-        parts = [self._conjunction()]
-        while self._take("or"):
-            parts.append(self._conjunction())
-        return parts[0] if len(parts) == 1 else lambda values: any(part(values) for part in parts)
-
-    def _conjunction(self) -> Evaluation:
-        parts = [self._negation()]
-        while self._take("and"):
-            parts.append(self._negation())
-        return parts[0] if len(parts) == 1 else lambda values: all(part(values) for part in parts)
-
-    def _negation(self) -> Evaluation:
-        if self._take("not"):
-            inner = self._negation()
-            return lambda values: not inner(values)
-        return self._comparison()
-
-    def _comparison(self) -> Evaluation:
-        first = self._chain(_SUMS, lambda: self._chain(_TERMS, self._factor))
-        links: list[tuple[Callable[[Any, Any], bool], Evaluation]] = []
-        while symbol := self._take(*_COMPARISONS):
-            right = self._chain(_SUMS, lambda: self._chain(_TERMS, self._factor))
-            links.append((_COMPARISONS[symbol], right))
-        if not links:
-            return first
-
-        def compare(values: Values) -> bool:
-            left = first(values)
-            for holds, part in links:
-                right = part(values)
-                if not holds(left, right):
-                    return False
-                left = right
-            return True
-
-        return compare
-
-    def _chain(
-        self, operators: dict[str, Callable[[float, float], float]], operand: Callable[[], Evaluation]
-    ) -> Evaluation:
-        result = operand()
-        while symbol := self._take(*operators):
-            result = _combined(operators[symbol], result, operand())
-        return result
-
-    def _factor(self) -> Evaluation:
-        if self._take("-"):
-            inner = self._factor()
-            return lambda values: -inner(values)
-        if self._take("("):
-            grouped = self._disjunction()
-            if not self._take(")"):
-                raise self._error("expected ')' before")
-            return grouped
-        if self._position >= len(self._tokens) or self._peek() in ("and", "or", "not"):
-            raise self._error("unexpected")
-        kind, text = self._tokens[self._position]
-        if kind == "operator":
-            raise self._error("unexpected")
-        self._position += 1
-        return self._operand(kind, text)
-
-    def _operand(self, kind: str, text: str) -> Evaluation:
-        if kind == "name":
-            self._names.add(text)
-            return lambda values: _number(values[text])
-        constant: Any = float(text) if kind == "number" else _quoted(text[1:-1])
-        return lambda values: constant
+def _evaluation(node: ast.expr) -> Evaluation:
+    name = _dotted_name(node)
+    match node:
+        case ast.BoolOp(op=junction, values=parts):
+            return _junction(_JUNCTIONS[type(junction)], [_evaluation(part) for part in parts])
+        case ast.UnaryOp(op=sign, operand=inner) if type(sign) in _SIGNS:
+            return _applied(_SIGNS[type(sign)], _evaluation(inner))
+        case ast.BinOp(op=symbol, left=left, right=right) if type(symbol) in _ARITHMETIC:
+            return _applied(_ARITHMETIC[type(symbol)], _evaluation(left), _evaluation(right))
+        case ast.Compare(left=left, ops=symbols, comparators=others) if _are_known(symbols):
+            return _comparison(symbols, [_evaluation(part) for part in (left, *others)])
+        case ast.Constant(value=str(quantity)):
+            return _constant(_quoted(quantity))
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            return _constant(float(number))
+        case _ if name:
+            return lambda values: math.nan if values[name] is None else values[name]
+    raise ValueError(f"unexpected {ast.unparse(node)!r}")
 
 
-def _combined(apply: Callable[[float, float], float], left: Evaluation, right: Evaluation) -> Evaluation:
-    return lambda values: apply(left(values), right(values))
+def _are_known(symbols: list[ast.cmpop]) -> bool:
+    return all(type(symbol) in _COMPARISONS for symbol in symbols)
 
 
-def _number(value: Any) -> Any:
-    return math.nan if value is None else value
+def _junction(decide: Callable[[Iterator[Any]], bool], parts: list[Evaluation]) -> Evaluation:
+    return lambda values: decide(part(values) for part in parts)
+
+
+def _applied(apply: Callable[..., Any], *operands: Evaluation) -> Evaluation:
+    return lambda values: apply(*(operand(values) for operand in operands))
+
+
+def _comparison(symbols: list[ast.cmpop], parts: list[Evaluation]) -> Evaluation:
+    tests = [_COMPARISONS[type(symbol)] for symbol in symbols]
+
+    def holds(values: Values) -> bool:
+        numbers = [part(values) for part in parts]
+        return all(test(*pair) for test, *pair in zip(tests, numbers, numbers[1:], strict=False))
+
+    return holds
+
+
+def _constant(value: Any) -> Evaluation:
+    return lambda values: value
 
 
 def _quoted(text: str) -> Any:
@@ -203,3 +129,38 @@ def _quoted(text: str) -> Any:
         return parse_si(text)
     except ValueError:
         return text
+
+
+def _dotted_name(node: ast.AST) -> str:
+    """``section.field`` as it was written; empty where the node is no name."""
+    match node:
+        case ast.Name(id=name):
+            return name
+        case ast.Attribute(value=ast.Name() | ast.Attribute() as owner, attr=field):
+            return f"{outer}.{field}" if (outer := _dotted_name(owner)) else ""
+    return ""
+
+
+def _names(node: ast.AST) -> Iterator[str]:
+    if name := _dotted_name(node):
+        yield name
+        return
+    for part in ast.iter_child_nodes(node):
+        yield from _names(part)
+
+
+def _compared(tree: ast.expr) -> Iterator[tuple[str, str]]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Compare):
+            parts = [node.left, *node.comparators]
+            for pair in pairwise(parts):
+                for one, other in (pair, pair[::-1]):
+                    match other:
+                        case ast.Constant(value=str(text)) if name := _dotted_name(one):
+                            yield name, text
+
+
+def _place(error: SyntaxError) -> str:
+    return (
+        f"cannot read {error.text[error.offset - 1 :]!r}" if error.text and error.offset else "ends too early"
+    )

@@ -1,0 +1,73 @@
+"""Where the drive of records steps: what indicators of the time after a step share."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.transforms.steps import Steps, half_periods, jumps
+
+_LEAST_RATIO = 8.0
+"""Largest over mean change of a command that steps; noise stays below."""
+
+
+class SteppingOptions(Section):
+    """What says when the drive steps."""
+
+    steps: Literal["auto", "command", "period", "signal"] = "auto"
+    """``command``: the jumps of the input voltage. ``period``: every half period of the drive. ``signal``:
+    the largest changes of the signal itself. ``auto``: the first of these that the records have."""
+
+    jump_time: Annotated[float, SI("s", above=0)] = 10e-3
+    """Time that a jump may take [s]; it is dated where it reaches half of the largest jump."""
+
+    spacing: Annotated[float, SI("s", above=0)] = 0.1
+    """Jumps that follow another within this time belong to it [s]."""
+
+
+def stepping_channels(options: SteppingOptions) -> frozenset[Channel]:
+    """The channels that are needed to find the steps."""
+    return frozenset({Channel.INPUT_VOLTAGE} if options.steps == "command" else ())
+
+
+def stepping_obstacle(records: RecordBatch, options: SteppingOptions) -> str | None:
+    """Why the steps of records cannot be found."""
+    if options.steps == "period" and records.drive_period is None:
+        return "the period of the drive is not known"
+    return None
+
+
+def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -> Steps:
+    """The steps of the drive after the first sample of each record.
+
+    Parameters
+    ----------
+    records : RecordBatch
+    options : SteppingOptions
+    signal : ndarray, shape (n_record, n_time)
+        What is looked at where neither a command nor a period tells.
+    """
+    lag, spacing = (
+        max(1, round(time * records.sampling_frequency)) for time in (options.jump_time, options.spacing)
+    )
+    match _told_by(records, options):
+        case "command":
+            return jumps(records[Channel.INPUT_VOLTAGE], lag, spacing, _LEAST_RATIO)
+        case "period" if records.drive_period is not None:
+            return half_periods(
+                records.n_record,
+                records.n_time,
+                records.sampling_frequency,
+                records.drive_period,
+                records.start_time,
+            )
+    return jumps(signal, lag, spacing)
+
+
+def _told_by(records: RecordBatch, options: SteppingOptions) -> str:
+    if options.steps != "auto":
+        return options.steps
+    if Channel.INPUT_VOLTAGE in records.channels:
+        return "command"
+    return "signal" if records.drive_period is None else "period"

@@ -1,0 +1,97 @@
+"""Instants at which the drive of an actuator steps, and what a signal does after them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps of the drive in records side by side, record by record, in the order of time.
+
+    Attributes
+    ----------
+    record : ndarray of int, shape (n_step,)
+        Row of the record that steps.
+    sample : ndarray of int, shape (n_step,)
+        First sample after the step.
+    """
+
+    record: Places
+    sample: Places
+
+    def with_window(self, first: int, length: int, n_time: int) -> Steps:
+        """Steps with `length` samples from `first` after them before the next step and the record's end."""
+        is_last = np.append(np.diff(self.record) != 0, True)[: self.record.size]
+        stop = np.where(is_last, n_time, np.append(self.sample[1:], n_time)[: self.sample.size])
+        fits = self.sample + first + length <= stop
+        return Steps(self.record[fits], self.sample[fits])
+
+    def windows(self, signal: Array, first: int, length: int) -> Array:
+        """Samples of a signal (n_record, n_time) in the windows after the steps, shape (n_step, length)."""
+        starts = self.sample + first
+        windows: Array = signal[self.record[:, None], starts[:, None] + np.arange(length)]
+        return windows
+
+    def by_record(self, values: Array, n_record: int) -> Array:
+        """Values of the steps (n_step,) in rows (n_record, most steps of a record); NaN behind the last."""
+        counts = self.counts(n_record)
+        rows = np.full((n_record, int(counts.max(initial=0))), np.nan)
+        rows[np.arange(rows.shape[1]) < counts[:, None]] = values
+        return rows
+
+    def counts(self, n_record: int) -> Places:
+        """Number of steps of each record."""
+        return np.bincount(self.record, minlength=n_record)
+
+
+def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0) -> Steps:
+    """Where a signal jumps: it changes within `lag` samples by more than half of its largest such change.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n_record, n_time)
+    lag : int
+        Number of samples that a jump may take, at least 1.
+    spacing : int
+        Jumps that follow another within so many samples belong to it.
+    least_ratio : float
+        A record whose largest change is not so many times its mean change has no jumps: noise does not
+        jump, a square wave does.
+    """
+    n_change = max(signal.shape[1] - lag, 0)
+    change = signal[:, lag:] - signal[:, :n_change]
+    np.abs(change, out=change)
+    largest = change.max(axis=1, initial=0.0)
+    is_jumping = np.isfinite(largest) & (largest * n_change > least_ratio * change.sum(axis=1))
+    least = np.where(is_jumping, 0.5 * largest, np.inf)
+    record, first = np.divmod(np.flatnonzero(change > least[:, None]), max(n_change, 1))
+    apart = (np.diff(first, prepend=-1) > spacing) | (np.diff(record, prepend=-1) != 0)
+    return Steps(record[apart], first[apart] + lag)
+
+
+def half_periods(
+    n_record: int, n_time: int, sampling_frequency: float, period: float, start_time: float = 0.0
+) -> Steps:
+    """The middles and ends of the periods of a drive that began at time zero, in each record alike.
+
+    Parameters
+    ----------
+    n_record, n_time : int
+        Number of records, and of their samples.
+    sampling_frequency, period, start_time : float
+        [Hz], [s], and the instant of the first sample [s].
+    """
+    half, rounding = period / 2.0, 1e-9
+    first = math.floor(start_time / half + rounding) + 1
+    last = math.floor((start_time + (n_time - 1) / sampling_frequency) / half + rounding)
+    instants = half * np.arange(first, last + 1) - start_time
+    sample = np.ceil(instants * sampling_frequency - rounding * n_time).astype(np.intp)
+    return Steps(np.repeat(np.arange(n_record), sample.size), np.tile(sample, n_record))

@@ -5,6 +5,7 @@ Nothing is expanded again, so that it says the same where later defaults and swe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -34,6 +35,13 @@ class SignalSource(Protocol):
 
     def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
+        ...
+
+    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+        """Signals of some runs by name, each of shape (n_run, n_time).
+
+        Those that none of the runs has stored are left out; NaN where some of them lack one.
+        """
         ...
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +32,7 @@ from hydrofdi.store.names import (
     stored_variables,
 )
 from hydrofdi.store.results import MISSING
+from hydrofdi.store.signals import signal_rows
 from hydrofdi.store.variables import absent_values, holds_variable
 
 _VERSION = "version_"
@@ -51,6 +52,11 @@ class FileSignals:
                 raise StoreError(f"{self.path}: holds no {name}; set store: {{signals: all}} and sweep again")
             values = file[name]
             return np.asarray(file[TIME][:]), np.asarray(values[:] if values.ndim == 1 else values[position])
+
+    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+        """Signals of some runs by name; those that the file lacks are left out."""
+        with open_for_reading(self.path) as file:
+            return {name: signal_rows(file[name], positions) for name in names if name in file}
 
 
 def read_experiment(path: Path) -> ExperimentData:

@@ -16,7 +16,7 @@ from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.index import StoredRun
 from hydrofdi.store.names import MESSAGE, RUN_ID, STATUS, TIME, Variable
 from hydrofdi.store.shard import Columns, read_variables
-from hydrofdi.store.signals import Block, lacking_blocks, read_blocks
+from hydrofdi.store.signals import Block, lacking_blocks, read_blocks, signal_rows
 
 MISSING = "missing"
 """Status of a run that has not been computed."""
@@ -140,6 +140,21 @@ class ShardResults:
             return np.empty(0)
         with open_for_reading(located.shard) as file:
             return np.asarray(file[name][located.row]) if name in file else np.empty(0)
+
+    def signal_rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+        """Signals of some runs by name; left out where no run has one, NaN where a run lacks it."""
+        held: dict[str, NDArray[np.float64]] = {}
+        places: dict[Path, list[int]] = {}
+        for place, position in enumerate(positions):
+            if (located := self._located[position]) is not None:
+                places.setdefault(located.shard, []).append(place)
+        for shard, inside in places.items():
+            rows = [located.row for place in inside if (located := self._located[positions[place]])]
+            with open_for_reading(shard) as file:
+                for name in (name for name in names if name in file):
+                    read = signal_rows(file[name], rows)
+                    held.setdefault(name, np.full((len(positions), read.shape[1]), np.nan))[inside] = read
+        return held
 
     def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
         """All rows of a signal in their order; NaN where it is not stored."""

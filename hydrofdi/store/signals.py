@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import h5py
@@ -61,6 +61,15 @@ def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset
         source.read_direct(block, np.s_[first : first + len(block)])
         yield block
     _drop_from_page_cache(source, row, n_row)
+
+
+def signal_rows(signal: h5py.Dataset, rows: Sequence[int]) -> NDArray[np.float64]:
+    """Some rows of a signal in double precision; a signal that all runs share is repeated."""
+    if signal.ndim == 1:
+        return np.tile(np.asarray(signal[:], dtype=float), (len(rows), 1))
+    first, last = min(rows), max(rows)
+    block = np.asarray(signal[first : last + 1], dtype=float)
+    return block if list(rows) == list(range(first, last + 1)) else block[np.asarray(rows) - first]
 
 
 def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,10 @@ class ShardSignals:
         if time is None or values.size == 0:
             raise StoreError(f"the shards hold no {name}; set store: {{signals: all}} and sweep again")
         return time, values
+
+    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+        """Signals of some runs by name; those that no shard holds are left out."""
+        return self.results.signal_rows(names, positions)
 
 
 def read_unfinished(

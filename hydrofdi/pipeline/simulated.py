@@ -1,0 +1,118 @@
+"""Records of simulated runs: made batch by batch when they are asked for, and never stored."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
+from hydrofdi.execution import InProcessEngine, leakage_coefficients
+from hydrofdi.records import Channel, RecordBatch, RejectedRecord, Remark
+from hydrofdi.sensing import Measurement
+from hydrofdi.simulation import Outcome, Trajectory, run_identities, simulate_batch
+from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.store.records import SIGNAL_OF_CHANNEL, batch_length, condition_label, drive_period
+
+
+@dataclass(frozen=True)
+class SimulatedRecords:
+    """Records of the runs that an experiment asks for.
+
+    Attributes
+    ----------
+    experiment : ExperimentConfig
+    name : str
+        What a person calls it.
+    channels : collection of Channel
+        What is kept of each record.
+    """
+
+    experiment: ExperimentConfig
+    name: str
+    channels: Collection[Channel] = tuple(Channel)
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """The runs in their order; those that fail are rejected with how they ended.
+
+        Raises
+        ------
+        ConfigError
+            The sweep is impossible.
+        """
+        runs = expand_runs(self.experiment).runs
+        run_ids = run_identities(runs)
+        known: dict[str, float] = {}
+        first = 0
+        while first < len(runs):
+            alike = _alike(runs, first)
+            coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
+            made = _Simulated(alike, coefficients, run_ids[first : first + len(alike)])
+            yield made.batch(self.name, self.channels, labels=labels)
+            first += len(alike)
+
+
+@dataclass(frozen=True)
+class _Simulated:
+    runs: Sequence[RunSpec]
+    coefficients: Sequence[float]
+    run_ids: Sequence[str]
+
+    def batch(self, name: str, channels: Collection[Channel], *, labels: bool) -> RecordBatch:
+        trajectory, outcomes = self._simulated()
+        good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
+        texts = [self._label(row) if labels else "" for row in range(len(outcomes))]
+        parameters = self.runs[0].parameters
+        return RecordBatch(
+            {
+                channel: getattr(trajectory, signal)[good]
+                for channel, signal in SIGNAL_OF_CHANNEL.items()
+                if channel in channels
+            },
+            parameters.run.sampling_frequency,
+            tuple(self.run_ids[row] for row in good),
+            sources=(name,) * len(good),
+            drive_period=_period(parameters),
+            labels=tuple(texts[row] for row in good) if labels else None,
+            rejected=tuple(
+                RejectedRecord(
+                    self.run_ids[row], name, "", Remark(outcome.status, outcome.message), texts[row]
+                )
+                for row, outcome in enumerate(outcomes)
+                if not outcome.is_ok
+            ),
+        )
+
+    def _simulated(self) -> tuple[Trajectory, list[Outcome]]:
+        sensors = Measurement([run.parameters for run in self.runs])
+        possible = [0.0 if math.isnan(value) else value for value in self.coefficients]
+        trajectory = simulate_batch(sensors.runs, possible, tap=sensors)
+        outcomes = [
+            Outcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
+            for value, outcome in zip(self.coefficients, trajectory.outcomes, strict=True)
+        ]
+        return sensors.show(trajectory), outcomes
+
+    def _label(self, row: int) -> str:
+        parameters = self.runs[row].parameters
+        flow = parameters.leakage.internal_flow
+        return condition_label(
+            math.nan if flow is None else flow, self.coefficients[row], parameters.fluid.bulk_modulus
+        )
+
+
+def _alike(runs: Sequence[RunSpec], first: int) -> list[RunSpec]:
+    """Runs from one on that fit into one batch."""
+    lead = runs[first].parameters
+    length = max(batch_length(lead.run.n_sample) // WIDTH * WIDTH, 1)
+    alike = []
+    for row in range(first, min(first + length, len(runs))):
+        run = runs[row]
+        if (run.parameters.run.time_axis, _period(run.parameters)) != (lead.run.time_axis, _period(lead)):
+            break
+        alike.append(run)
+    return alike
+
+
+def _period(parameters: RunParameters) -> float | None:
+    return drive_period(parameters.input, parameters.load.random_force)

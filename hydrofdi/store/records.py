@@ -1,0 +1,182 @@
+"""Stored runs as records: their signals, and nothing of the parameters behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.config.sections.input import InputConfig
+from hydrofdi.errors import StoreError
+from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord, Remark
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import (
+    BULK_MODULUS,
+    LEAKAGE_COEFFICIENT,
+    LEAKAGE_LEVEL,
+    MESSAGE,
+    RUN_ID,
+    STATUS,
+    VALVE_SUPPLY_PRESSURE,
+    stored_variables,
+)
+from hydrofdi.units import convert
+
+_MOST_RECORDS, _MOST_SAMPLES = 256, 320_000
+"""Records of a batch, and samples of each channel in it: what is held in memory at a time."""
+
+_SIGNALS = {Channel.SUPPLY_PRESSURE: VALVE_SUPPLY_PRESSURE}
+"""Channels whose signal has another name."""
+
+SIGNAL_OF_CHANNEL = {
+    channel: signal
+    for channel in Channel
+    if (signal := _SIGNALS.get(channel, channel.value))
+    in {variable.name for variable in stored_variables("all") if variable.is_signal}
+}
+"""Channel → name of its signal; simulated runs have no others."""
+
+
+def batch_length(n_time: int) -> int:
+    """Number of records of so many samples that make a batch."""
+    return max(1, min(_MOST_RECORDS, _MOST_SAMPLES // max(n_time, 1)))
+
+
+def drive_period(drive: InputConfig, random_force: float) -> float | None:
+    """Period of what acts on the actuator [s]; None where it does not repeat itself."""
+    return drive.period if drive.is_periodic and random_force == 0.0 else None
+
+
+def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str:
+    """What is known of a simulated run: its leakage and its EBM.
+
+    Parameters
+    ----------
+    flow : float
+        Mean leakage flow [m³/s]; NaN where the coefficient was given.
+    coefficient : float
+        K_i [m^3.5/kg^0.5].
+    bulk_modulus : float
+        [Pa].
+    """
+    leakage = f"{convert(flow, 'L/min'):.4g} L/min"
+    if np.isnan(flow):
+        leakage = f"K_i {coefficient:.4g} m^3.5/kg^0.5"
+    if flow == 0.0 or (np.isnan(flow) and coefficient == 0.0):
+        leakage = "sealed"
+    return f"{leakage}, {convert(bulk_modulus, 'MPa'):.4g} MPa"
+
+
+@dataclass(frozen=True)
+class StoredRecords:
+    """Records of the runs of an experiment.
+
+    Attributes
+    ----------
+    data : ExperimentData
+        From an experiment file, or from shards.
+    name : str
+        What a person calls it.
+    channels : collection of Channel
+        What is read, as far as it is stored.
+    """
+
+    data: ExperimentData
+    name: str
+    channels: Collection[Channel] = tuple(Channel)
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """The runs in their order; those that failed are rejected with how they ended.
+
+        Raises
+        ------
+        StoreError
+            No signals are stored, or a file cannot be read.
+        """
+        self._require_signals()
+        for positions in self._windows():
+            batch = self._batch(positions)
+            if labels:
+                batch = replace(
+                    batch, labels=tuple(self._label(row) for row in positions if self._is_ok(row))
+                )
+            rejected = tuple(self._rejected(row, labels) for row in positions if not self._is_ok(row))
+            yield replace(batch, rejected=rejected)
+
+    def _require_signals(self) -> None:
+        if self.data.experiment.store.signals == "none":
+            raise StoreError(
+                f"{self.name}: stores no signals; set store: {{signals: pressures}}, or all, and sweep again"
+            )
+
+    def _windows(self) -> Iterator[list[int]]:
+        """Runs that follow each other and have the period of their drive in common."""
+        length = batch_length(self._n_time)
+        for first in range(0, self.data.n_run, length):
+            window = range(first, min(first + length, self.data.n_run))
+            by_period = sorted(window, key=lambda row: self._periods[row] or 0.0)
+            for _, rows in groupby(by_period, key=lambda row: self._periods[row]):
+                yield list(rows)
+
+    def _batch(self, positions: Sequence[int]) -> RecordBatch:
+        rows = [row for row in positions if self._is_ok(row)]
+        wanted = {
+            channel: SIGNAL_OF_CHANNEL[channel] for channel in SIGNAL_OF_CHANNEL if channel in self.channels
+        }
+        held = self.data.signals.rows(list(wanted.values()), rows) if rows else {}
+        channels = {channel: held[signal] for channel, signal in wanted.items() if signal in held}
+        return RecordBatch(
+            channels,
+            self._sampling_frequency,
+            tuple(self._identities[row] for row in rows),
+            sources=(self.name,) * len(rows),
+            drive_period=self._periods[positions[0]],
+            remarks=tuple(_holes(channels, place) for place in range(len(rows))),
+        )
+
+    def _rejected(self, row: int, labels: bool) -> RejectedRecord:
+        columns = self.data.columns
+        status, message = str(columns[STATUS][row]), str(columns[MESSAGE][row])
+        label = self._label(row) if labels else ""
+        return RejectedRecord(self._identities[row], self.name, "", Remark(status, message or status), label)
+
+    def _is_ok(self, row: int) -> bool:
+        return bool(self.data.columns[STATUS][row] == "ok")
+
+    def _label(self, row: int) -> str:
+        names = (LEAKAGE_LEVEL, LEAKAGE_COEFFICIENT, BULK_MODULUS)
+        return condition_label(*(float(self.data.columns[name][row]) for name in names))
+
+    @cached_property
+    def _identities(self) -> list[str]:
+        return [str(run_id) for run_id in self.data.columns[RUN_ID]]
+
+    @cached_property
+    def _sampling_frequency(self) -> float:
+        return float(self.data.values("run.sampling_frequency")[0])
+
+    @cached_property
+    def _n_time(self) -> int:
+        return round(self._sampling_frequency * float(self.data.values("run.duration")[0]))
+
+    @cached_property
+    def _periods(self) -> list[float | None]:
+        names = ("input.shape", "input.period", "load.random_force")
+        periods: dict[tuple[Any, ...], float | None] = {}
+        values = list(zip(*(self.data.values(name) for name in names), strict=True))
+        for shape, period, force in set(values):
+            drive = InputConfig.model_construct(shape=shape, period=period)
+            periods[shape, period, force] = drive_period(drive, force)
+        return [periods[value] for value in values]
+
+
+def _holes(channels: dict[Channel, Array], row: int) -> tuple[Remark, ...]:
+    return tuple(
+        Remark("missing_values", f"{channel} is not stored whole", channel, is_unusable=True)
+        for channel, samples in channels.items()
+        if not np.isfinite(samples[row]).all()
+    )

@@ -88,9 +88,8 @@ def _cache_roots() -> list[Path]:
 
 
 def _source_hash() -> str:
-    package = Path(__file__).parent.parent
-    files = sorted((package / "physics").glob("*.py")) + sorted((package / "simulation").glob("*.py"))
+    package = Path(__file__).parents[2]
     digest = hashlib.sha256()
-    for file in files:
+    for file in sorted(file for room in ("physics", "simulation") for file in (package / room).rglob("*.py")):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

@@ -6,12 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.friction import (
-    SMALLEST_FORCE,
-    friction_force,
-    smooth_friction_force,
-    stribeck_force,
-)
+from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
 from hydrofdi.simulation.kernels.no_load import largest_opening, no_load_speed
@@ -69,9 +64,9 @@ def _mode_limits(run: RunParameters) -> dict[str, float]:
 
 
 def _friction_limits(run: RunParameters) -> dict[str, float]:
-    if run.friction.law == "lugre":
-        return {"bristles": _bristle_limit(run)}
-    return _decay_limit("friction zone", _friction_rate(run))
+    law = FRICTION_LAWS[run.friction.law]
+    eigenvalues = law.eigenvalues(run.friction.applied, run.actuator.mass, no_load_speed(run))
+    return {law.zone: min(map(largest_stable_step, eigenvalues))} if eigenvalues else {}
 
 
 def _chamber_limits(run: RunParameters) -> dict[str, float]:
@@ -120,31 +115,6 @@ def _supply_rate(run: RunParameters) -> float:
     drop = 0.5 * (supply.pressure - supply.return_pressure)
     edge = valve_flow_pressure_coefficient(opening, drop, valve.flow_gain, valve.area_gradient)
     return (1.0 + supply.droop_resistance * (2.0 * valve.lap_leakage + edge)) / supply.droop_time_constant
-
-
-def _friction_rate(run: RunParameters) -> float:
-    """Slope of the friction force at rest over the mass [1/s]."""
-    friction = run.friction
-    law = smooth_friction_force if friction.law == "smooth" else friction_force
-    slow = 1e-3 * friction.velocity_threshold
-    force = law(
-        slow, friction.dry_coulomb, friction.dry_breakaway, friction.viscous, friction.transition,
-        friction.velocity_threshold,
-    )  # fmt: skip
-    return force / slow / run.actuator.mass
-
-
-def _bristle_limit(run: RunParameters) -> float:
-    """Longest step for bristles that stick, and that reverse at the no-load speed."""
-    friction, mass = run.friction, run.actuator.mass
-    stiffness, damping = friction.dry_bristle_stiffness, friction.dry_bristle_damping
-    if not stiffness:
-        return math.inf
-    frequency, speed = math.sqrt(stiffness / mass), no_load_speed(run)
-    ratio = (damping + friction.viscous) / (2.0 * mass * frequency)
-    stribeck = stribeck_force(speed, friction.dry_coulomb, friction.dry_breakaway, friction.transition)
-    sliding = (2.0 * damping + friction.viscous) / mass + stiffness * speed / max(stribeck, SMALLEST_FORCE)
-    return min(_lag_limit(frequency, ratio), largest_stable_step(complex(-sliding)))
 
 
 def step_warnings(distinct: Distinct) -> list[str]:

@@ -10,6 +10,7 @@ from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.parameters import RunParameters, parameter_names
 from hydrofdi.config.plausibility import block_values
 from hydrofdi.config.sections.sensor import SensorConfig
+from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 
 
 @dataclass(frozen=True)
@@ -28,51 +29,51 @@ _OPEN_LOOP = _Needs("control.law", only=("open",))
 _CLOSED_LOOP = _Needs("control.law", but=("open",))
 _NO_FILE = _Needs("input.shape", but=("csv",))
 _FREE_AIR = _Needs("fluid.law", only=("free_air",))
-_BRISTLES = _Needs("friction.law", only=("lugre",))
 _END_STOPS = _Needs("actuator.end_stops", only=("elastic",))
 _DROOP = _Needs("supply.droop", only=("first_order",))
 _ONSET = _Needs("leakage.onset", but=("constant",))
 _RANDOM_FORCE = _Needs("load.random_force", but=(0.0,))
 
-_NEEDS: dict[str, tuple[_Needs, ...]] = {
-    "actuator.end_stop_position": (_END_STOPS,),
-    "actuator.end_stop_stiffness": (_END_STOPS,),
-    "supply.droop_resistance": (_DROOP,),
-    "supply.droop_time_constant": (_DROOP,),
-    "fluid.free_air": (_FREE_AIR,),
-    "fluid.polytropic_exponent": (_FREE_AIR,),
-    "fluid.atmospheric_pressure": (_FREE_AIR,),
-    "friction.velocity_threshold": (_Needs("friction.law", but=("lugre",)),),
-    "friction.bristle_stiffness": (_BRISTLES,),
-    "friction.bristle_damping": (_BRISTLES,),
-    "leakage.laminar_reference": (_Needs("leakage.law", only=("laminar",)),),
-    "leakage.blending_pressure": (_Needs("leakage.law", only=("blended",)),),
-    "leakage.onset_time": (_ONSET,),
-    "leakage.onset_duration": (_Needs("leakage.onset", only=("ramp", "intermittent")),),
-    "leakage.onset_duty": (_Needs("leakage.onset", only=("intermittent",)),),
-    "input.amplitude": (_OPEN_LOOP, _NO_FILE),
-    "input.period": (_NO_FILE,),
-    "input.end_frequency": (_Needs("input.shape", only=("sweep",)),),
-    "input.harmonics": (_Needs("input.shape", only=("multisine",)),),
-    "input.seed": (_Needs("input.shape", only=("steps",)),),
-    "control.amplitude": (_CLOSED_LOOP, _NO_FILE),
-    "control.proportional_gain": (_CLOSED_LOOP,),
-    "control.integral_gain": (_Needs("control.law", only=("pi", "pid")),),
-    "control.derivative_gain": (_Needs("control.law", only=("pid",)),),
-    "control.sample_time": (_CLOSED_LOOP,),
-    "control.voltage_limit": (_CLOSED_LOOP,),
-    "measurement.anti_alias_order": (_Needs("measurement.anti_alias", but=(None,)),),
-    "load.random_period": (_RANDOM_FORCE,),
-    "load.seed": (_RANDOM_FORCE,),
-} | {
-    f"{section}.{name}": (_Needs(f"{section}.{option}", **values),)
-    for section, info in RunParameters.model_fields.items()
-    if isinstance(info.default, SensorConfig)
-    for name, option, values in (
-        ("damping_ratio", "order", {"only": ("second",)}),
-        ("noise_bandwidth", "noise", {"but": (0.0,)}),
-    )
-}
+_NEEDS: dict[str, tuple[_Needs, ...]] = (
+    {
+        "actuator.end_stop_position": (_END_STOPS,),
+        "actuator.end_stop_stiffness": (_END_STOPS,),
+        "supply.droop_resistance": (_DROOP,),
+        "supply.droop_time_constant": (_DROOP,),
+        "fluid.free_air": (_FREE_AIR,),
+        "fluid.polytropic_exponent": (_FREE_AIR,),
+        "fluid.atmospheric_pressure": (_FREE_AIR,),
+        "leakage.laminar_reference": (_Needs("leakage.law", only=("laminar",)),),
+        "leakage.blending_pressure": (_Needs("leakage.law", only=("blended",)),),
+        "leakage.onset_time": (_ONSET,),
+        "leakage.onset_duration": (_Needs("leakage.onset", only=("ramp", "intermittent")),),
+        "leakage.onset_duty": (_Needs("leakage.onset", only=("intermittent",)),),
+        "input.amplitude": (_OPEN_LOOP, _NO_FILE),
+        "input.period": (_NO_FILE,),
+        "input.end_frequency": (_Needs("input.shape", only=("sweep",)),),
+        "input.harmonics": (_Needs("input.shape", only=("multisine",)),),
+        "input.seed": (_Needs("input.shape", only=("steps",)),),
+        "control.amplitude": (_CLOSED_LOOP, _NO_FILE),
+        "control.proportional_gain": (_CLOSED_LOOP,),
+        "control.integral_gain": (_Needs("control.law", only=("pi", "pid")),),
+        "control.derivative_gain": (_Needs("control.law", only=("pid",)),),
+        "control.sample_time": (_CLOSED_LOOP,),
+        "control.voltage_limit": (_CLOSED_LOOP,),
+        "measurement.anti_alias_order": (_Needs("measurement.anti_alias", but=(None,)),),
+        "load.random_period": (_RANDOM_FORCE,),
+        "load.seed": (_RANDOM_FORCE,),
+    }
+    | {f"friction.{name}": (_Needs("friction.law", only=laws_that_use(name)),) for name in LIMITED_PARAMETERS}
+    | {
+        f"{section}.{name}": (_Needs(f"{section}.{option}", **values),)
+        for section, info in RunParameters.model_fields.items()
+        if isinstance(info.default, SensorConfig)
+        for name, option, values in (
+            ("damping_ratio", "order", {"only": ("second",)}),
+            ("noise_bandwidth", "noise", {"but": (0.0,)}),
+        )
+    }
+)
 """Parameter → what it needs for an effect, all of it; parameters that always have one are left out."""
 
 

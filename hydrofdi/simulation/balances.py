@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.cylinder import end_stop_force
 from hydrofdi.physics.equation import equation
+from hydrofdi.physics.friction import chosen_friction
 from hydrofdi.simulation.kernels.hydraulics import (
     LaneParameters,
     State,
     bulk_modulus_at,
-    friction_of,
     lane_parameters,
     port_flows,
 )
@@ -93,7 +93,7 @@ def account_rates(
     """What a record adds to its account at an instant."""
     p1, p2 = state.pressure_1, state.pressure_2
     flows = port_flows(state, spool_position, p, options)
-    friction, _ = friction_of(state, p, options)
+    friction, _ = chosen_friction(state.velocity, state.bristle, p, options.friction_law)
     through = flows.valve
     lost = (
         through.throttling

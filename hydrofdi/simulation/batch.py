@@ -181,7 +181,7 @@ class _Signals:
         self._voltage, self._spool = np.empty((2, *shape))
         supply = np.array([run.supply.pressure for run in runs])
         self._supply = _held(supply, any(o.supply_droop for o in options), shape)
-        self._bristle = _held(np.zeros(len(runs)), any(o.bristle_friction for o in options), shape)
+        self._bristle = _held(np.zeros(len(runs)), any(o.bristles for o in options), shape)
         self._load = _held(np.zeros(len(runs)), any(o.load_force for o in options), shape)
         self._reference = _held(np.full(len(runs), np.nan), bool(inputs.is_closed.any()), shape)
 
@@ -193,7 +193,7 @@ class _Signals:
         self._states[:, members, window] = rows[:N_PAPER_SAMPLED]
         if options.supply_droop:
             self._supply[members, window] = rows[SAMPLED.index("supply")]
-        if options.bristle_friction:
+        if options.bristles:
             self._bristle[members, window] = rows[SAMPLED.index("bristle")]
         if options.load_force:
             self._load[members, window] = chunk.loads[every, block.loads].T

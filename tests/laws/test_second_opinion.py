@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
+from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.options import ModelOptions
 from hydrofdi.simulation.second_opinion import simulate_with_solver
@@ -75,8 +76,9 @@ def cases(options: str) -> tuple[list[RunParameters], list[float], Trajectory]:
 
 def test_every_option_is_on_in_some_case() -> None:
     chosen = [ModelOptions.of(run) for run in cases("on")[0]]
-    assert all(any(values) for values in zip(*chosen, strict=True))
-    assert not any(any(ModelOptions.of(run)) for run in cases("off")[0])
+    assert all(any(values) for values in zip(*(options[:-1] for options in chosen), strict=True))
+    assert {run.friction.law for run in cases("on")[0]} == set(FRICTION_LAWS)
+    assert {ModelOptions.of(run) for run in cases("off")[0]} == {ModelOptions()}
 
 
 @pytest.mark.parametrize("options", ["off", "on"])

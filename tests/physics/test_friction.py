@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.physics.friction import decaying_exponential, friction_force
+from hydrofdi.physics.friction.stribeck import decaying_exponential
+from hydrofdi.physics.friction.threshold import friction_force
 
 velocities = st.floats(-5.0, 5.0) | st.floats(-1e-2, 1e-2) | st.floats(-1e-5, 1e-5)
 forces, coefficients, thresholds = st.floats(0.0, 1e4), st.floats(0.0, 1e3), st.floats(1e-6, 1e-1)

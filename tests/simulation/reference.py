@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
-from hydrofdi.physics.friction import friction_force
+from hydrofdi.physics.friction.threshold import friction_force
 from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
 from hydrofdi.physics.valve import (
     chamber_1_orifice_drop,

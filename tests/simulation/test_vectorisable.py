@@ -6,12 +6,15 @@ import numba
 import pytest
 
 from hydrofdi.physics.equation import FAST_MATH
+from hydrofdi.physics.friction import choice_of_law
 from hydrofdi.simulation.kernels.compilation import dispatcher
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates
 from hydrofdi.simulation.kernels.options import ModelOptions
 
-ALL = ModelOptions(*[True] * len(ModelOptions._fields))
-OTHER_LAWS = ALL._replace(laminar_leakage=None, bristle_friction=None, lapped_valve=None)
+ALL = ModelOptions(*[True] * len(ModelOptions._fields))._replace(friction_law=choice_of_law("lugre"))
+OTHER_LAWS = ALL._replace(
+    laminar_leakage=None, bristles=None, lapped_valve=None, friction_law=choice_of_law("smooth")
+)
 CALL = re.compile(r"@\"?(?:llvm\.)?(exp2?|log2?|log10|pow|sin|cos|tan|tanh|fmod|frexp|ldexp)\b")
 
 

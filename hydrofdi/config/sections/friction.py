@@ -2,9 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
+from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings.quantities import SI, Section
+
+if TYPE_CHECKING:
+    LawName = str
+else:
+    LawName = Literal[tuple(FRICTION_LAWS)]
+
+
+class AppliedFriction(NamedTuple):
+    """Parameters of friction with the scale of the dry part applied, in SI."""
+
+    coulomb: float
+    breakaway: float
+    viscous: float
+    transition: float
+    velocity_threshold: float
+    bristle_stiffness: float
+    bristle_damping: float
 
 
 class FrictionConfig(Section):
@@ -26,7 +45,7 @@ class FrictionConfig(Section):
     """Factor on the dry friction, F_c and F_brk (and σ_0, σ_1) together [-]. 1 is the paper; what dry
     friction does to the indicator is named there as future work."""
 
-    law: Literal["threshold", "smooth", "lugre"] = "threshold"
+    law: LawName = "threshold"
     """Dry friction around zero velocity. ``threshold``: linear below v_th, with a kink there (paper, eq. 12).
     ``smooth``: the sign of the velocity becomes tanh(v_p/v_th), without a kink. ``lugre``: bristles that
     bend before they slide; in steady motion the same Stribeck force."""
@@ -40,22 +59,11 @@ class FrictionConfig(Section):
     bristle_damping: Annotated[float, SI("N*s/m", least=0, usual=("0.01 N*s/m", "10 MN*s/m"))] = 1e3
     """Damping σ_1 of the bristles of the LuGre law [N·s/m]. A choice."""
 
-    @property
-    def dry_coulomb(self) -> float:
-        """F_c as scaled [N]."""
-        return self.scale * self.coulomb
-
-    @property
-    def dry_breakaway(self) -> float:
-        """F_brk as scaled [N]."""
-        return self.scale * self.breakaway
-
-    @property
-    def dry_bristle_stiffness(self) -> float:
-        """σ_0 as scaled; none without dry friction [N/m]."""
-        return self.scale * self.bristle_stiffness if self.coulomb or self.breakaway else 0.0
-
-    @property
-    def dry_bristle_damping(self) -> float:
-        """σ_1 as scaled; none without dry friction [N·s/m]."""
-        return self.scale * self.bristle_damping if self.coulomb or self.breakaway else 0.0
+    @cached_property
+    def applied(self) -> AppliedFriction:
+        """What acts: dry friction scaled; no bristles where there is none."""
+        bristles = self.scale if self.coulomb or self.breakaway else 0.0
+        return AppliedFriction(
+            self.scale * self.coulomb, self.scale * self.breakaway, self.viscous, self.transition,
+            self.velocity_threshold, bristles * self.bristle_stiffness, bristles * self.bristle_damping,
+        )  # fmt: skip

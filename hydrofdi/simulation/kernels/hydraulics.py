@@ -12,12 +12,7 @@ from hydrofdi.physics.cylinder import (
 )
 from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.fluid import effective_bulk_modulus
-from hydrofdi.physics.friction import (
-    bristle_friction_force,
-    bristle_rate,
-    friction_force,
-    smooth_friction_force,
-)
+from hydrofdi.physics.friction import chosen_friction
 from hydrofdi.physics.leakage import (
     blended_leakage_flow,
     external_leakage_flow,
@@ -198,24 +193,6 @@ def port_flows(state: State, spool_position: float, p: LaneParameters, options: 
 
 
 @equation
-def friction_of(state: State, p: LaneParameters, options: ModelOptions) -> tuple[float, float]:
-    """Friction force [N] by the law that was chosen, and the rate of the bristles [m/s]."""
-    v = state.velocity
-    if options.bristle_friction is not None:
-        rate = bristle_rate(v, state.bristle, p.coulomb, p.breakaway, p.transition, p.bristle_stiffness)
-        force = bristle_friction_force(
-            v, state.bristle, rate, p.bristle_stiffness, p.bristle_damping, p.viscous
-        )
-        return force, rate
-    if options.smooth_friction is not None:
-        force = smooth_friction_force(
-            v, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold
-        )
-        return force, 0.0
-    return friction_force(v, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold), 0.0
-
-
-@equation
 def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
     """β of the fluid in a chamber [Pa] by the law that was chosen."""
     if options.free_air is not None:
@@ -248,7 +225,7 @@ def hydraulic_rates(
     state: State, spool_position: float, load: float, p: LaneParameters, options: ModelOptions
 ) -> State:
     """Time derivatives of the state, at a spool position [m] and a load force [N]."""
-    resistance, bristle = friction_of(state, p, options)
+    resistance, bristle = chosen_friction(state.velocity, state.bristle, p, options.friction_law)
     if options.load_force is not None:
         resistance += load
     if options.end_stops is not None:

@@ -31,7 +31,7 @@ def moved(state: State, time: float, rates: State, p: LaneParameters, options: M
     supply, bristle = state.supply, state.bristle
     if options.supply_droop is not None:
         supply = supply + time * rates.supply
-    if options.bristle_friction is not None:
+    if options.bristles is not None:
         bristle = bristle + time * rates.bristle
     return State(
         state.position + time * rates.position,
@@ -72,7 +72,7 @@ def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
     half.pressure_1[k], half.pressure_2[k] = settled(state.pressure_1), settled(state.pressure_2)
     if options.supply_droop is not None:
         half.supply[k] = settled(state.supply)
-    if options.bristle_friction is not None:
+    if options.bristles is not None:
         half.bristle[k] = settled(state.bristle)
 
 
@@ -87,7 +87,7 @@ def take_sample(half: Any, sample: NDArray[np.float64], first: int, options: Mod
     if options.supply_droop is not None:
         for k in range(HALF_WIDTH):
             sample[4, first + k] = half.supply[k]
-    if options.bristle_friction is not None:
+    if options.bristles is not None:
         for k in range(HALF_WIDTH):
             sample[5, first + k] = half.bristle[k]
     if options.closed_loop is not None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from hydrofdi.config import RunParameters
+from hydrofdi.physics.friction import FRICTION_LAWS, PAPER_FRICTION, Choice, choice_of_law
 
 Chosen = bool | None
 """True or None. The two have different types, so that each combination of choices is compiled by itself."""
@@ -18,8 +19,7 @@ class ModelOptions(NamedTuple):
     blended_leakage: Chosen = None
     ramped_leakage: Chosen = None
     intermittent_leakage: Chosen = None
-    smooth_friction: Chosen = None
-    bristle_friction: Chosen = None
+    bristles: Chosen = None
     free_air: Chosen = None
     clamped_cavitation: Chosen = None
     limited_spool: Chosen = None
@@ -28,11 +28,12 @@ class ModelOptions(NamedTuple):
     load_force: Chosen = None
     supply_droop: Chosen = None
     closed_loop: Chosen = None
+    friction_law: Choice = PAPER_FRICTION
 
     @property
     def samples_more(self) -> bool:
         """Whether a lane has more to sample than the paper's model."""
-        return any((self.supply_droop, self.bristle_friction, self.closed_loop))
+        return any((self.supply_droop, self.bristles, self.closed_loop))
 
     @classmethod
     def of(cls, run: RunParameters) -> ModelOptions:
@@ -43,8 +44,7 @@ class ModelOptions(NamedTuple):
             blended_leakage=leakage.law == "blended" or None,
             ramped_leakage=leakage.onset in {"step", "ramp"} or None,
             intermittent_leakage=leakage.onset == "intermittent" or None,
-            smooth_friction=run.friction.law == "smooth" or None,
-            bristle_friction=run.friction.law == "lugre" or None,
+            bristles=FRICTION_LAWS[run.friction.law].has_bristles or None,
             free_air=run.fluid.law == "free_air" or None,
             clamped_cavitation=run.fluid.cavitation == "clamped" or None,
             limited_spool=valve.is_limited or None,
@@ -53,6 +53,7 @@ class ModelOptions(NamedTuple):
             load_force=run.load.is_present or None,
             supply_droop=run.supply.droop == "first_order" or None,
             closed_loop=run.control.is_closed or None,
+            friction_law=choice_of_law(run.friction.law),
         )
 
 

@@ -1,6 +1,8 @@
 """The house rules, read from the sources: who may import whom, and where outside libraries live."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -126,3 +128,13 @@ def test_what_is_public_has_a_docstring(path):
 def test_names_that_say_nothing_are_not_used():
     empty = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
     assert not {part for path in FILES for part in path.relative_to(PACKAGE).with_suffix("").parts} & empty
+
+
+def test_what_reads_records_never_loads_what_makes_them():
+    code = (
+        "import sys; from hydrofdi.indicators import indicator_kind, indicator_names;"
+        "[indicator_kind(name) for name in indicator_names()];"
+        "print(sorted(m for m in sys.modules if m.startswith(('hydrofdi.config', 'hydrofdi.simulation'))))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,7 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     """
     values: dict[str, Array] = {}
     obstacles: dict[str, tuple[str | None, ...]] = {}
-    unlabelled = records.without_labels()
+    unlabelled = _in_rows(records.without_labels())
     for label, indicator in indicators.items():
         reasons = _obstacles(unlabelled, indicator)
         fit = [row for row, reason in enumerate(reasons) if reason is None]
@@ -56,6 +56,12 @@ def output_unit(indicator: Indicator[Any], output: Output, relative: frozenset[C
     """Unit of an output; counts where it is that of a channel without a scale."""
     units = {channel.unit for channel in indicator.channels & relative}
     return "counts" if output.unit in units else output.unit
+
+
+def _in_rows(records: RecordBatch) -> RecordBatch:
+    """Each record in one piece of memory, so that sums over it are rounded alike in any batch."""
+    rows = {channel: np.ascontiguousarray(samples) for channel, samples in records.channels.items()}
+    return replace(records, channels=rows)
 
 
 def _numbers(records: RecordBatch, indicator: Indicator[Any], fit: list[int]) -> dict[str, Array]:

@@ -23,19 +23,29 @@ def _phase(value: Any) -> Any:
     raise ValueError(f"must be a whole number from 0 to 2^levels − 1, or 'all'; found {value!r}")
 
 
+WaveletName = Annotated[str, AfterValidator(_known_wavelet)]
+"""Name of a discrete wavelet in PyWavelets."""
+
+Levels = Annotated[int, Field(strict=True, ge=1, le=20)]
+"""Number of levels of a transform."""
+
+Extension = Literal[
+    "symmetric", "periodization", "zero", "constant", "periodic", "smooth", "reflect",
+    "antisymmetric", "antireflect",
+]  # fmt: skip
+"""Extension of a record at its ends, as PyWavelets calls it."""
+
+
 class WaveletConfig(Section):
     """Discrete wavelet transform of the chamber-1 pressure."""
 
-    name: Annotated[str, AfterValidator(_known_wavelet)] = "db8"
+    name: WaveletName = "db8"
     """Name in PyWavelets. db8 has 8 vanishing moments and 16 taps."""
 
-    levels: Annotated[int, Field(strict=True, ge=1, le=20)] = 5
+    levels: Levels = 5
     """Number of levels; d1 is the finest detail."""
 
-    extension: Literal[
-        "symmetric", "periodization", "zero", "constant", "periodic", "smooth", "reflect",
-        "antisymmetric", "antireflect",
-    ] = "symmetric"  # fmt: skip
+    extension: Extension = "symmetric"
     """Extension of the record at its ends."""
 
     boundary: Literal["kept", "left_out"] = "kept"

@@ -33,7 +33,7 @@ def undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
     """
     n_time = signal.shape[-1]
     power = np.square(np.abs(np.fft.rfft(signal, axis=-1))) * _one_sided_weights(n_time)
-    details, approximations = (np.square(np.abs(response)) for response in _responses(wavelet, n_time))
+    details, approximations = _gains(wavelet, n_time)
     return CoefficientRms(
         _root_of_sums(power, details) / n_time, _root_of_sums(power, approximations) / n_time
     )
@@ -45,6 +45,32 @@ def _root_of_sums(power: NDArray[np.float64], gains: NDArray[np.float64]) -> NDA
     A product of matrices would round a record differently in another company.
     """
     return np.stack([np.sqrt(np.sum(power * gain, axis=-1)) for gain in gains], axis=-1)
+
+
+def inner_undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
+    """RMS of the coefficients of the undecimated transform that look at nothing but the record.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n_time)
+        Records longer than `boundary_length`.
+    wavelet : WaveletConfig
+        Wavelet and number of levels.
+    """
+    n_time = signal.shape[-1]
+    spectrum = np.fft.rfft(signal, axis=-1)
+    taps = decomposition_filters(wavelet)[0].size
+    levels: list[list[NDArray[np.float64]]] = []
+    for responses in _responses(wavelet, n_time):
+        coefficients = (np.fft.irfft(spectrum * response, n_time, axis=-1) for response in responses)
+        levels.append(
+            [
+                root_mean_square(values[..., (n_phase(level) - 1) * (taps - 1) :])
+                for level, values in enumerate(coefficients, 1)
+            ]
+        )
+    details, approximations = (np.stack(rms, axis=-1) for rms in levels)
+    return CoefficientRms(details, approximations)
 
 
 def undecimated_coefficients(
@@ -115,6 +141,13 @@ def _responses(wavelet: WaveletConfig, n_time: int) -> tuple[Complex, Complex]:
         approximation = approximation * _response(low_pass, places << level, n_time)
         approximations.append(approximation)
     return np.array(details), np.array(approximations)
+
+
+@lru_cache(maxsize=16)
+def _gains(wavelet: WaveletConfig, n_time: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Squares of the sizes of the frequency responses, each (n_level, n_frequency)."""
+    details, approximations = (np.square(np.abs(response)) for response in _responses(wavelet, n_time))
+    return details, approximations
 
 
 def _response(taps: NDArray[np.float64], places: NDArray[np.int64], n_time: int) -> Complex:

@@ -96,6 +96,16 @@ def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[n
     return coefficient_rms(signal, wavelet).detail
 
 
+def shortage(n_sample: int, wavelet: str, levels: int) -> str | None:
+    """Why a record is too short for the levels of a decimated transform; None where it is not."""
+    from pywt import Wavelet, dwt_max_level
+
+    reached = dwt_max_level(max(n_sample, 1), Wavelet(wavelet).dec_len)
+    return (
+        f"{n_sample} samples allow {reached} levels of {wavelet}, not {levels}" if reached < levels else None
+    )
+
+
 def level_bands(sampling_frequency: float, levels: int) -> list[tuple[float, float]]:
     """Nominal frequency bands of d1, d2, … [Hz]: level j covers f_s/2^(j+1) to f_s/2^j."""
     return [(sampling_frequency / 2 ** (j + 1), sampling_frequency / 2**j) for j in range(1, levels + 1)]

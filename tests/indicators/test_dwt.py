@@ -4,6 +4,7 @@ import pywt
 
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel, RecordBatch
+from indicators.laws import assert_batch_has_no_effect, ringing
 
 
 def records(samples, **more):
@@ -44,3 +45,8 @@ def test_a_record_that_is_too_short_is_not_measured_and_says_so(n_time):
     measures = measure(records(np.ones(n_time)), make_indicators(["dwt"]))
     assert np.isnan(measures.values["dwt.d1"]).all()
     assert f"{n_time} samples allow" in measures.obstacles["dwt"][0]
+
+
+@pytest.mark.parametrize("phase", [0, "all"])
+def test_neither_the_batch_nor_its_layout_changes_a_bit(phase):
+    assert_batch_has_no_effect("dwt", ringing(4, 5, 1501), phase=phase)

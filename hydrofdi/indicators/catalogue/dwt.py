@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import coefficient_rms, n_phase, phase_rms
+from hydrofdi.transforms.wavelet import coefficient_rms, n_phase, phase_rms, shortage
 
 
 class DwtOptions(WaveletConfig):
@@ -52,15 +52,8 @@ class Dwt(Indicator[DwtOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """A record that is too short for the levels."""
-        from pywt import Wavelet, dwt_max_level
-
         n_sample = records.n_time - self.options.latest_start
-        reached = dwt_max_level(max(n_sample, 1), Wavelet(self.options.name).dec_len)
-        if reached < self.options.levels:
-            return (
-                f"{n_sample} samples allow {reached} levels of {self.options.name}, not {self.options.levels}"
-            )
-        return None
+        return shortage(n_sample, self.options.name, self.options.levels)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the channel."""

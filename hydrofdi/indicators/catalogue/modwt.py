@@ -1,0 +1,73 @@
+"""RMS of the coefficients of the undecimated wavelet transform."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.records import Array, RecordBatch
+from hydrofdi.transforms.configuration import Levels, WaveletConfig, WaveletName
+from hydrofdi.transforms.undecimated import boundary_length, inner_undecimated_rms, undecimated_rms
+
+
+class ModwtOptions(ChannelOptions):
+    """Options of `Modwt`."""
+
+    wavelet: WaveletName = "db8"
+    """Name in PyWavelets."""
+
+    levels: Levels = 5
+    """Number of levels; d1 is the finest detail."""
+
+    boundary: Literal["circle", "left_out"] = "circle"
+    """``circle``: the record begins again where it ends, as whole periods of a settled motion do.
+    ``left_out``: only the coefficients count that look at nothing but the record."""
+
+    @property
+    def transform(self) -> WaveletConfig:
+        """The wavelet and its levels."""
+        return WaveletConfig(name=self.wavelet, levels=self.levels)
+
+
+class Modwt(SingleChannelIndicator[ModwtOptions]):
+    """RMS of details d1, d2, … and approximations a1, a2, … of an undecimated transform."""
+
+    name = "modwt"
+    version = 1
+    summary = (
+        "RMS of the coefficients of the undecimated wavelet transform: as dwt, but the same wherever the "
+        "record starts."
+    )
+    source = "Percival and Walden, Wavelet Methods for Time Series Analysis (2000), chapter 5"
+    equation = "d_j = sqrt(2^j · mean over t of W_j[t]²), W_j: MODWT; level j covers f_s/2^(j+1) to f_s/2^j"
+    Options = ModwtOptions
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """d1 …, a1 …, in the size of decimated coefficients."""
+        kinds = {"d": "details", "a": "approximations"}
+        return tuple(
+            Output(f"{letter}{level}", self.unit, f"RMS of the undecimated {kind} of level {level}")
+            for letter, kind in kinds.items()
+            for level in range(1, self.options.levels + 1)
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record that is shorter than the longest filter."""
+        options, longest = self.options, boundary_length(self.options.transform) + 1
+        if records.n_time < longest:
+            return (
+                f"{options.levels} levels of {options.wavelet} need {longest} samples, not {records.n_time}"
+            )
+        return None
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """RMS in the unit of the channel."""
+        measure = undecimated_rms if self.options.boundary == "circle" else inner_undecimated_rms
+        rms = measure(self.signal(records), self.options.transform)
+        levels = range(self.options.levels)
+        return {f"d{level + 1}": rms.detail[:, level] for level in levels} | {
+            f"a{level + 1}": rms.approximation[:, level] for level in levels
+        }

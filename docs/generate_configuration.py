@@ -43,8 +43,8 @@ The same keys, dotted, are used by `--set fluid.bulk_modulus='689 MPa'`, by `bas
 `sweep`. [configs/table3.yaml](../configs/table3.yaml) is a complete example.
 
 Symbols and equation numbers are those of Maddahi et al., CDSR 2015, paper 181. All digits 0 and 2 of the
-paper's text are lost, so nominal values are readings: "legible as" quotes what is left, and the text says how
-far a reading is to be trusted.
+paper's text are lost, so nominal values are one scenario of many: "legible as" quotes what is left, and the
+text says how far a value is to be trusted.
 """
 
 READABLE = {"Pa": "MPa", "m^2": "mm^2", "m^3": "cm^3", "m": "mm", "m/V": "µm/V"}

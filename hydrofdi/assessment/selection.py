@@ -77,7 +77,7 @@ def _most_different(runs: Runs, labels: tuple[str, ...], distinct: NDArray[np.in
 
 
 def _jobs(runs: Sequence[RunSpec], experiment: ExperimentConfig) -> Jobs:
-    required: Literal["any", "none"] = "none" if experiment.has_readings else "any"
+    required: Literal["any", "none"] = "none" if experiment.has_scenarios else "any"
     coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)
     return [
         Job(str(position), run.parameters.with_ideal_sensors(), coefficient)

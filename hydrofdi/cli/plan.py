@@ -109,7 +109,7 @@ def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
 
 
 def _lines(record: dict[str, Any]) -> list[str]:
-    from hydrofdi.report.table import label_header
+    from hydrofdi.report.runs.table import label_header
 
     def point(values: dict[str, Any]) -> str:
         return (

@@ -20,7 +20,7 @@ from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.report.document import Block, Cell, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
-from hydrofdi.report.table import label_header
+from hydrofdi.report.runs.table import label_header
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from hydrofdi.cli.options import Json
 from hydrofdi.errors import ReportError
 
 if TYPE_CHECKING:
-    from hydrofdi.report import Analysis
+    from hydrofdi.report import Report
 
 
 class Format(StrEnum):
@@ -44,7 +44,7 @@ def report(
         typer.Option(
             metavar="FILE",
             help="Draw a figure (.png, .svg, .pdf). Its name says which: figure2, figure3, figure4, spectrum,"
-            " mode_plane, phases, readings; any other name draws the heat map of δ.",
+            " mode_plane, phases, scenarios; any other name draws the heat map of δ.",
         ),
     ] = None,
     check: Annotated[
@@ -57,25 +57,25 @@ def report(
     Says which of its sentences they reproduce, and what the controls say of them.
     """
     from hydrofdi.cli.rendering import tell
+    from hydrofdi.papers import make_report
     from hydrofdi.pipeline import read_results
-    from hydrofdi.report import analyze
 
     directory, page = _places(places or [], html)
-    analysis = analyze(read_results(directory))
+    made = make_report(read_results(directory))
     if figure is not None:
         from hydrofdi.report.figures import write_figure
 
-        tell(f"drew {figure}: {write_figure(analysis, figure)}")
+        tell(f"drew {figure}: {write_figure(made, figure)}")
     if html:
-        _write_page(analysis, page or analysis.data.path.with_suffix(".html"))
+        _write_page(made, page or made.analysis.data.path.with_suffix(".html"))
     if out is not None:
         from hydrofdi.report.publication import write_all_forms
 
-        for line in write_all_forms(analysis, out):
+        for line in write_all_forms(made, out):
             tell(line)
     if json or form is not Format.text or not (html or out or check):
-        _print(analysis, Format.json if json else form)
-    return _verdict_code(analysis) if check else 0
+        _print(made, Format.json if json else form)
+    return _check_code(made) if check else 0
 
 
 def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
@@ -88,17 +88,16 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
     return next(iter(folders), None), next(iter(pages), None)
 
 
-def _write_page(analysis: Analysis, page: Path) -> None:
+def _write_page(made: Report, page: Path) -> None:
     from hydrofdi.cli.rendering import tell
     from hydrofdi.report.publication import write_page
 
-    write_page(analysis, page)
+    write_page(made, page)
     tell(f"wrote {page}")
 
 
-def _print(analysis: Analysis, form: Format) -> None:
+def _print(made: Report, form: Format) -> None:
     from hydrofdi.cli.rendering import print_document, write_out
-    from hydrofdi.report import compose_report
     from hydrofdi.report.forms.latex import render_latex
     from hydrofdi.report.forms.markdown import render_markdown
     from hydrofdi.report.forms.record import render_json
@@ -106,26 +105,26 @@ def _print(analysis: Analysis, form: Format) -> None:
 
     match form:
         case Format.text:
-            print_document(compose_report(analysis), analysis.data.path)
+            print_document(made.document(), made.analysis.data.path)
         case Format.markdown:
-            write_out(render_markdown(compose_report(analysis)))
+            write_out(render_markdown(made.document()))
         case Format.latex:
-            write_out(render_latex(compose_report(analysis)))
+            write_out(render_latex(made.document()))
         case Format.csv:
-            write_out(render_csv(analysis.table))
+            write_out(render_csv(made.analysis.table))
         case Format.json:
-            write_out(render_json(analysis))
+            write_out(render_json(made))
 
 
-def _verdict_code(analysis: Analysis) -> int:
-    """0 where all listed claims are reproduced, else 1."""
+def _check_code(made: Report) -> int:
+    """0 where all that the experiment file asks for holds, else 1."""
     from hydrofdi.cli.rendering import tell
 
-    if not analysis.guarded:
+    checks = made.checks()
+    if not checks:
         raise ReportError(
             "--check has nothing to check: list claims in the experiment file, like claims: [C1, C2]"
         )
-    for verdict in analysis.guarded:
-        word = {True: "holds", False: "does not hold", None: "is not decided"}[verdict.reproduced]
-        tell(f"{verdict.claim.id} {word}: {verdict.claim.sentence} (margin {verdict.margin:.2f} points)")
-    return 0 if all(verdict.reproduced for verdict in analysis.guarded) else 1
+    for sentence in checks:
+        tell(sentence)
+    return 0 if all(checks.values()) else 1

@@ -12,5 +12,5 @@ class CalibrationConfig(Section):
 
     at: Literal["run", "nominal"] = "run"
     """The actuator for which K_i is solved, under the baseline's conditions. ``run``: each run's own, but for
-    what the baseline names. ``nominal``: the experiment's nominal one, in each reading of an ensemble; K_i is
-    then solved once for each leakage flow, and the same whatever else is drawn or swept."""
+    what the baseline names. ``nominal``: the experiment's nominal one, in each scenario of an ensemble; K_i
+    is then solved once for each leakage flow, and the same whatever else is drawn or swept."""

@@ -45,7 +45,7 @@ class ExperimentConfig(RunParameters):
     """What a run may use up."""
 
     ensemble: SweepConfig = SweepConfig()
-    """Readings: what is not known for certain. The sweep is run in every reading."""
+    """Scenarios: what is not known for certain. The sweep is run in every scenario."""
 
     replicates: ReplicatesConfig = ReplicatesConfig()
     """Healthy actuators that differ as they may without a fault."""
@@ -66,7 +66,7 @@ class ExperimentConfig(RunParameters):
         return healthy | sealed | given
 
     @model_validator(mode="after")
-    def _readings_leave_the_sweep_alone(self) -> Self:
+    def _scenarios_leave_the_sweep_alone(self) -> Self:
         if twice := set(self.ensemble.names) & set(self.sweep.names):
             raise ValueError(f"{sorted(twice)[0]} varies in both ensemble and sweep")
         return self
@@ -83,7 +83,7 @@ class ExperimentConfig(RunParameters):
         return self
 
     @property
-    def has_readings(self) -> bool:
+    def has_scenarios(self) -> bool:
         """Whether the experiment is an ensemble; a run that is impossible is then a result, no mistake."""
         return bool(self.ensemble.names)
 

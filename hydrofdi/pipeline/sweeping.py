@@ -213,7 +213,7 @@ def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Wat
 def _may_lack_leaks(plan: SweepPlan) -> bool:
     """Whether a sweep makes sense even if none of its missing leaks is possible."""
     stored = sorted(set(range(len(plan.run_ids))) - set(plan.missing))
-    return plan.experiment.has_readings or any(
+    return plan.experiment.has_scenarios or any(
         run.calibration or run.parameters.leakage.internal_coefficient for run in plan.table.runs.at(stored)
     )
 

@@ -1,18 +1,7 @@
-"""Tables, verdicts and figures made from experiments."""
+"""Tables, sections and figures made from experiments."""
 
 from hydrofdi.report.analysis import Analysis, analyze
-from hydrofdi.report.claims import CLAIMS, Claim, Verdict
-from hydrofdi.report.composition import compose_report
-from hydrofdi.report.table import SensitivityTable, TableRow, summarize_table
+from hydrofdi.report.composition import Report
+from hydrofdi.report.runs.table import SensitivityTable, TableRow, summarize_table
 
-__all__ = [
-    "CLAIMS",
-    "Analysis",
-    "Claim",
-    "SensitivityTable",
-    "TableRow",
-    "Verdict",
-    "analyze",
-    "compose_report",
-    "summarize_table",
-]
+__all__ = ["Analysis", "Report", "SensitivityTable", "TableRow", "analyze", "summarize_table"]

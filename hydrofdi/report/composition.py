@@ -1,72 +1,85 @@
-"""Which sections make up a report."""
+"""Which sections make up a report, and in which forms it comes."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Document
-from hydrofdi.report.readings import ReadingsStudy
-from hydrofdi.report.sections.controls import controls_block
+from hydrofdi.report.forms.record import general_record
+from hydrofdi.report.sections.changes import changes_block, settled_block
 from hydrofdi.report.sections.doubts import doubts_block
 from hydrofdi.report.sections.external import external_block
 from hydrofdi.report.sections.holes import holes_block, remarks_block
 from hydrofdi.report.sections.provenance import provenance_block
-from hydrofdi.report.sections.readings import readings_block
-from hydrofdi.report.sections.readings_controls import readings_controls_block
-from hydrofdi.report.sections.reference import reference_block
 from hydrofdi.report.sections.replicates import replicates_block
-from hydrofdi.report.sections.sensitivity import sensitivity_block, settled_block
-from hydrofdi.report.sections.small_leakage import small_leakage_block
-from hydrofdi.report.sections.standing import standing_block
-from hydrofdi.report.sections.verdicts import guarded_block, verdicts_block
+
+if TYPE_CHECKING:
+    from hydrofdi.report.figures import FigureKind
 
 _LEAD = (
-    "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with the"
-    " effective bulk modulus (EBM) of the fluid. After Maddahi et al., CDSR 2015, paper 181; all numbers are"
-    " computed, none is printed in the paper."
+    "Change δ of the RMS of the wavelet details of the chamber-1 pressure with what the experiment varies."
+    " All numbers are computed."
 )
 
 
-def compose_report(analysis: Analysis) -> Document:
-    """All sections of a report; an ensemble has its own."""
-    if analysis.readings is not None:
-        return Document(analysis.table.name, (_LEAD,), _ensemble_blocks(analysis, analysis.readings))
+@dataclass(frozen=True)
+class Report:
+    """The report of an experiment, in parts that forms are made from; a paper's study adds its own.
+
+    Attributes
+    ----------
+    analysis : Analysis
+    """
+
+    analysis: Analysis
+
+    @property
+    def usual_figure(self) -> str:
+        """The figure that is drawn where none is named."""
+        return "sensitivity"
+
+    def document(self) -> Document:
+        """Its sections."""
+        return compose_general(self.analysis)
+
+    def record(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return general_record(self.analysis)
+
+    def figures(self) -> Mapping[str, FigureKind]:
+        """Name → figure."""
+        from hydrofdi.report.figures import general_figures
+
+        return general_figures(self.analysis)
+
+    def checks(self) -> dict[str, bool | None]:
+        """Sentence on each check that the experiment file asks for → whether it holds; None: not decided."""
+        return {}
+
+
+def compose_general(analysis: Analysis) -> Document:
+    """The sections of an experiment that is no paper's study."""
     blocks = (
         remarks_block(analysis),
         holes_block(analysis),
         doubts_block(analysis),
         external_block(analysis),
-        sensitivity_block(analysis),
+        changes_block(analysis),
         settled_block(analysis),
-        small_leakage_block(analysis),
         replicates_block(analysis),
-        standing_block(analysis) if analysis.has_baseline else None,
-        verdicts_block(analysis),
-        controls_block(analysis) if analysis.has_baseline else None,
-        reference_block(analysis),
-        _signals_block(),
         provenance_block(analysis),
     )
-    return Document(analysis.table.name, (_LEAD,), tuple(map(_without_empty_sheets, filter(None, blocks))))
+    return document_of(analysis, _LEAD, blocks)
 
 
-def _ensemble_blocks(analysis: Analysis, study: ReadingsStudy) -> tuple[Block, ...]:
-    guarded = guarded_block(analysis)
-    blocks = (
-        remarks_block(analysis),
-        guarded,
-        doubts_block(analysis),
-        readings_block(study),
-        readings_controls_block(study),
-        provenance_block(analysis),
-    )
-    return tuple(block for block in blocks if block is not None)
+def document_of(analysis: Analysis, lead: str, blocks: Iterable[Block | None]) -> Document:
+    """A report of the sections that there are, without empty sheets."""
+    kept = tuple(_without_empty_sheets(block) for block in blocks if block is not None)
+    return Document(analysis.table.name, (lead,), kept)
 
 
 def _without_empty_sheets(block: Block) -> Block:
     return replace(block, sheets=tuple(sheet for sheet in block.sheets if len(sheet.rows)))
-
-
-def _signals_block() -> Block:
-    return Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))

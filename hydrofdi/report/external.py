@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hydrofdi.report.table import LevelChanges, SensitivityTable, TableRow
+from hydrofdi.report.runs.table import LevelChanges, SensitivityTable, TableRow
 
 _LEVEL = 3
 """Position of a4; the deepest level where there are fewer."""

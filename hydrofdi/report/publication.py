@@ -6,10 +6,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from hydrofdi.errors import ReportError
-from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.composition import compose_report
+from hydrofdi.report.composition import Report
 from hydrofdi.report.document import Document
-from hydrofdi.report.figures import FIGURES, KINDS, Figure, draw_all
+from hydrofdi.report.figures import KINDS, Figure, draw_all
 from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
 from hydrofdi.report.forms.inline_svg import inline_svg
 from hydrofdi.report.forms.latex import render_latex
@@ -22,7 +21,7 @@ from hydrofdi.store.files import whole_file
 _PAGE_COLORS = {INK: "var(--ink)", RULE: "var(--rule)", PAPER: "var(--paper)"}
 
 
-def write_page(analysis: Analysis, path: Path) -> None:
+def write_page(report: Report, path: Path) -> None:
     """Write the HTML page.
 
     Raises
@@ -30,12 +29,12 @@ def write_page(analysis: Analysis, path: Path) -> None:
     StoreError
         It cannot be written.
     """
-    document = compose_report(analysis)
-    drawn, holes = draw_all(analysis, document.figures)
-    _write(path, _page(document, _svg_texts(drawn), holes).encode())
+    document = report.document()
+    drawn, holes = draw_all(report, document.figures)
+    _write(path, _page(report, document, _svg_texts(drawn), holes).encode())
 
 
-def write_all_forms(analysis: Analysis, directory: Path) -> Iterator[str]:
+def write_all_forms(report: Report, directory: Path) -> Iterator[str]:
     """Write every form and figure into a folder; yields a line on each.
 
     Raises
@@ -43,20 +42,20 @@ def write_all_forms(analysis: Analysis, directory: Path) -> Iterator[str]:
     StoreError
         The folder cannot be written.
     """
-    document, name = compose_report(analysis), analysis.table.name
-    drawn, holes = draw_all(analysis, document.figures)
+    document, name = report.document(), report.analysis.table.name
+    drawn, holes = draw_all(report, document.figures)
     svgs = _svg_texts(drawn)
     texts = {
         "md": render_markdown(document),
-        "csv": render_csv(analysis.table),
+        "csv": render_csv(report.analysis.table),
         "tex": render_latex(document),
-        "json": render_json(analysis),
-        "html": _page(document, svgs, holes),
+        "json": render_json(report),
+        "html": _page(report, document, svgs, holes),
     }
     for suffix, text in texts.items():
         yield _write(directory / f"{name}.{suffix}", text.encode())
     try:
-        yield _write(directory / f"{name}.parquet", render_parquet(analysis.table))
+        yield _write(directory / f"{name}.parquet", render_parquet(report.analysis.table))
     except ReportError as error:
         yield f"left out {name}.parquet: {error}"
     for figure_name, figure in drawn.items():
@@ -71,8 +70,8 @@ def _svg_texts(drawn: Mapping[str, Figure]) -> dict[str, str]:
     return {name: figure_bytes(figure, "svg").decode() for name, figure in drawn.items()}
 
 
-def _page(document: Document, svgs: Mapping[str, str], holes: Mapping[str, str]) -> str:
-    captions = {name: figure.caption for name, figure in FIGURES.items()}
+def _page(report: Report, document: Document, svgs: Mapping[str, str], holes: Mapping[str, str]) -> str:
+    captions = {name: figure.caption for name, figure in report.figures().items()}
     elements = {name: inline_svg(svg, name, captions[name], _PAGE_COLORS) for name, svg in svgs.items()}
     missing = {name: missing_figure(why) for name, why in holes.items()}
     return render_page(document, elements | missing, captions)

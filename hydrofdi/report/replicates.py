@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.report.intervals import Share, clustered_share
-from hydrofdi.report.table import SensitivityTable, TableRow, largest_positive
+from hydrofdi.report.runs.table import SensitivityTable, TableRow, largest_positive
 from hydrofdi.store import ExperimentData, names
 from hydrofdi.transforms.change import percentage_change
 
@@ -97,6 +97,11 @@ class ReplicateStudy:
     ranges: tuple[HealthyRange, ...]
     fixed: tuple[ReplicatedRow, ...]
     matched: tuple[ReplicatedRow, ...]
+
+    @property
+    def n_level(self) -> int:
+        """Number of wavelet levels."""
+        return int(self.ranges[0].mean.size)
 
     def alarms(self, level: int) -> Share:
         """Replicates in which a level has the largest positive δ against the mean of the others.

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze
 from hydrofdi.store import ExperimentData, names
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.reading import FileSignals
@@ -90,7 +90,7 @@ def paper(table3) -> ExperimentData:
 
 @pytest.fixture(scope="session")
 def paper_analysis(paper):
-    return analyze(paper)
+    return study_experiment(paper)
 
 
 def with_rms(data: ExperimentData, position: int, level: int, rms: float) -> ExperimentData:

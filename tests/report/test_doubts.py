@@ -4,18 +4,18 @@ import csv
 import io
 import json
 
+from hydrofdi.papers import make_report
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze, compose_report
 from tests.commands import run_hydrofdi
 from tests.conftest import SMALL, sweep_in
 
 
-def blocks(analysis):
-    return {block.key: block for block in compose_report(analysis).blocks}
+def blocks(data):
+    return {block.key: block for block in make_report(data).document().blocks}
 
 
 def test_a_report_of_sound_runs_says_nothing_of_verdicts(small_sweep):
-    found = blocks(analyze(read_results(small_sweep.directory)))
+    found = blocks(read_results(small_sweep.directory))
     assert "doubts" not in found
     for sheet in found["table3"].sheets:
         assert "Verdict" not in sheet.headers
@@ -23,7 +23,7 @@ def test_a_report_of_sound_runs_says_nothing_of_verdicts(small_sweep):
 
 
 def test_each_verdict_is_told_with_its_count_and_the_largest_number_behind_it(made_up):
-    lead, *lines = blocks(analyze(made_up))["doubts"].paragraphs
+    lead, *lines = blocks(made_up)["doubts"].paragraphs
     assert lead.startswith("2 of 6 runs have numbers that are to be read with care")
     assert [line.split(",")[0] for line in lines] == ["cavitating (C)", "above_supply (A)", "unsettled (U)"]
     assert "15 %" in lines[1]
@@ -31,7 +31,7 @@ def test_each_verdict_is_told_with_its_count_and_the_largest_number_behind_it(ma
 
 
 def test_a_row_has_the_marks_of_its_verdict_and_a_failed_one_none(made_up):
-    for sheet in blocks(analyze(made_up))["table3"].sheets:
+    for sheet in blocks(made_up)["table3"].sheets:
         assert [row[-1].text for row in sheet.rows] == ["", "U", "", "C A", "", ""]
         assert sheet.note == "Verdict: C cavitating, A above_supply, U unsettled."
 

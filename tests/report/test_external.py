@@ -10,10 +10,11 @@ import h5py
 import numpy as np
 import pytest
 
+from hydrofdi.papers import make_report
+from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze, compose_report
+from hydrofdi.report import analyze
 from hydrofdi.report.forms.markdown import render_markdown
-from hydrofdi.report.forms.record import report_record
 from hydrofdi.store import names
 from hydrofdi.store.names import LATER_ADDED
 from tests.commands import run_hydrofdi
@@ -119,14 +120,14 @@ def with_a4(data, outside_1, outside_2):
     (-30, 1.0, "is separated from all runs without by δa4 (a gap of 1.0 points)"),
 ])  # fmt: skip
 def test_a_leak_is_separated_where_no_other_run_reaches_its_delta(data, loss, gap, words):
-    analysis = analyze(with_a4(data, loss, 7))
+    report = make_report(with_a4(data, loss, 7))
     (sentence,) = [
         text
-        for block in compose_report(analysis).blocks if block.key == "external"
+        for block in report.document().blocks if block.key == "external"
         for text in block.paragraphs if text.startswith("Leakage out of chamber 1")
     ]  # fmt: skip
     assert words in sentence
-    _, first, second = report_record(analysis)["external_leakage"]["states"]
+    _, first, second = report.record()["external_leakage"]["states"]
     assert first["gap_percentage_points"]["δa4"] == pytest.approx(gap)
     assert second["gap_percentage_points"]["δa4"] == pytest.approx(-1.3)
 
@@ -136,9 +137,9 @@ def test_the_title_of_table_3_tells_that_the_normal_does_not_leak_outside(printe
 
 
 def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small_sweep):
-    analysis = analyze(read_results(small_sweep.directory))
-    assert "external" not in {block.key for block in compose_report(analysis).blocks}
-    assert "external_leakage" not in report_record(analysis)
+    report = make_report(read_results(small_sweep.directory))
+    assert "external" not in {block.key for block in report.document().blocks}
+    assert "external_leakage" not in report.record()
 
 
 @pytest.fixture
@@ -170,7 +171,7 @@ def test_older_files_stay_readable_and_lack_what_was_added_later(older, data, hy
         for variable in LATER_ADDED:
             assert read.columns[variable.name].shape == data.columns[variable.name].shape
             assert np.isnan(read.columns[variable.name]).all()
-        assert "a4 is not stored" in render_markdown(compose_report(analyze(read)))
+        assert "a4 is not stored" in render_markdown(make_report(read).document())
         (older / "leaking.h5").unlink(missing_ok=True)
     assert hydrofdi("collect", older).returncode == 0
     assert np.isnan(read_results(older).columns[names.APPROXIMATION_RMS]).all()
@@ -178,12 +179,12 @@ def test_older_files_stay_readable_and_lack_what_was_added_later(older, data, hy
     assert hydrofdi("rerun", older, "0").returncode == 0
 
 
-def test_verdicts_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
-    analysis = analyze(data)
-    assert len(analysis.grid.readings) == 1
+def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
+    analysis = study_experiment(data)
+    assert len(analysis.grid.scenarios) == 1
     assert [alarm.bulk_modulus for alarm in analysis.sealed_alarms] == [827e6]
     assert len(analysis.best_levels) == 2
-    checked = {run for verdict in analysis.verdicts for check in verdict.checks for run in check.run_ids}
+    checked = {run for result in analysis.claims for check in result.checks for run in check.run_ids}
     tight = {row.run_id for row in analysis.table.rows if row.external.coefficients == (0.0, 0.0)}
     assert checked <= tight
 

@@ -14,42 +14,43 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.cli.rendering import print_document
+from hydrofdi.papers import make_report
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import TableRow, analyze, compose_report
+from hydrofdi.report import TableRow, analyze
 from hydrofdi.report.figures import KINDS
 from hydrofdi.report.forms.latex import render_latex
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import render_page
-from hydrofdi.report.forms.record import render_json, report_record
+from hydrofdi.report.forms.record import render_json
 from hydrofdi.report.forms.tidy import render_csv, render_parquet, tidy_columns
 from hydrofdi.report.publication import write_all_forms
-from hydrofdi.report.table import ExternalLeakage, LevelChanges
+from hydrofdi.report.runs.table import ExternalLeakage, LevelChanges
 
 GOLDEN = Path(__file__).parent / "golden"
 
 
-def without_configuration(analysis):
+def without_configuration(report):
     """A report less its configuration, which grows with every parameter that hydrofdi gains."""
-    document = compose_report(analysis)
+    document = report.document()
     return replace(document, blocks=tuple(block for block in document.blocks if block.key != "provenance"))
 
 
 @pytest.mark.parametrize(
     ("suffix", "render"),
     [
-        ("md", lambda analysis: render_markdown(without_configuration(analysis))),
-        ("tex", lambda analysis: render_latex(compose_report(analysis))),
-        ("csv", lambda analysis: render_csv(analysis.table)),
+        ("md", lambda report: render_markdown(without_configuration(report))),
+        ("tex", lambda report: render_latex(report.document())),
+        ("csv", lambda report: render_csv(report.analysis.table)),
         ("json", render_json),
-        ("html", lambda analysis: render_page(without_configuration(analysis), {}, {})),
+        ("html", lambda report: render_page(without_configuration(report), {}, {})),
     ],
 )
 def test_a_form_has_its_golden_text(made_up, suffix, render):
-    check_golden(f"made_up.{suffix}", render(analyze(made_up)))
+    check_golden(f"made_up.{suffix}", render(make_report(made_up)))
 
 
 def test_the_terminal_has_its_golden_text(made_up, capsys):
-    print_document(compose_report(analyze(made_up)), made_up.path)
+    print_document(make_report(made_up).document(), made_up.path)
     check_golden("made_up.txt", capsys.readouterr().out)
 
 
@@ -82,15 +83,15 @@ ROWS = st.builds(
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50, deadline=None)
 @given(rows=st.lists(ROWS, min_size=1, max_size=3))
 def test_a_table_survives_csv_and_json(made_up, rows):
-    analysis = analyze(made_up)
-    table = replace(analysis.table, rows=tuple(rows))
+    report = make_report(made_up)
+    table = replace(report.analysis.table, rows=tuple(rows))
     columns = tidy_columns(table)
     read = list(csv.DictReader(io.StringIO(render_csv(table))))
     for header, values in columns.items():
         texts = [line[header] for line in read]
         for text, value in zip(texts, values, strict=True):
             assert text == "" if value is None else type(value)(text) == value
-    record = report_record(replace(analysis, table=table))
+    record = replace(report, analysis=replace(report.analysis, table=table)).record()
     assert json.loads(json.dumps(record, allow_nan=False)) == record
     for row, line in zip(rows, record["rows"], strict=True):
         kept = [x for x, y in zip(row.detail_rms, line["detail_rms_Pa"], strict=True) if y is not None]
@@ -106,7 +107,7 @@ def test_parquet_holds_the_same_columns_as_csv(made_up):
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex here")
 def test_the_latex_tables_compile(made_up, tmp_path):
-    (tmp_path / "tables.tex").write_text(render_latex(compose_report(analyze(made_up))), encoding="utf-8")
+    (tmp_path / "tables.tex").write_text(render_latex(make_report(made_up).document()), encoding="utf-8")
     (tmp_path / "main.tex").write_text(
         r"\documentclass{article}\usepackage[landscape,margin=1cm]{geometry}\usepackage{booktabs}"
         r"\begin{document}\input{tables}\end{document}"
@@ -118,9 +119,9 @@ def test_the_latex_tables_compile(made_up, tmp_path):
 
 
 def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
-    analysis = analyze(read_results(small_sweep.directory))
+    report = make_report(read_results(small_sweep.directory))
     for name in ("first", "second"):
-        list(write_all_forms(analysis, tmp_path / name))
+        list(write_all_forms(report, tmp_path / name))
     files = sorted(path.name for path in (tmp_path / "first").iterdir())
     figures = ("figure2", "figure3", "figure4", "sensitivity", "spectrum", "mode_plane")
     forms = {f"small.{suffix}" for suffix in ("md", "csv", "tex", "json", "html")}
@@ -130,6 +131,6 @@ def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
 
 
 def test_the_page_tells_configuration_and_versions(made_up):
-    page = render_page(compose_report(analyze(made_up)), {}, {})
+    page = render_page(make_report(made_up).document(), {}, {})
     assert '<td class="words">actuator.mass</td><td class="words">12.3</td>' in page
     assert '<td class="words">numpy</td><td class="words">2.0</td>' in page

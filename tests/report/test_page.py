@@ -9,9 +9,8 @@ from importlib.metadata import PackageNotFoundError, files
 
 import pytest
 
-from hydrofdi.report import analyze
-from hydrofdi.report.figures import FIGURES
-from hydrofdi.report.forms.record import report_record
+from hydrofdi.papers import make_report
+from hydrofdi.papers.maddahi2015 import StudyReport
 from hydrofdi.report.publication import write_page
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -29,7 +28,7 @@ needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (
 @pytest.fixture(scope="module")
 def page(paper_analysis, tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "table3.html"
-    write_page(paper_analysis, path)
+    write_page(StudyReport(paper_analysis), path)
     return path
 
 
@@ -68,10 +67,10 @@ def test_the_ids_of_the_page_are_unique_and_all_references_have_a_target(page):
 
 
 @needs_chromium
-def test_all_figures_are_there_and_the_console_is_silent(opened):
+def test_all_figures_are_there_and_the_console_is_silent(opened, paper_analysis):
     dom, console, _ = opened
     shown = re.findall(r'<figure id="(\w+)">\s*<svg', dom)
-    assert sorted(shown) == sorted(set(FIGURES) - {"readings"})
+    assert sorted(shown) == sorted(set(StudyReport(paper_analysis).figures()) - {"scenarios"})
     assert console == []
 
 
@@ -102,7 +101,7 @@ def requests_of_the_page(log):
 @needs_chromium
 def test_the_tables_are_those_of_the_json(opened, paper_analysis):
     dom, _, _ = opened
-    record = report_record(paper_analysis)
+    record = StudyReport(paper_analysis).record()
     for baseline in ("fixed", "matched"):
         table = re.search(rf'<table id="table3-{baseline}">.*?</table>', dom, re.DOTALL)[0]
         body = table.partition("<tbody>")[2]
@@ -153,7 +152,7 @@ def test_axe_finds_no_serious_fault(page, tmp_path, scheme):
 
 def test_a_figure_that_cannot_be_drawn_leaves_a_hole_with_the_reason(made_up, tmp_path):
     path = tmp_path / "made_up.html"
-    write_page(analyze(made_up), path)
+    write_page(make_report(made_up), path)
     text = path.read_text(encoding="utf-8")
     assert '<p class="hole">This figure is missing: ' in text
     assert "results/made_up/made_up.h5: no such file" in text

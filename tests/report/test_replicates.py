@@ -11,10 +11,10 @@ import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
+from hydrofdi.papers import make_report
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze, compose_report
 from hydrofdi.report.replicates import study_replicates
-from hydrofdi.report.table import summarize_table
+from hydrofdi.report.runs.table import summarize_table
 from hydrofdi.store import names
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
@@ -142,5 +142,5 @@ def test_a_replicate_that_has_not_settled_is_counted_as_left_out(tmp_path):
     settled = data.columns[names.SETTLED_DETAIL_RMS].copy()
     settled[-1] = np.nan
     data = replace(data, columns=data.columns | {names.SETTLED_DETAIL_RMS: settled})
-    (block,) = [block for block in compose_report(analyze(data)).blocks if block.key == "replicates"]
+    (block,) = [block for block in make_report(data).document().blocks if block.key == "replicates"]
     assert any("Left out, failed or not settled: 1 of 6 replicates" in text for text in block.paragraphs)

@@ -3,8 +3,10 @@ import json
 import pytest
 
 from hydrofdi.config import load_experiment
+from hydrofdi.papers import make_report
+from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze, compose_report
+from hydrofdi.report import analyze
 from hydrofdi.report.figures import draw_all
 from hydrofdi.report.forms.record import render_json
 from hydrofdi.store.request import write_request
@@ -30,17 +32,17 @@ def half_done(tmp_path, hydrofdi):
 
 
 def test_an_unfinished_experiment_reports_what_is_there_and_why_the_rest_is_not(half_done):
-    analysis = analyze(read_results(half_done))
-    assert [row.status for row in analysis.table.rows] == ["ok", "missing", "ok", "missing"]
-    holes = compose_report(analysis).blocks[0]
+    report = make_report(read_results(half_done))
+    assert [row.status for row in report.analysis.table.rows] == ["ok", "missing", "ok", "missing"]
+    holes = report.document().blocks[0]
     assert holes.key == "holes"
     assert "2 of 4 runs have no numbers: 2 missing" in holes.paragraphs[0]
-    rows = json.loads(render_json(analysis))["rows"]
+    rows = json.loads(render_json(report))["rows"]
     assert [row["detail_rms_Pa"] == [None] * 5 for row in rows] == [False, True, False, True]
 
 
 def test_a_figure_whose_run_is_missing_says_so_and_the_others_are_drawn(half_done):
-    drawn, holes = draw_all(analyze(read_results(half_done)), ["figure2", "figure3"])
+    drawn, holes = draw_all(make_report(read_results(half_done)), ["figure2", "figure3"])
     assert list(drawn) == ["figure2"]
     assert "missing" in holes["figure3"]
 
@@ -56,6 +58,6 @@ def test_an_experiment_without_any_result_is_all_holes(half_done):
     (half_done / "half.h5").unlink()
     for shard in (half_done / "shards").iterdir():
         shard.unlink()
-    analysis = analyze(read_results(half_done))
+    analysis = study_experiment(read_results(half_done))
     assert {row.status for row in analysis.table.rows} == {"missing"}
-    assert {verdict.reproduced for verdict in analysis.verdicts} == {None}
+    assert {result.reproduced for result in analysis.claims} == {None}

@@ -86,7 +86,7 @@ def test_a_leaky_run_by_itself_has_no_baseline_and_no_delta(leaky_run):
     (row,) = record["rows"]
     assert row["delta_fixed_percent"] == row["delta_matched_percent"] == [None] * 5
     assert row["detail_rms_Pa"][1] > 0.0
-    assert record["claims_not_evaluated"].startswith("There is no healthy run to compare with")
+    assert record["delta_not_known"].startswith("There is no healthy run to compare with")
 
 
 def test_the_report_on_a_leaky_run_says_why_there_is_no_delta(leaky_run):

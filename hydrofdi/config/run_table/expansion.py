@@ -31,7 +31,7 @@ class RunTable:
     Attributes
     ----------
     runs : Runs, length n_run
-        The swept runs in the order of the sweep, reading by reading, then the healthy runs
+        The swept runs in the order of the sweep, scenario by scenario, then the healthy runs
         that the sweep itself lacks, then their replicates.
     axes : dict
         Dotted parameter → its different values in SI, in order of appearance.
@@ -63,8 +63,8 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
         A combination of swept values is impossible, or the sweep is empty or too large.
     """
     _require_countable(experiment)
-    readings, swept = (_block_points(experiment, section) for section in ("ensemble", "sweep"))
-    points = multiplied(readings, swept)
+    scenarios, swept = (_block_points(experiment, section) for section in ("ensemble", "sweep"))
+    points = multiplied(scenarios, swept)
     expansion = Expansion(experiment, points)
     rows = expansion.swept_rows()
     n_swept = len(rows.numbers)

@@ -62,7 +62,7 @@ class Expansion:
         self._points = points
         self._nominal = experiment.nominal_parameters
         self._baseline = experiment.baseline
-        self._readings = set(experiment.ensemble.names)
+        self._scenarios = set(experiment.ensemble.names)
         self._is_solved_nominally = experiment.calibration.at == "nominal"
         self._leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
         self._conditions = {
@@ -88,7 +88,7 @@ class Expansion:
         sources = None
         if self._is_solved_nominally:
             columns = self._points.columns.items()
-            sources = self._at_points({name: column for name, column in columns if name in self._readings})
+            sources = self._at_points({name: column for name, column in columns if name in self._scenarios})
         return _distinct(self._solved(self._plainly_sealed(numbers), sources))[0]
 
     def with_baselines(self, rows: Rows) -> tuple[Rows, NDArray[np.intp], NDArray[np.intp]]:

@@ -4,31 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import matplotlib
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import HydrofdiError, StoreError
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.figures.details import draw_figure_3, draw_figure_4
-from hydrofdi.report.figures.mode_plane import draw_mode_plane
-from hydrofdi.report.figures.phases import draw_phases
-from hydrofdi.report.figures.readings import draw_readings
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
-from hydrofdi.report.figures.signals import draw_figure_2, draw_signals
-from hydrofdi.report.figures.spectrum import draw_spectrum
+from hydrofdi.report.figures.signals import draw_signals
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes
 from hydrofdi.store.files import whole_file
 
+if TYPE_CHECKING:
+    from hydrofdi.report.composition import Report
+
 __all__ = [
-    "FIGURES",
     "KINDS",
     "Figure",
     "FigureKind",
     "draw_all",
     "draw_figure",
     "draw_signals",
+    "general_figures",
     "save_figure",
     "write_figure",
 ]
@@ -39,46 +39,20 @@ KINDS = ("png", "svg", "pdf")
 
 @dataclass(frozen=True)
 class FigureKind:
-    """A figure of the report: its caption, and what draws it."""
+    """A figure of a report: its caption, and what draws it."""
 
     caption: str
-    draw: Callable[[Analysis], Figure]
+    draw: Callable[[], Figure]
 
 
-FIGURES = {
-    "figure2": FigureKind(
-        "Figure 2: signals and d2 of the chamber-1 pressure, normal and with the small leakage", draw_figure_2
-    ),
-    "figure3": FigureKind(
-        "Figure 3: d2 of the chamber-1 pressure over the EBM, small leakage", draw_figure_3
-    ),
-    "figure4": FigureKind(
-        "Figure 4: d3 of the chamber-1 pressure over the EBM, small leakage", draw_figure_4
-    ),
-    "sensitivity": FigureKind(
-        "δ over leakage, EBM and level against the fixed and the matched baseline; sealed controls on top",
-        draw_sensitivity,
-    ),
-    "spectrum": FigureKind(
-        "Power spectrum of the chamber-1 pressure with the bands of the levels and the hydraulic mode",
-        draw_spectrum,
-    ),
-    "mode_plane": FigureKind(
-        "The hydraulic mode: EBM moves its frequency, leakage moves its damping", draw_mode_plane
-    ),
-    "phases": FigureKind(
-        "Claims and the sealed alarm at every start phase: the configured one and the settled record marked",
-        draw_phases,
-    ),
-    "readings": FigureKind(
-        "Readings that reproduce the claims, and the parameter values that carry it", draw_readings
-    ),
-}
-"""Name → figure."""
+def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
+    """The figures of any experiment."""
+    caption = "δ of each run and level against the fixed and the matched baseline; sealed controls on top"
+    return {"sensitivity": FigureKind(caption, partial(draw_sensitivity, analysis))}
 
 
-def draw_figure(analysis: Analysis, name: str) -> Figure:
-    """A figure of the report.
+def draw_figure(report: Report, name: str) -> Figure:
+    """A figure of a report.
 
     Raises
     ------
@@ -86,33 +60,33 @@ def draw_figure(analysis: Analysis, name: str) -> Figure:
         The experiment does not hold what the figure shows; the message says why.
     """
     with matplotlib.rc_context(SETTINGS):
-        return FIGURES[name].draw(analysis)
+        return report.figures()[name].draw()
 
 
-def draw_all(analysis: Analysis, names: Sequence[str]) -> tuple[dict[str, Figure], dict[str, str]]:
+def draw_all(report: Report, names: Sequence[str]) -> tuple[dict[str, Figure], dict[str, str]]:
     """The figures of these names that the experiment allows, and for the others the reason why not."""
     drawn: dict[str, Figure] = {}
     holes: dict[str, str] = {}
     for name in names:
         try:
-            drawn[name] = draw_figure(analysis, name)
+            drawn[name] = draw_figure(report, name)
         except HydrofdiError as error:
             holes[name] = str(error)
     return drawn, holes
 
 
-def write_figure(analysis: Analysis, path: Path) -> str:
-    """Draw the figure that a file is named after, else δ or the readings; returns its caption.
+def write_figure(report: Report, path: Path) -> str:
+    """Draw the figure that a file is named after, else the usual one of the report; returns its caption.
 
     Raises
     ------
     HydrofdiError
         It cannot be drawn or written.
     """
-    usual = "sensitivity" if analysis.readings is None else "readings"
-    name = path.stem if path.stem in FIGURES else usual
-    save_figure(draw_figure(analysis, name), path)
-    return FIGURES[name].caption
+    figures = report.figures()
+    name = path.stem if path.stem in figures else report.usual_figure
+    save_figure(draw_figure(report, name), path)
+    return figures[name].caption
 
 
 def save_figure(figure: Figure, path: Path) -> None:

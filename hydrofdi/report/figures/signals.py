@@ -1,4 +1,4 @@
-"""Signals over time: of one run, and Figure 2 with the normal and the leaky actuator side by side."""
+"""Signals of runs over time, in panels."""
 
 from __future__ import annotations
 
@@ -9,15 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.figures.choice import run_position, shown_leakage
-from hydrofdi.report.figures.style import BLUE, INK, ORANGE
-from hydrofdi.report.wording import mode_name
+from hydrofdi.report.figures.style import BLUE, ORANGE
 from hydrofdi.store import Columns, names
 from hydrofdi.transforms.wavelet import detail_coefficients
 from hydrofdi.units import convert
 
-_PANELS = (
+PANELS = (
     (names.INPUT_VOLTAGE, "$u$ [V]", "V"),
     ("piston_position", "$x_p$ [mm]", "mm"),
     (names.CHAMBER_1_PRESSURE, "$P_1$ [MPa]", "MPa"),
@@ -47,60 +44,45 @@ def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
     wavelet : WaveletConfig
     title : str
     """
-    panels = _PANELS + tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
+    panels = PANELS + tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
     signals = {name: (columns[names.TIME], columns[name][0]) for name, _, _ in panels}
-    figure = _draw([_lines(panels, signals, wavelet)], [title], [BLUE], _labels(panels, wavelet))
-    _draw_reference(
-        _stroke_axes(figure, 1)[0], columns[names.TIME], columns[names.REFERENCE_POSITION][0], ORANGE
+    figure = draw_panels(
+        [panel_lines(panels, signals, wavelet)], [title], [BLUE], panel_labels(panels, wavelet)
+    )
+    draw_reference(
+        stroke_axes(figure, 1)[0], columns[names.TIME], columns[names.REFERENCE_POSITION][0], ORANGE
     )
     return figure
 
 
-def _stroke_axes(figure: Figure, n_column: int) -> list[Any]:
+def stroke_axes(figure: Figure, n_column: int) -> list[Any]:
     """The panels of the piston position, from left to right."""
-    row = [name for name, _, _ in _PANELS].index("piston_position")
+    row = [name for name, _, _ in PANELS].index("piston_position")
     return list(figure.axes[row * n_column : (row + 1) * n_column])
 
 
-def _draw_reference(axis: Any, time: NDArray[np.float64], reference: NDArray[np.float64], color: str) -> None:
+def draw_reference(axis: Any, time: NDArray[np.float64], reference: NDArray[np.float64], color: str) -> None:
     """The position that a controller is to follow; nothing in open loop."""
     if np.isfinite(reference).any():
         axis.plot(time, 1e3 * reference, color=color, linewidth=0.7, linestyle="--", label="reference")
         axis.legend(loc="upper right", frameon=True, edgecolor="none", framealpha=0.8)
 
 
-def draw_figure_2(analysis: Analysis) -> Figure:
-    """Figure 2: (a) normal and (b) with the small leakage, both at the normal EBM."""
-    grid, wavelet = analysis.grid, analysis.data.experiment.wavelet
-    titles, columns, references = [], [], []
-    for letter, leakage in zip("ab", dict.fromkeys((0, shown_leakage(analysis))), strict=False):
-        position = run_position(analysis, leakage, grid.normal)
-        signals = {name: analysis.data.signal(name, position) for name, _, _ in _PANELS}
-        columns.append(_lines(_PANELS, signals, wavelet))
-        is_closed = analysis.data.values("control.law")[position] != "open"
-        shown = analysis.data.signal(names.REFERENCE_POSITION, position) if is_closed else None
-        references.append(shown)
-        flow = grid.leakage_flows[leakage - 1] if leakage else 0.0
-        titles.append(f"({letter}) {mode_name(flow, grid.bulk_moduli[grid.normal])}")
-    figure = _draw(columns, titles, [BLUE, ORANGE], _labels(_PANELS, wavelet))
-    for axis, shown in zip(_stroke_axes(figure, len(references)), references, strict=True):
-        if shown is not None:
-            _draw_reference(axis, *shown, INK)
-    return figure
-
-
-def _labels(panels: Panels, wavelet: Any) -> list[str]:
+def panel_labels(panels: Panels, wavelet: Any) -> list[str]:
+    """Labels of the axes, d2 of P_1 last."""
     return [*(label for _, label, _ in panels), f"$d_{min(2, wavelet.levels)}$ of $P_1$ [kPa]"]
 
 
-def _lines(panels: Panels, signals: dict[str, Line], wavelet: Any) -> list[Line]:
+def panel_lines(panels: Panels, signals: dict[str, Line], wavelet: Any) -> list[Line]:
+    """The signals in the units of their panels, and d2 of P_1."""
     lines = [(signals[name][0], convert(1.0, unit) * signals[name][1]) for name, _, unit in panels]
     time, pressure = signals[names.CHAMBER_1_PRESSURE]
     instants, details = detail_coefficients(pressure, wavelet, min(2, wavelet.levels), time)
     return [*lines, (instants, 1e-3 * details)]
 
 
-def _draw(columns: list[list[Line]], titles: list[str], colors: list[str], labels: list[str]) -> Figure:
+def draw_panels(columns: list[list[Line]], titles: list[str], colors: list[str], labels: list[str]) -> Figure:
+    """Lines below each other, one column for each run."""
     width = 3.6 * len(columns) + (0.0 if len(columns) > 1 else 3.4)
     figure = Figure(figsize=(width, 2.0 + len(labels)), layout="constrained")
     axes = figure.subplots(len(labels), len(columns), sharex=True, sharey="row", squeeze=False)

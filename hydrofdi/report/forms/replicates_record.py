@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from hydrofdi.report.claims import D2, D3
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.replicates import ReplicatedRow, ReplicateStudy
-from hydrofdi.report.table import level_name
+from hydrofdi.report.runs.table import level_name
 from hydrofdi.units import convert
 
 
@@ -29,7 +28,9 @@ def replicates_record(study: ReplicateStudy) -> dict[str, Any]:
             for baseline, entries in (("fixed", study.fixed), ("matched", study.matched))
             for entry in entries
         ],
-        "alarms_on_healthy": {level_name(level): _alarm_record(study, level) for level in (D2, D3)},
+        "alarms_on_healthy": {
+            level_name(level): _alarm_record(study, level) for level in range(study.n_level)
+        },
     }
 
 

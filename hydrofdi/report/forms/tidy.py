@@ -9,7 +9,7 @@ from typing import Any
 
 from hydrofdi.errors import ReportError
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.table import SensitivityTable, TableRow, label_header, largest_positive
+from hydrofdi.report.runs.table import SensitivityTable, TableRow, label_header, largest_positive
 from hydrofdi.units import convert
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell
-from hydrofdi.report.table import SensitivityTable, TableRow
+from hydrofdi.report.runs.table import SensitivityTable, TableRow
 from hydrofdi.report.wording import counted, row_name
 
 MARKS = {"cavitating": "C", "above_supply": "A", "unsettled": "U", "clipped": "R", "still": "S"}

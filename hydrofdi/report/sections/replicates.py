@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.claims import D2, D3
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.replicates import HealthyRange, ReplicatedRow, ReplicateStudy
 from hydrofdi.report.wording import (
@@ -19,15 +18,22 @@ from hydrofdi.report.wording import (
 )
 
 
-def replicates_block(analysis: Analysis) -> Block | None:
-    """Does a leak move the details more than healthy actuators differ; None without replicates."""
+def replicates_block(analysis: Analysis, levels: Sequence[int] | None = None) -> Block | None:
+    """Does a leak move the details more than healthy actuators differ; None without replicates.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    levels : sequence of int, optional
+        Positions of the levels that the sentences speak of; by default all.
+    """
     study = analysis.replicates
     if study is None:
         return None
     return Block(
         "replicates",
         "Healthy replicates: what differs without a leak",
-        tuple(_sentences(analysis, study)),
+        tuple(_sentences(analysis, study, levels or range(analysis.table.n_level))),
         (
             _ranges_sheet(analysis, study.ranges),
             _rows_sheet(analysis, "matched", "the matched baseline", study.matched),
@@ -36,7 +42,7 @@ def replicates_block(analysis: Analysis) -> Block | None:
     )
 
 
-def _sentences(analysis: Analysis, study: ReplicateStudy) -> Iterator[str]:
+def _sentences(analysis: Analysis, study: ReplicateStudy, levels: Sequence[int]) -> Iterator[str]:
     config = analysis.data.experiment.replicates
     over = ", ".join(config.over) or "the noise of the sensors alone"
     n = max(healthy.n_replicate for healthy in study.ranges)
@@ -52,9 +58,9 @@ def _sentences(analysis: Analysis, study: ReplicateStudy) -> Iterator[str]:
             f"Left out, failed or not settled: {lost} of {config.count * len(study.ranges):,} replicates. The"
             " ranges lack what these would add."
         )
-    for level in (D2, D3):
+    for level in levels:
         yield _outside_sentence(study, level)
-    for level in (D2, D3):
+    for level in levels:
         share = share_text(study.alarms(level), with_interval=True)
         yield f"“δd{level + 1} is the largest positive” is true of {share} of the healthy replicates."
 

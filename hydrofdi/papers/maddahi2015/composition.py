@@ -1,0 +1,65 @@
+"""Which sections make up the report of the paper's study."""
+
+from __future__ import annotations
+
+from hydrofdi.papers.maddahi2015.claims import D2, D3
+from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy
+from hydrofdi.papers.maddahi2015.sections.claims import claims_block, guarded_block
+from hydrofdi.papers.maddahi2015.sections.controls import controls_block
+from hydrofdi.papers.maddahi2015.sections.reference import reference_block
+from hydrofdi.papers.maddahi2015.sections.scenario_controls import scenario_controls_block
+from hydrofdi.papers.maddahi2015.sections.scenarios import scenarios_block
+from hydrofdi.papers.maddahi2015.sections.standing import standing_block
+from hydrofdi.papers.maddahi2015.sections.table2 import table2_block
+from hydrofdi.papers.maddahi2015.sections.table3 import table3_block
+from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.composition import document_of
+from hydrofdi.report.document import Block, Document
+from hydrofdi.report.sections.changes import settled_block
+from hydrofdi.report.sections.doubts import doubts_block
+from hydrofdi.report.sections.external import external_block
+from hydrofdi.report.sections.holes import holes_block, remarks_block
+from hydrofdi.report.sections.provenance import provenance_block
+from hydrofdi.report.sections.replicates import replicates_block
+
+_LEAD = (
+    "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with the"
+    " effective bulk modulus (EBM) of the fluid. After Maddahi et al., CDSR 2015, paper 181; all numbers are"
+    " computed, none is printed in the paper."
+)
+
+
+def compose_study(study: Study) -> Document:
+    """All sections of the report; an ensemble has its own."""
+    blocks = _blocks(study) if study.scenarios is None else _ensemble_blocks(study, study.scenarios)
+    return document_of(study, _LEAD, blocks)
+
+
+def _blocks(study: Study) -> tuple[Block | None, ...]:
+    return (
+        remarks_block(study),
+        holes_block(study),
+        doubts_block(study),
+        external_block(study),
+        table3_block(study),
+        settled_block(study),
+        table2_block(study),
+        replicates_block(study, (D2, D3)),
+        standing_block(study) if study.has_baseline else None,
+        claims_block(study),
+        controls_block(study) if study.has_baseline else None,
+        reference_block(study),
+        Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4")),
+        provenance_block(study),
+    )
+
+
+def _ensemble_blocks(study: Study, scenarios: ScenarioStudy) -> tuple[Block | None, ...]:
+    return (
+        remarks_block(study),
+        guarded_block(study),
+        doubts_block(study),
+        scenarios_block(scenarios),
+        scenario_controls_block(scenarios),
+        provenance_block(study),
+    )

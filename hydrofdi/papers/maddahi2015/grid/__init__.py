@@ -1,0 +1,1 @@
+"""The grid of modes: leakage over EBM, in every scenario."""

@@ -1,0 +1,1 @@
+"""Claims and controls over scenarios: what the paper leaves open."""

@@ -1,0 +1,114 @@
+"""The controls that the paper lacks, as sentences and tables."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm
+from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.document import Block, Cell, Rows, Sheet
+from hydrofdi.report.runs.table import level_name
+from hydrofdi.report.wording import (
+    HOLE,
+    counted,
+    delta_cells,
+    joined,
+    labels_text,
+    litres_per_minute,
+    megapascal,
+    signed,
+    some,
+)
+
+
+def controls_block(study: Study) -> Block:
+    """Does the d3 rule alarm on a sealed actuator; which level is best under a matched baseline."""
+    alarms, best = study.sealed_alarms, study.best_levels
+    return Block(
+        "controls",
+        "Controls: no leak, and a matched baseline",
+        (_alarm_sentence(alarms), _best_level_sentence(best)),
+        (_alarm_sheet(study), _best_level_sheet(study)),
+        ("spectrum", "mode_plane"),
+    )
+
+
+def _alarm_sentence(alarms: tuple[SealedAlarm, ...]) -> str:
+    decided = [alarm for alarm in alarms if alarm.alarm is not None]
+    if not decided:
+        return "The d3 rule could not be tried: there is no sealed run above the normal EBM that ended well."
+    raised = [alarm for alarm in decided if alarm.alarm]
+    if not raised:
+        return f"The d3 rule stays silent in all {len(decided):,} sealed cases above the normal EBM."
+    places = list(dict.fromkeys(f"{megapascal(alarm.bulk_modulus)} MPa" for alarm in raised))
+    return (
+        f"The d3 rule raises an alarm on the sealed actuator in {len(raised):,} of {len(decided):,} cases"
+        f" above the normal EBM ({some(places)}): there the EBM alone makes δd3 positive and the largest."
+    )
+
+
+def _best_level_sentence(best: tuple[BestLevel, ...]) -> str:
+    counts = Counter("open" if mode.is_open else level_name(mode.level) or "no level" for mode in best)
+    if not best:
+        return "There is no leaky mode to look at under the matched baseline."
+    parts = [f"{level} in {count:,}" for level, count in sorted(counts.items())]
+    return (
+        f"Against the matched baseline the largest positive δ of the {counted(len(best), 'leaky mode')}"
+        f" is: {joined(parts)}."
+    )
+
+
+_WORDS = {True: "alarm", False: "silent", None: "open"}
+
+
+def _alarm_sheet(study: Study) -> Sheet:
+    levels = [f"δd{level}" for level in range(1, study.table.n_level + 1)]
+    headers = (*_label_header(study.sealed_alarms), "EBM [MPa]", "d3 rule", *levels)
+    n_label = len(_label_header(study.sealed_alarms))
+    return Sheet(
+        "sealed-alarms",
+        "The d3 rule on the sealed actuator: δ [%] against the fixed normal",
+        headers,
+        Rows(study.sealed_alarms, _alarm_cells),
+        text_columns=(*range(n_label), n_label + 1),
+    )
+
+
+def _alarm_cells(alarm: SealedAlarm) -> tuple[Cell, ...]:
+    return (
+        *_labels(alarm),
+        Cell(megapascal(alarm.bulk_modulus)),
+        Cell(_WORDS[alarm.alarm], alarm.alarm is True, _WORDS[alarm.alarm]),
+        *delta_cells(alarm.delta_fixed),
+    )
+
+
+def _best_level_sheet(study: Study) -> Sheet:
+    headers = (*_label_header(study.best_levels), "Leakage [L/min]", "EBM [MPa]", "Best level", "δ [%]")
+    n_label = len(_label_header(study.best_levels))
+    return Sheet(
+        "best-levels",
+        "The best level of each mode against the matched baseline",
+        headers,
+        Rows(study.best_levels, _best_level_cells),
+        text_columns=(*range(n_label), n_label + 2),
+    )
+
+
+def _best_level_cells(mode: BestLevel) -> tuple[Cell, ...]:
+    return (
+        *_labels(mode),
+        Cell(litres_per_minute(mode.leakage_flow)),
+        Cell(megapascal(mode.bulk_modulus)),
+        Cell(level_name(mode.level) or HOLE, value=level_name(mode.level)),
+        Cell(signed(mode.delta), value=mode.delta),
+    )
+
+
+def _label_header(controls: Sequence[SealedAlarm | BestLevel]) -> tuple[str, ...]:
+    return ("Parameters",) if controls and controls[0].labels else ()
+
+
+def _labels(control: SealedAlarm | BestLevel) -> tuple[Cell, ...]:
+    return (Cell(labels_text(control.labels)),) if control.labels else ()

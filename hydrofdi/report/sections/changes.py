@@ -1,0 +1,130 @@
+"""δ of all runs against both baselines, as configured and of the settled records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hydrofdi.quality.settling import samples_per_period
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.document import Block, Cell, Rows, Sheet, group_breaks
+from hydrofdi.report.runs.table import EXTERNAL, Levels, SensitivityTable, TableRow
+from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
+from hydrofdi.report.wording import (
+    band_sentence,
+    delta_cells,
+    kilopascal,
+    labels_text,
+    lead_cells,
+    lead_headers,
+    megapascal,
+)
+
+BASELINES: dict[str, Callable[[TableRow], Levels]] = {
+    "fixed": lambda row: row.delta_fixed,
+    "matched": lambda row: row.delta_matched,
+}
+"""Kind of baseline → δ of a row against it."""
+
+SETTLED: dict[str, Callable[[TableRow], Levels]] = {
+    "fixed": lambda row: row.settled_details.fixed,
+    "matched": lambda row: row.settled_details.matched,
+}
+"""The same of the settled record."""
+
+
+_CIRCLES = "From the undecimated transform of whole periods that agree with the last one, taken as a circle."
+_RECORDS = (
+    "The input has no period, so whether a record has settled is not judged, and its start is in it: from"
+    " the undecimated transform of what run.discard leaves, less the coefficients that look beyond its start."
+)
+_NO_PHASE = "It does not depend on the sample that the record starts at, nor on an extension."
+
+
+def baseline_title(table: SensitivityTable, baseline: str) -> str:
+    """What δ is taken against, as a title."""
+    held = {name: table.baseline[name] for name in table.label_names if name in table.baseline}
+    outside = {name: held.pop(name) for name in list(held) if name.startswith(EXTERNAL)}
+    sealed = "sealed inside and out" if outside and not any(outside.values()) else "sealed"
+    if baseline == "matched":
+        return f"δ [%] against the matched baseline ({sealed}, the row's own EBM)"
+    state = [sealed, f"EBM {megapascal(table.normal_bulk_modulus)} MPa"]
+    state += [labels_text(held)] if held else []
+    state += ["else the row's own parameters"] if len(held) + len(outside) < len(table.label_names) else []
+    return f"δ [%] against the fixed normal ({', '.join(state)})"
+
+
+def changes_block(
+    analysis: Analysis, title: str = "Change of the details with what varies", key: str = "changes"
+) -> Block:
+    """The table of all runs, once per baseline; the RMS alone where no run is healthy."""
+    table = analysis.table
+    if not analysis.has_baseline:
+        sentences = (analysis.missing_baseline, band_sentence(table))
+        return Block(key, "RMS of the details", sentences, (_rms_sheet(table),))
+    sealed = "have no internal leakage" if table.varies_external else "are controls"
+    legend = (
+        f"Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed {sealed}; a sealed"
+        " row is its own matched baseline, so that its zeros there are no test."
+    )
+    return Block(
+        key,
+        title,
+        (legend, band_sentence(table)),
+        tuple(
+            _sheet(table, f"{key}-{baseline}", baseline_title(table, baseline), delta)
+            for baseline, delta in BASELINES.items()
+        ),
+        ("sensitivity",),
+    )
+
+
+def _rms_sheet(table: SensitivityTable) -> Sheet:
+    levels = [f"d{level} [kPa]" for level in range(1, table.n_level + 1)]
+    return Sheet(
+        key="rms",
+        title="RMS of the details of the chamber-1 pressure",
+        headers=(*lead_headers(table), *levels, *doubt_headers(table)),
+        rows=tuple(
+            (
+                *lead_cells(row),
+                *(Cell(kilopascal(rms), value=rms) for rms in row.detail_rms),
+                *doubt_cells(table, row),
+            )
+            for row in table.rows
+        ),
+        text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
+        note=doubt_note(table),
+    )
+
+
+def settled_block(analysis: Analysis) -> Block | None:
+    """The same table of the settled records; None where no run has settled."""
+    table = analysis.table
+    if not (table.has_settled and analysis.has_baseline):
+        return None
+    is_periodic = samples_per_period(analysis.data.experiment.nominal_parameters) is not None
+    return Block(
+        "settled",
+        f"The same, {'settled: no start' if is_periodic else 'undecimated'}, all start phases, no boundaries",
+        (_CIRCLES if is_periodic else _RECORDS, _NO_PHASE),
+        tuple(
+            _sheet(table, f"settled-{baseline}", f"Settled: {baseline_title(table, baseline)}", delta)
+            for baseline, delta in SETTLED.items()
+        ),
+    )
+
+
+def _sheet(table: SensitivityTable, key: str, title: str, delta: Callable[[TableRow], Levels]) -> Sheet:
+    levels = [f"δd{level}" for level in range(1, table.n_level + 1)]
+    return Sheet(
+        key=key,
+        title=title,
+        headers=(*lead_headers(table), *levels, *doubt_headers(table)),
+        rows=Rows(
+            table.rows,
+            lambda row: (*lead_cells(row), *delta_cells(delta(row)), *doubt_cells(table, row)),
+        ),
+        breaks=group_breaks([row.leakage_request for row in table.rows]),
+        text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
+        note=doubt_note(table),
+    )

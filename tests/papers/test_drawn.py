@@ -1,0 +1,158 @@
+"""Sweeps whose leakage or EBM is drawn: rows without a grid of modes."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.papers.maddahi2015 import study_experiment
+from hydrofdi.papers.maddahi2015.claims import CLAIMS
+from hydrofdi.papers.maddahi2015.composition import compose_study
+from hydrofdi.report.document import Cell, Rows
+from hydrofdi.report.runs import table
+from hydrofdi.store import ExperimentData, names
+from hydrofdi.store.experiment_file import requested_columns
+from hydrofdi.store.reading import FileSignals
+from hydrofdi.transforms.change import percentage_change
+from tests.conftest import run_hydrofdi, sweep_in
+
+N_DRAWN = 100
+BOTH = """\
+name: both
+run: {duration: 1 s}
+store: {signals: none}
+sweep:
+  sample:
+    method: random
+    count: %d
+    over:
+      fluid.bulk_modulus: {uniform: [400 MPa, 900 MPa]}
+      leakage.internal_coefficient: {loguniform: [1e-9, 1e-8]}
+"""
+APART = "name: apart\nsweep: {zip: {fluid.bulk_modulus: {linspace: [400 MPa, 900 MPa, 200]}, %s}}\n"
+LEAKAGE = "leakage.internal_coefficient: {linspace: [1e-9, 1e-8, 200]}"
+FRICTION = "friction.viscous: {linspace: [50, 250, 200]}"
+CHOSEN = """\
+name: chosen
+sweep:
+  grid: {leakage.internal_coefficient: [1e-9, 1e-8]}
+  sample: {count: 16, over: {fluid.bulk_modulus: {choice: [551 MPa, 689 MPa, 827 MPa]}}}
+"""
+
+
+def made(folder: Path, text: str) -> ExperimentData:
+    """An experiment with numbers drawn by hand and no signals."""
+    config = folder / "made.yaml"
+    config.write_text(text, encoding="utf-8")
+    experiment = load_experiment(config)
+    runs = expand_runs(experiment)
+    n_run, draw = len(runs.runs), np.random.default_rng(0)
+    columns = {
+        variable.name: np.full(n_run, "ok")
+        if variable.is_text
+        else draw.uniform(1.0, 2.0, (n_run, 5) if names.LEVEL in variable.dimensions else n_run)
+        for variable in names.stored_variables("none")
+    } | requested_columns(runs)
+    return ExperimentData(folder / "made.h5", experiment, columns, {}, FileSignals(folder / "made.h5"))
+
+
+def sentences(analysis, key):
+    return next(block for block in compose_study(analysis).blocks if block.key == key).paragraphs
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (BOTH % 200, "fluid.bulk_modulus and leakage.internal_coefficient are drawn from a range"),
+        (APART % LEAKAGE, "401 runs have 201 leakages and 201 EBM"),
+        (APART % FRICTION, "400 runs have 1 leakage and 201 EBM among 200 sets of other parameters"),
+    ],
+)
+def test_runs_that_share_neither_leakage_nor_bulk_modulus_are_no_grid(tmp_path, text, reason):
+    analysis = study_experiment(made(tmp_path, text))
+    assert analysis.grid.positions.size == 1
+    assert sentences(analysis, "claims") == (
+        f"Leakage and EBM form no grid of modes ({reason}), so the claims are not evaluated.",
+    )
+    assert [result.reproduced for result in analysis.claims] == [None] * len(CLAIMS)
+
+
+def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
+    analysis = study_experiment(made(tmp_path, BOTH % 200))
+    rows = analysis.table.rows
+    raised = [row for row in rows if row.is_sealed and row.bulk_modulus > 551e6]
+    assert len(analysis.sealed_alarms) == len(raised) > 100
+    assert len(analysis.best_levels) == 200
+    alarms = {alarm.bulk_modulus: alarm.alarm for alarm in analysis.sealed_alarms}
+    for row in raised:
+        d3 = row.delta_fixed[2]
+        assert alarms[row.bulk_modulus] == (d3 > 0.0 and d3 == max(row.delta_fixed))
+
+
+def test_chosen_values_that_meet_are_a_grid(tmp_path):
+    analysis = study_experiment(made(tmp_path, CHOSEN))
+    assert analysis.grid.lack == ""
+    assert analysis.grid.n_mode == 6
+
+
+def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp_path, monkeypatch):
+    passes = []
+    monkeypatch.setattr(table, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
+    counts = []
+    for n_run in (20, 200):
+        compose_study(study_experiment(made(tmp_path, BOTH % n_run)))
+        counts.append(len(passes))
+        passes.clear()
+    assert counts[0] == counts[1] > 0
+
+
+@pytest.mark.parametrize("extra", ["", "wavelet: {phase: all}\n"])
+def test_no_sentence_names_every_run(tmp_path, extra):
+    text = extra + (BOTH % 200).replace("1 s", "4 s")
+    for block in compose_study(study_experiment(made(tmp_path, text))).blocks:
+        for paragraph in block.paragraphs:
+            assert paragraph.count("MPa") <= 14, paragraph
+
+
+def test_a_sheet_makes_the_rows_that_are_looked_at():
+    sources = list(range(1000))
+    asked = []
+    rows = Rows(sources, lambda source: asked.append(source) or (Cell(str(source)),))
+    assert [row[0].text for row in rows[:3]] == ["0", "1", "2"]
+    assert (len(rows), asked) == (1000, [0, 1, 2])
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    return sweep_in(tmp_path_factory.mktemp("drawn"), BOTH % N_DRAWN)
+
+
+def reported(drawn, *arguments):
+    result = run_hydrofdi("report", drawn.directory, *arguments, cwd=drawn.folder)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def test_the_terminal_shows_some_rows_and_says_how_many_there_are(drawn):
+    text = reported(drawn)
+    words = " ".join(text.split())
+    n_run = drawn.summary["planned"]
+    assert n_run == 2 * N_DRAWN + 1
+    assert len(text.splitlines()) < 250
+    assert f"the first 20 of {n_run} rows" in words
+    assert "--format csv and --json all runs" in words
+    assert "claims are not evaluated" in words
+
+
+def test_the_forms_for_programs_hold_every_row(drawn):
+    n_run = drawn.summary["planned"]
+    record = json.loads(reported(drawn, "--json"))
+    assert len(record["rows"]) == n_run
+    assert "drawn from a range" in record["claims_not_evaluated"]
+    lines = list(csv.DictReader(io.StringIO(reported(drawn, "--format", "csv"))))
+    assert len(lines) == 5 * n_run
+    assert {line["run_id"] for line in lines} == {row["run_id"] for row in record["rows"]}

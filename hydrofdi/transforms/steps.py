@@ -27,12 +27,15 @@ class Steps:
     record: Places
     sample: Places
 
+    def where(self, chosen: NDArray[np.bool_]) -> Steps:
+        """Some of the steps."""
+        return Steps(self.record[chosen], self.sample[chosen])
+
     def with_window(self, first: int, length: int, n_time: int) -> Steps:
         """Steps with `length` samples from `first` after them before the next step and the record's end."""
         is_last = np.append(np.diff(self.record) != 0, True)[: self.record.size]
         stop = np.where(is_last, n_time, np.append(self.sample[1:], n_time)[: self.sample.size])
-        fits = self.sample + first + length <= stop
-        return Steps(self.record[fits], self.sample[fits])
+        return self.where(self.sample + first + length <= stop)
 
     def windows(self, signal: Array, first: int, length: int) -> Array:
         """Samples of a signal (n_record, n_time) in the windows after the steps, shape (n_step, length)."""
@@ -47,9 +50,14 @@ class Steps:
         rows[np.arange(rows.shape[1]) < counts[:, None]] = values
         return rows
 
+    def sums(self, values: Array, n_record: int) -> Array:
+        """Sums of values of the steps (n_step,) over the steps of each record, shape (n_record,)."""
+        return np.bincount(self.record, values, n_record).astype(np.float64)
+
     def counts(self, n_record: int) -> Places:
         """Number of steps of each record."""
-        return np.bincount(self.record, minlength=n_record)
+        counts: Places = np.bincount(self.record, minlength=n_record)
+        return counts
 
 
 def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0) -> Steps:

@@ -1,0 +1,131 @@
+"""Natural frequency and damping ratio of the pressure that rings after each step of the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.stepping import (
+    SteppingOptions,
+    drive_steps,
+    stepping_channels,
+    stepping_obstacle,
+)
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI
+from hydrofdi.transforms.free_motion import FreeMotion, fit_free_motion
+from hydrofdi.transforms.steps import Steps
+
+_LEAST_SAMPLES = 24
+
+
+class RingDownOptions(SteppingOptions):
+    """Options of `RingDown`."""
+
+    channel: Channel = Channel.CHAMBER_1_PRESSURE
+    """Channel that rings."""
+
+    less: Channel | None = None
+    """Channel that is taken off it, such as ``chamber_2_pressure``: their difference scatters less."""
+
+    delay: Annotated[float, SI("s", least=0)] = 10e-3
+    """Time after a step that is left out [s]: the valve moves."""
+
+    window: Annotated[float, SI("s", above=0)] = 0.2
+    """Time that is looked at after each step [s]."""
+
+    trend_degree: Annotated[int, Field(strict=True, ge=0, le=6)] = 2
+    """Degree of the polynomial that the pressure rings about."""
+
+    least_explained: Annotated[float, SI("1", least=0, most=1)] = 0.5
+    """Share of the pressure less its polynomial that the ringing has to explain [-]; white noise stays
+    below 0.2."""
+
+
+class RingDown(Indicator[RingDownOptions]):
+    """Frequency and damping of the hydraulic mode."""
+
+    name = "ring_down"
+    version = 1
+    summary = "Natural frequency and damping ratio of the pressure after the steps of the drive."
+    source = "Hua and Sarkar, IEEE Trans. Acoust., Speech, Signal Process. (1990): matrix pencil"
+    equation = "P = polynomial + Re(c exp(s t)) by least squares; s = 2π f_h (−ζ + i √(1 − ζ²))"
+    Options = RingDownOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The pressures, and the input voltage where it tells the steps."""
+        less = () if self.options.less is None else (self.options.less,)
+        return frozenset({self.options.channel, *less}) | stepping_channels(self.options)
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Means over the steps that ring, with the standard errors that their scatter and the fit give."""
+        return (
+            Output("frequency", "Hz", "natural frequency f_h"),
+            Output("frequency_error", "Hz", "standard error of f_h from the spread over the steps"),
+            Output("frequency_formal_error", "Hz", "standard error of f_h from what the fits leave"),
+            Output("damping_ratio", "1", "damping ratio ζ"),
+            Output("damping_ratio_error", "1", "standard error of ζ from the spread over the steps"),
+            Output("damping_ratio_formal_error", "1", "standard error of ζ from what the fits leave"),
+            Output("steps", "1", "number of steps that ring"),
+            Output("overdamped", "1", "share of the steps that do not ring"),
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """Steps that cannot be found, or a window of too few samples."""
+        if self._n_window(records) < _LEAST_SAMPLES:
+            return (
+                f"a window of {self.options.window:g} s has {self._n_window(records)} samples;"
+                f" {_LEAST_SAMPLES} are needed"
+            )
+        return stepping_obstacle(records, self.options)
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """Frequencies in Hz, the rest without a unit."""
+        signal = records[self.options.channel]
+        if self.options.less is not None:
+            signal = signal - records[self.options.less]
+        steps, pieces = self._pieces(records, signal)
+        frequency = records.sampling_frequency
+        motion = fit_free_motion(pieces, steps.record, frequency, self.options.trend_degree)
+        return _summary(motion, steps, records.n_record, self._is_ringing(motion))
+
+    def _n_window(self, records: RecordBatch) -> int:
+        return round(self.options.window * records.sampling_frequency)
+
+    def _pieces(self, records: RecordBatch, signal: Array) -> tuple[Steps, Array]:
+        """Steps with a window behind them, and the pressure there where it is known and moves."""
+        delay, length = round(self.options.delay * records.sampling_frequency), self._n_window(records)
+        steps = drive_steps(records, self.options, signal).with_window(delay, length, records.n_time)
+        pieces = steps.windows(signal, delay, length)
+        moves = np.isfinite(pieces).all(axis=1) & (np.ptp(pieces, axis=1) > 1e-9 * np.abs(pieces).max(axis=1))
+        return steps.where(moves), pieces[moves]
+
+    def _is_ringing(self, motion: FreeMotion) -> NDArray[np.bool_]:
+        """Whether a piece has an oscillation that explains it, and at least one period of it."""
+        damped = motion.frequency * np.sqrt(np.maximum(1.0 - motion.damping_ratio**2, 0.0))
+        rings: NDArray[np.bool_] = damped * self.options.window >= 1.0
+        return rings & (motion.explained >= self.options.least_explained)
+
+
+def _summary(motion: FreeMotion, steps: Steps, n_record: int, rings: NDArray[np.bool_]) -> dict[str, Array]:
+    ringing = steps.where(rings)
+    n_ringing = ringing.counts(n_record).astype(float)
+    values = {"steps": n_ringing, "overdamped": 1.0 - n_ringing / steps.counts(n_record)}
+    found = {
+        "frequency": (motion.frequency[rings], motion.frequency_deviation[rings]),
+        "damping_ratio": (motion.damping_ratio[rings], motion.damping_deviation[rings]),
+    }
+    for name, (of_steps, deviation) in found.items():
+        mean = ringing.sums(of_steps, n_record) / n_ringing
+        spread = ringing.sums(np.square(of_steps - mean[ringing.record]), n_record)
+        values[name] = mean
+        values[f"{name}_error"] = np.sqrt(spread / ((n_ringing - 1.0) * n_ringing))
+        values[f"{name}_formal_error"] = np.sqrt(ringing.sums(np.square(deviation), n_record)) / n_ringing
+    return values

@@ -1,0 +1,190 @@
+"""Natural frequency and damping ratio of a second-order system from pieces of its free motion.
+
+A matrix pencil of all pieces of a record gives the start (Hua and Sarkar, IEEE Trans. Acoust., Speech, Signal
+Process. 38 (1990) 814), and least squares in each piece the answer. The model of a piece is a polynomial and
+c_1 exp(s_1 t) + c_2 exp(s_2 t), where s_1 and s_2 are the roots of s² + a s + b, complex or real.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_ITERATIONS = 6
+_LONGEST_PENCIL = 24
+_LEAST_SPLIT = 1e-3
+"""Least size of ((s_1 − s_2)/2)², in windows: closer roots are taken so far apart."""
+_RIDGE = 1e-13
+
+
+@dataclass(frozen=True)
+class FreeMotion:
+    """What least squares find in each piece; all of shape (n_piece,).
+
+    Attributes
+    ----------
+    frequency, frequency_deviation : ndarray
+        √b/2π [Hz], and its standard deviation if what the model leaves is white.
+    damping_ratio, damping_deviation : ndarray
+        a/(2√b) [-], at least 1 where the roots are real; and its standard deviation.
+    explained : ndarray
+        Share of the piece less its polynomial that the motion explains [-].
+    """
+
+    frequency: Array
+    frequency_deviation: Array
+    damping_ratio: Array
+    damping_deviation: Array
+    explained: Array
+
+
+def fit_free_motion(
+    pieces: Array, group: NDArray[np.intp], sampling_frequency: float, degree: int
+) -> FreeMotion:
+    """Fit a second-order motion to each piece.
+
+    Parameters
+    ----------
+    pieces : ndarray, shape (n_piece, n_time)
+        Finite; n_time is at least degree + 8. What is a mere polynomial gives numbers without meaning.
+    group : ndarray of int, shape (n_piece,)
+        Ascending; pieces of a group, such as those of a record, have a common start.
+    sampling_frequency : float
+        [Hz]
+    degree : int
+        Of the polynomial.
+    """
+    n_time = pieces.shape[1]
+    trend = orthogonal_polynomials(n_time, degree)
+    rest = less_polynomial(pieces, trend)
+    power = np.sum(np.square(rest), axis=1)
+    a, b = _start(rest, group)
+    for _ in range(_ITERATIONS):
+        products, with_rest = _products(a, b, rest, trend)
+        motion, slopes = _slopes(a, b, products, with_rest)
+        normal = slopes @ products @ slopes.transpose(0, 2, 1)
+        size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
+        normal = normal / (size[:, :, None] * size[:, None, :]) + _RIDGE * np.eye(4)
+        inverse = np.linalg.inv(normal) / (size[:, :, None] * size[:, None, :])
+        left = with_rest - _times(products, motion)
+        change = _times(inverse, _times(slopes, left))
+        residual = power - np.sum(motion * (with_rest + left), axis=1)
+        a, b = _moved(a, b, change[:, 2], change[:, 3])
+    variance = np.maximum(residual, 0.0) / (n_time - degree - 5)
+    covariance = inverse[:, 2:, 2:] * variance[:, None, None]
+    return _in_frequency(a, b, covariance, 1.0 - residual / power, sampling_frequency / n_time)
+
+
+def orthogonal_polynomials(n_time: int, degree: int) -> Array:
+    """Orthonormal polynomials up to a degree, shape (degree + 1, n_time)."""
+    powers = np.vander(np.linspace(-1.0, 1.0, n_time), degree + 1)
+    return np.ascontiguousarray(np.linalg.qr(powers)[0].T)
+
+
+def less_polynomial(pieces: Array, polynomials: Array) -> Array:
+    """Pieces (n_piece, n_time) less their parts along orthonormal polynomials (n, n_time), each by itself."""
+    for polynomial in polynomials:
+        pieces = pieces - np.sum(pieces * polynomial, axis=1)[:, None] * polynomial
+    return pieces
+
+
+def _start(rest: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:
+    """a and b from a pencil of rank 2, equal in each group; time counted in windows."""
+    n_time = rest.shape[1]
+    first = np.flatnonzero(np.diff(group, prepend=-1))
+    hankel = np.lib.stride_tricks.sliding_window_view(rest, min(n_time // 3, _LONGEST_PENCIL) + 1, axis=1)
+    products = np.add.reduceat(hankel.transpose(0, 2, 1) @ hankel, first, axis=0)
+    space = np.linalg.eigh(products)[1][:, :, -2:]
+    last = space[:, -1]
+    step = space[:, :-1].transpose(0, 2, 1) @ space[:, 1:]
+    left = np.sum(last[:, :, None] * step, axis=1) / (1.0 - np.sum(np.square(last), axis=1))[:, None]
+    step = step + last[:, :, None] * left[:, None, :]
+    half = 0.5 * (step[:, 0, 0] + step[:, 1, 1])
+    split = half**2 - step[:, 0, 0] * step[:, 1, 1] + step[:, 0, 1] * step[:, 1, 0]
+    roots = half[:, None] + np.sqrt(split[:, None] + 0j) * np.array([1.0, -1.0])
+    rates = np.log(roots) * n_time
+    of_piece = np.cumsum(np.diff(group, prepend=-1) != 0) - 1
+    a, b = -rates.sum(axis=1).real, np.abs(rates.prod(axis=1).real)
+    return a[of_piece], b[of_piece]
+
+
+def _moved(a: Array, b: Array, by_a: Array, by_b: Array) -> tuple[Array, Array]:
+    """a and b after a change, which is shortened where it would leave the neighbourhood."""
+    share = 1.0 / np.maximum(1.0, np.maximum(np.abs(by_a) / (3.0 * np.sqrt(b)), np.abs(by_b) / (0.9 * b)))
+    return a + share * by_a, b + share * by_b
+
+
+def _products(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Array]:
+    """Products (n_piece, 4, 4) of C, S, tC and tS less their polynomials, and with the rest (n_piece, 4).
+
+    C and S are the motions exp(−a t/2) cosh(r t) and exp(−a t/2) sinh(r t)/r with r² = a²/4 − b.
+    """
+    n_time = rest.shape[1]
+    root = np.sqrt(_split(a, b) + 0j)
+    one, other = (_powers(np.exp((sign * root - 0.5 * a) / n_time), n_time) for sign in (1.0, -1.0))
+    base = np.empty((a.size, 4, n_time))
+    base[:, 0] = 0.5 * (one + other).real
+    base[:, 1] = ((one - other) / (2.0 * root[:, None])).real
+    base[:, 2:] = base[:, :2] * (np.arange(n_time) / n_time)
+    along = base @ trend.T
+    return base @ base.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1), _times(base, rest)
+
+
+def _slopes(a: Array, b: Array, products: Array, with_rest: Array) -> tuple[Array, Array]:
+    """The best motion (n_piece, 4), and the slopes of it over c_1, c_2, a and b, in terms of C, S, tC, tS."""
+    determinant = products[:, 0, 0] * products[:, 1, 1] - products[:, 0, 1] ** 2
+    motion = np.zeros_like(with_rest)
+    motion[:, 0] = products[:, 1, 1] * with_rest[:, 0] - products[:, 0, 1] * with_rest[:, 1]
+    motion[:, 1] = products[:, 0, 0] * with_rest[:, 1] - products[:, 0, 1] * with_rest[:, 0]
+    motion /= determinant[:, None]
+    over_split = np.zeros_like(with_rest)
+    over_split[:, 2] = motion[:, 1] / (2.0 * _split(a, b))
+    over_split[:, 1] = -over_split[:, 2]
+    over_split[:, 3] = 0.5 * motion[:, 0]
+    slopes = np.zeros_like(products)
+    slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
+    slopes[:, 2, 2:] = -0.5 * motion[:, :2]
+    slopes[:, 2] += 0.5 * a[:, None] * over_split
+    slopes[:, 3] = -over_split
+    return motion, slopes
+
+
+def _split(a: Array, b: Array) -> Array:
+    split = 0.25 * a**2 - b
+    return np.copysign(np.maximum(np.abs(split), _LEAST_SPLIT), split)
+
+
+def _powers(base: NDArray[np.complex128], n_power: int) -> NDArray[np.complex128]:
+    """1, z, z², … in rows, by doubling."""
+    powers = np.ones((base.size, n_power), dtype=complex)
+    known, factor = 1, base[:, None]
+    while known < n_power:
+        more = min(known, n_power - known)
+        powers[:, known : known + more] = powers[:, :more] * factor
+        known, factor = known + more, factor * factor
+    return powers
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    product: Array = np.matmul(matrices, vectors[:, :, None])[:, :, 0]
+    return product
+
+
+def _in_frequency(a: Array, b: Array, covariance: Array, explained: Array, windows: float) -> FreeMotion:
+    """Frequency and damping ratio from a and b, with `windows` of them per second."""
+    root = np.sqrt(b)
+    frequency, damping_ratio = root * windows / (2.0 * np.pi), a / (2.0 * root)
+    frequency_variance = covariance[:, 1, 1] * (0.5 * frequency / b) ** 2
+    over_a, over_b = 0.5 / root, -0.5 * damping_ratio / b
+    damping_variance = (
+        over_a**2 * covariance[:, 0, 0]
+        + 2.0 * over_a * over_b * covariance[:, 0, 1]
+        + over_b**2 * covariance[:, 1, 1]
+    )
+    return FreeMotion(
+        frequency, np.sqrt(frequency_variance), damping_ratio, np.sqrt(damping_variance), explained
+    )

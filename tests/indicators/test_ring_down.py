@@ -1,0 +1,129 @@
+"""Ring-down: the frequency and damping that were put in come out, with the uncertainty that is stated."""
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import load_experiment
+from hydrofdi.physics.hydraulic_mode import mode_frequency
+from hydrofdi.simulation import simulate_batch
+from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured, ringing_pressure
+from indicators.signals import square_wave as square
+
+N, HALF = 5000, 500
+
+
+def ringing(frequency=60.0, damping_ratio=0.05, noise=0.0, n_record=1, seed=0, n_time=N):
+    pressure = ringing_pressure(n_time, HALF, frequency, damping_ratio)
+    noise = noise * np.random.default_rng(seed).normal(size=(n_record, n_time))
+    return batch({P1: pressure + noise, U: np.tile(square(n_time, HALF), (n_record, 1))}, drive_period=2.0)
+
+
+@pytest.mark.parametrize("damping_ratio", [0.002, 0.02, 0.1, 0.3])
+@pytest.mark.parametrize("frequency", [15.0, 60.0, 140.0])
+def test_the_frequency_and_damping_of_a_second_order_system_come_out(frequency, damping_ratio):
+    values, _ = measured(ringing(frequency, damping_ratio), "ring_down")
+    np.testing.assert_allclose(values["frequency"], frequency, rtol=1e-6)
+    np.testing.assert_allclose(values["damping_ratio"], damping_ratio, rtol=1e-6)
+    np.testing.assert_array_equal(values["steps"], N // HALF - 1)
+    np.testing.assert_array_equal(values["overdamped"], 0.0)
+
+
+@pytest.mark.parametrize("damping_ratio", [1.2, 2.0])
+def test_a_system_that_does_not_oscillate_is_said_to_be_overdamped(damping_ratio):
+    values, _ = measured(ringing(20.0, damping_ratio, noise=1e3), "ring_down", delay=0, window="0.3 s")
+    assert values["overdamped"] == 1.0
+    assert values["steps"] == 0.0
+    assert np.isnan(values["damping_ratio"]).all()
+
+
+def test_white_noise_does_not_ring():
+    noise = np.random.default_rng(4).normal(size=(20, N))
+    values, _ = measured(batch({P1: 8e6 + 1e4 * noise}, drive_period=2.0), "ring_down")
+    assert values["steps"].sum() == 0.0
+    np.testing.assert_array_equal(values["overdamped"], 1.0)
+
+
+@pytest.mark.parametrize("kind", ["error", "formal_error"])
+@pytest.mark.parametrize(("name", "truth"), [("frequency", 60.0), ("damping_ratio", 0.05)])
+def test_the_stated_errors_cover_the_truth_as_often_as_they_should(kind, name, truth):
+    """Student's 95 % of 9 steps; binomial scatter of 400 repeats is 1.1 %."""
+    values, _ = measured(ringing(60.0, 0.05, noise=3e4, n_record=400), "ring_down")
+    factor = 2.306 if kind == "error" else 1.96
+    covered = np.abs(values[name] - truth) <= factor * values[f"{name}_{kind}"]
+    assert 0.91 <= covered.mean() <= 0.985
+
+
+def test_the_mode_of_a_simulated_actuator_is_that_of_linear_theory():
+    runs = [
+        load_experiment(None, [f"fluid.bulk_modulus={modulus} MPa", "run.duration=6 s"]).nominal_parameters
+        for modulus in (551, 689, 827)
+        for _ in range(2)
+    ]
+    signals = simulate_batch(runs, [0.0, 5e-9] * 3)
+    records = batch(
+        {P1: signals.chamber_1_pressure, P2: signals.chamber_2_pressure, U: signals.input_voltage}
+    )
+    values, _ = measured(records, "ring_down", less="chamber_2_pressure")
+    theory = [
+        mode_frequency(modulus, 633e-6, 280e-6, 12.3, 150e3) / (2 * np.pi)
+        for modulus in np.repeat([551e6, 689e6, 827e6], 2)
+    ]
+    np.testing.assert_allclose(values["frequency"], theory, rtol=0.02)
+    healthy, leaking = values["damping_ratio"][0::2], values["damping_ratio"][1::2]
+    assert (leaking > 1.5 * healthy).all()
+    np.testing.assert_array_equal(values["overdamped"], 0.0)
+
+
+def test_another_unit_of_pressure_changes_nothing_and_another_of_time_the_frequency():
+    records = ringing(40.0, 0.1, noise=1e4)
+    values, _ = measured(records, "ring_down")
+    other, _ = measured(batch({P1: records[P1] / 4096.0, U: records[U]}), "ring_down")
+    slow = batch({P1: records[P1], U: records[U]}, sampling_frequency=250.0)
+    slower, _ = measured(slow, "ring_down", delay=0.02, window=0.4, jump_time=0.02, spacing=0.2)
+    for name in values:
+        np.testing.assert_allclose(other[name], values[name], rtol=1e-9)
+    np.testing.assert_allclose(slower["frequency"], values["frequency"] / 2.0, rtol=1e-9)
+    np.testing.assert_allclose(slower["damping_ratio"], values["damping_ratio"], rtol=1e-9)
+
+
+def test_the_steps_may_be_told_by_the_command_the_period_or_the_pressure():
+    records = ringing(50.0, 0.02)
+    told = {
+        kind: measured(records, "ring_down", steps=kind)[0]["damping_ratio"]
+        for kind in ("command", "period", "signal")
+    }
+    np.testing.assert_array_equal(told["command"], told["period"])
+    np.testing.assert_allclose(told["signal"], told["command"], rtol=1e-6)
+
+
+def test_a_record_stands_alone():
+    rows = [
+        ringing(frequency, damping_ratio, noise=1e4, seed=seed)
+        for seed, (frequency, damping_ratio) in enumerate([(60, 0.01), (25, 0.2), (40, 1.5), (90, 0.05)])
+    ]
+    channels = {channel: np.concatenate([row[channel] for row in rows]) for channel in (P1, U)}
+    channels[U][1] = square(N, 300)
+    assert_rows_stand_alone(batch(channels), "ring_down")
+
+
+@pytest.mark.parametrize("pressure", [np.full(N, 8e6), np.full(N, np.nan), np.arange(N) * 1e3, np.zeros(N)])
+def test_what_does_not_move_does_not_ring(pressure):
+    values, _ = measured(batch({P1: pressure, U: square(N, HALF)}), "ring_down")
+    assert values["steps"] == 0.0
+    assert np.isnan(values["frequency"]).all()
+
+
+def test_a_record_without_steps_has_no_numbers():
+    values, _ = measured(batch({P1: np.random.default_rng(1).normal(size=N), U: np.ones(N)}), "ring_down")
+    assert values["steps"] == 0.0
+    assert np.isnan(values["overdamped"]).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"window": "20 ms"}, "10 samples; 24 are needed"), ({"steps": "period"}, "period of the drive"),
+     ({"steps": "command"}, "has no input_voltage")],
+)  # fmt: skip
+def test_what_cannot_be_measured_says_why(options, words):
+    _, obstacles = measured(batch({P1: np.ones(N)}), "ring_down", **options)
+    assert words in obstacles[0]

@@ -1,0 +1,68 @@
+"""RMS in bands of frequency, from Welch's power spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from pydantic import Field
+
+from hydrofdi.indicators.bands import Band, SegmentTime, band_obstacle, segment_obstacle
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.records import Array, RecordBatch
+from hydrofdi.transforms.spectrum import band_rms
+from hydrofdi.transforms.wavelet import level_bands
+
+_OCTAVES = 5
+
+
+class BandPowerOptions(ChannelOptions):
+    """Options of `BandPower`."""
+
+    bands: Annotated[tuple[Band, ...], Field(min_length=1)] | None = None
+    """Bands as pairs of frequencies [Hz]. Without any: five octaves from half of the sampling frequency down,
+    as the levels of a wavelet transform, and what is left below."""
+
+    segment: SegmentTime = 1.0
+    """Length of Welch's segments [s]; its inverse is the resolution [Hz]."""
+
+
+class BandPower(SingleChannelIndicator[BandPowerOptions]):
+    """RMS in each band."""
+
+    name = "band_power"
+    version = 1
+    summary = "RMS in bands of frequency, from the power spectrum of overlapping segments."
+    source = "Welch, IEEE Trans. Audio Electroacoust. 15(2) (1967) 70"
+    equation = "b_i = sqrt(integral of S(f) over band i); S: one-sided density, Hann windows, half overlap"
+    Options = BandPowerOptions
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """b1, b2, …, each with its band."""
+        return tuple(
+            Output(f"b{number}", self.unit, f"RMS from {text}")
+            for number, text in enumerate(self._texts(), 1)
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A band beyond the spectrum, or a segment that does not fit."""
+        beyond = (band_obstacle(records, band) for band in self.options.bands or ())
+        return next(filter(None, beyond), None) or segment_obstacle(records, self.options.segment)
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """RMS in the unit of the channel."""
+        frequency = records.sampling_frequency
+        bands = self.options.bands or [
+            *level_bands(frequency, _OCTAVES),
+            (0.0, frequency / 2 ** (_OCTAVES + 1)),
+        ]
+        rms = band_rms(self.signal(records), frequency, bands, self.options.segment)
+        return {f"b{number + 1}": rms[:, number] for number in range(len(bands))}
+
+    def _texts(self) -> list[str]:
+        if self.options.bands is not None:
+            return [f"{low:g} Hz to {high:g} Hz" for low, high in self.options.bands]
+        octaves = [f"f_s/{2 ** (octave + 1)} to f_s/{2**octave}" for octave in range(1, _OCTAVES + 1)]
+        return [*octaves, f"0 to f_s/{2 ** (_OCTAVES + 1)}"]

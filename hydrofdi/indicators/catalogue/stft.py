@@ -1,0 +1,70 @@
+"""The strongest frequency of a band over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from hydrofdi.indicators.bands import Band, SegmentTime, band_obstacle, middle_band, segment_obstacle
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.records import Array, RecordBatch
+from hydrofdi.transforms.ridge import spectral_ridge
+
+
+class StftOptions(ChannelOptions):
+    """Options of `Stft`."""
+
+    band: Band | None = None
+    """Where the strongest frequency is looked for [Hz]; a sixteenth to a quarter of the sampling frequency
+    where it is left out."""
+
+    segment: SegmentTime = 0.25
+    """Length of the segments, which overlap by half [s]."""
+
+
+class Stft(SingleChannelIndicator[StftOptions]):
+    """Frequency and amplitude of the ridge of a short-time Fourier transform."""
+
+    name = "stft"
+    version = 1
+    summary = "The strongest frequency of a band over time, and its amplitude: mean and spread."
+    source = "Allen, IEEE Trans. Acoust. Speech Signal Process. 25(3) (1977) 235"
+    equation = "f(t) = argmax over the band of |X(t, f)|, A(t) = |X(t, f(t))|; mean of f weighted by A²"
+    Options = StftOptions
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Mean and standard deviation over the segments."""
+        return (
+            Output("frequency", "Hz", "strongest frequency, mean weighted by power"),
+            Output("frequency_spread", "Hz", "its standard deviation over time, weighted by power"),
+            Output("amplitude", self.unit, "amplitude of the strongest frequency, mean over time"),
+            Output("amplitude_spread", self.unit, "its standard deviation over time"),
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A band without a frequency of the transform, or a segment that does not fit."""
+        frequency, segment = records.sampling_frequency, self.options.segment
+        band = middle_band(self.options.band, frequency)
+        reason = band_obstacle(records, band) or segment_obstacle(records, segment)
+        if reason is None and band[1] - band[0] < 2.0 / segment:
+            return f"a band of {band[1] - band[0]:g} Hz needs segments of {2.0 / (band[1] - band[0]):.3g} s"
+        return reason
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """Frequencies are NaN where nothing moves."""
+        sampling = records.sampling_frequency
+        band, n_segment = middle_band(self.options.band, sampling), round(self.options.segment * sampling)
+        frequency, amplitude = spectral_ridge(self.signal(records), sampling, band, n_segment, n_segment // 2)
+        power = np.square(amplitude)
+        total = np.sum(power, axis=-1)
+        mean = np.sum(power * frequency, axis=-1) / total
+        variance = np.sum(power * np.square(frequency - mean[:, None]), axis=-1) / total
+        return {
+            "frequency": mean,
+            "frequency_spread": np.sqrt(variance),
+            "amplitude": np.mean(amplitude, axis=-1),
+            "amplitude_spread": np.std(amplitude, axis=-1),
+        }

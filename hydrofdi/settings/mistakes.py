@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -23,6 +24,8 @@ def describe_error(error: Any, known: Sequence[str] = ()) -> str:
             return f"must be a finite number; found {found}"
         case "literal_error":
             return f"must be {context['expected']}; found {found!r}"
+        case "enum":
+            return f"{found!r} is unknown{nearest(str(found), _quoted(context['expected']))}"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"expected a section with 'key: value' pairs; found {found!r}"
         case "tuple_type" | "list_type":
@@ -37,6 +40,10 @@ def describe_error(error: Any, known: Sequence[str] = ()) -> str:
             found_text = f"; found {found!r}" if str(context["error"]).startswith("expected") else ""
             return f"{context['error']}{found_text}"
     return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {found!r}"
+
+
+def _quoted(text: str) -> list[str]:
+    return re.findall("'([^']*)'", text)
 
 
 def nearest(name: str, known: Sequence[str]) -> str:

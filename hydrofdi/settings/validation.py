@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path as FilePath
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -77,10 +77,13 @@ def _reading_order(mistake: Mistake) -> tuple[str, int]:
 
 
 def _known_keys(model: Any, path: Path) -> list[str]:
-    for part in path:
+    parts = iter(path)
+    for part in parts:
         if not isinstance(part, int):
             field = model.model_fields.get(part) if _is_model(model) else None
             model = _model_within(field.annotation) if field else None
+            if field and get_origin(field.annotation) is dict:
+                next(parts, None)
     return list(model.model_fields) if _is_model(model) else []
 
 

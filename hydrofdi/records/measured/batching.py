@@ -1,0 +1,81 @@
+"""Records of equal length and sampling, put side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Iterator
+
+import numpy as np
+
+from hydrofdi.records.batch import RecordBatch, RejectedRecord
+from hydrofdi.records.measured.forming import MeasuredRecord
+
+MOST_SAMPLES = 2**22
+"""Samples of all channels together that a batch may have, if it has more than one record: 32 MiB."""
+
+
+def batched(
+    records: Iterable[MeasuredRecord | RejectedRecord],
+    drive_period: float | None,
+    labels: bool,
+    most_samples: int = MOST_SAMPLES,
+) -> Iterator[RecordBatch]:
+    """Batches of consecutive records that fit together; rejected ones come with the next.
+
+    Parameters
+    ----------
+    records : iterable of MeasuredRecord or RejectedRecord
+    drive_period : float or None
+        [s].
+    labels : bool
+        Whether batches say what is known of their records.
+    most_samples : int
+        Samples of all channels together in a batch of more than one record.
+    """
+    waiting: list[MeasuredRecord] = []
+    rejected: list[RejectedRecord] = []
+    for record in records:
+        if isinstance(record, RejectedRecord):
+            rejected.append(record)
+            continue
+        if waiting and (_shape(record) != _shape(waiting[0]) or _is_full(waiting, most_samples)):
+            yield _batch(waiting, rejected, drive_period, labels)
+            waiting, rejected = [], []
+        waiting.append(record)
+    if waiting or rejected:
+        yield _batch(waiting, rejected, drive_period, labels)
+
+
+def _shape(record: MeasuredRecord) -> Hashable:
+    return record.recording.n_time, record.recording.sampling, record.recording.relative
+
+
+def _is_full(records: list[MeasuredRecord], most_samples: int) -> bool:
+    first = records[0].recording
+    return (len(records) + 1) * first.n_time * len(first.channels) > most_samples
+
+
+def _batch(
+    records: list[MeasuredRecord],
+    rejected: list[RejectedRecord],
+    drive_period: float | None,
+    labels: bool,
+) -> RecordBatch:
+    if not records:
+        return RecordBatch({}, 1.0, (), rejected=tuple(rejected), labels=() if labels else None)
+    first = records[0].recording
+    return RecordBatch(
+        channels={
+            channel: np.stack([record.recording.channels[channel] for record in records])
+            for channel in first.channels
+        },
+        sampling_frequency=first.sampling.frequency,
+        start_time=first.sampling.start,
+        record_ids=tuple(record.record_id for record in records),
+        sources=tuple(record.source for record in records),
+        groups=tuple(record.group for record in records),
+        drive_period=drive_period,
+        relative=first.relative,
+        remarks=tuple(record.recording.remarks for record in records),
+        rejected=tuple(rejected),
+        labels=tuple(record.label for record in records) if labels else None,
+    )

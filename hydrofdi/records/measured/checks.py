@@ -1,0 +1,103 @@
+"""What a description of measured files may not say, beyond the kinds of its values."""
+
+from __future__ import annotations
+
+import codecs
+import re
+from collections.abc import Iterator
+
+from hydrofdi.errors import Mistake
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_units import is_counts, known_unit
+from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.naming import OWN_NAMES, fields_of, path_pattern
+from hydrofdi.records.measured.ranges import plausible_range
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.yaml_source import Source
+from hydrofdi.units import parse_unit
+
+
+def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+    """Mistakes that concern more than one key, with their lines."""
+    yield from _sampling(config, source)
+    yield from _units(config, source)
+    yield from _needed_channels(config, source)
+    yield from _names(config, source)
+    try:
+        codecs.lookup(config.format.encoding)
+    except LookupError:
+        message = f"unknown encoding {config.format.encoding!r}; such as utf-8 or latin-1"
+        yield source.mistake(("format", "encoding"), message)
+    delimiter = config.format.delimiter
+    if delimiter is not None and len(delimiter) > 1 and delimiter not in ("tab", "\\t", "space"):
+        yield source.mistake(("format", "delimiter"), f"one character, tab or space; found {delimiter!r}")
+    if delimiter == config.format.decimal:
+        yield source.mistake(("format", "delimiter"), f"{delimiter!r} is the decimal sign as well")
+
+
+def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+    if config.time is None and config.sampling_frequency is None:
+        message = "is missing; give 'sampling_frequency: 1 kHz', or 'time: {column: …, unit: s}'"
+        yield source.mistake(("sampling_frequency",), message)
+    if config.time is not None and config.sampling_frequency is not None:
+        yield source.mistake(("sampling_frequency",), "is given beside 'time'; give one of them")
+    if config.resample is not None and config.time is None:
+        yield source.mistake(("resample",), "needs a column of 'time'")
+    if config.time is not None and config.time.unit:
+        unit = known_unit(config.time.unit)
+        if unit is None or unit.exponents != parse_unit("s").exponents:
+            yield source.mistake(("time", "unit"), f"{config.time.unit!r} is no unit of time")
+
+
+def _units(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+    for channel, column in config.channels.items():
+        path, unit = ("channels", channel.value), known_unit(column.unit)
+        if column.unit and not is_counts(column.unit):
+            if unit is None:
+                message = f"unknown unit {column.unit!r}; such as {channel.unit}, or counts without a scale"
+                yield source.mistake((*path, "unit"), message)
+            elif unit.exponents != parse_unit(channel.unit).exponents:
+                message = f"{column.unit} is not convertible to {channel.unit}"
+                yield source.mistake((*path, "unit"), message)
+        try:
+            plausible_range(channel, column)
+        except ValueError as error:
+            yield source.mistake((*path, "range"), str(error))
+        if column.gain == 0.0:
+            yield source.mistake((*path, "gain"), "must not be zero")
+
+
+def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+    needs = [
+        (("segment",), config.segment is not None, Channel.PISTON_POSITION),
+        (("limits", "shortest_stroke"), config.limits.shortest_stroke is not None, Channel.PISTON_POSITION),
+        (("normalize",), config.normalize == "supply", Channel.SUPPLY_PRESSURE),
+        (("normalize",), config.normalize == "hold", Channel.CHAMBER_1_PRESSURE),
+        (("normalize",), config.normalize == "hold", Channel.CHAMBER_2_PRESSURE),
+    ]
+    for key in ("group", "label"):
+        needs.append(((key,), "direction" in fields_of(getattr(config, key)), Channel.PISTON_POSITION))
+    cycles = config.cycles
+    if cycles is not None:
+        needs.append((("cycles",), cycles.by == "edges", cycles.channel))
+        needs.append((("cycles",), cycles.by == "reversals", Channel.PISTON_POSITION))
+        if cycles.by == "period" and cycles.period is None:
+            yield source.mistake(("cycles",), "needs a period")
+    if config.segment is not None and config.segment.part == "impact" and config.segment.length is None:
+        yield source.mistake(("segment",), "an impact needs a length, such as 0.5 s")
+    for path, is_asked, channel in needs:
+        if is_asked and channel not in config.channels:
+            yield source.mistake(path, f"needs the channel {channel}")
+
+
+def _names(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+    try:
+        pattern = path_pattern(config.path)
+    except re.error as error:
+        yield source.mistake(("path",), f"is no regular expression: {error}")
+        return
+    known = [*pattern.groupindex, *config.columns, *OWN_NAMES]
+    for key in ("group", "label"):
+        for name in fields_of(getattr(config, key)):
+            if name not in known:
+                yield source.mistake((key,), f"unknown name {{{name}}}{nearest(name, known)}")

@@ -1,0 +1,97 @@
+"""Units of columns: what header and description say, and the way to SI."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Array
+from hydrofdi.records.measured.sections import ChannelConfig
+from hydrofdi.units import Unit, parse_unit
+
+COUNTS = "counts"
+_COUNTS = {"counts", "count", "cts", "lsb"}
+_EXACT = 2**53
+
+
+def is_counts(unit: str) -> bool:
+    """Whether a unit means the counts of a converter."""
+    return unit.lower() in _COUNTS
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit, or the dash of a column without one."""
+    return text == "-" or is_counts(text) or known_unit(text) is not None
+
+
+def known_unit(text: str) -> Unit | None:
+    """The unit that a text stands for; None where hydrofdi does not know it."""
+    try:
+        return parse_unit(text)
+    except ValueError:
+        return None
+
+
+def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
+    """Unit of a channel after gain and offset.
+
+    Parameters
+    ----------
+    config : ChannelConfig
+    header : str
+        Unit that the file states; empty where it states none.
+    where : str
+        File and column, for messages.
+
+    Raises
+    ------
+    DataError
+        There is none, or file and description disagree.
+    """
+    if config.unit and (config.gain is not None or not is_unit(header) or _same(config.unit, header)):
+        return config.unit
+    if config.unit:
+        raise DataError(
+            f"{where}: the file says {header}, the description says {config.unit};"
+            " leave 'unit' out, or give the 'gain' between them"
+        )
+    if not header:
+        raise DataError(f"{where}: has no unit; write 'unit: bar', or 'unit: counts' where it has no scale")
+    if config.gain is not None and not is_counts(header):
+        raise DataError(f"{where}: with a gain, write the 'unit' after it as well")
+    return header
+
+
+def in_si(values: Array, unit: str, si_unit: str, where: str) -> Array:
+    """Values in SI; unchanged where the unit is counts.
+
+    Raises
+    ------
+    DataError
+        The unit is unknown, or of another dimension.
+    """
+    if is_counts(unit):
+        return values
+    found, wanted = known_unit(unit), parse_unit(si_unit)
+    if found is None:
+        raise DataError(f"{where}: unknown unit {unit!r}; write 'unit: {si_unit}', for instance")
+    if found.exponents != wanted.exponents:
+        raise DataError(f"{where}: the unit {unit} is not convertible to {si_unit}")
+    return scaled(values, found.factor / wanted.factor)
+
+
+def scaled(values: Array, factor: Fraction) -> Array:
+    """Values times an exact factor, rounded once where numerator or denominator is one."""
+    numerator, denominator = factor.numerator, factor.denominator
+    if max(numerator, denominator) > _EXACT:
+        return np.asarray(values * float(factor))
+    product = values if numerator == 1 else values * float(numerator)
+    return product if denominator == 1 else product / float(denominator)
+
+
+def _same(one: str, other: str) -> bool:
+    if is_counts(one) or is_counts(other):
+        return is_counts(one) and is_counts(other)
+    return known_unit(one) == known_unit(other)

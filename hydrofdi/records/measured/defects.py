@@ -1,0 +1,74 @@
+"""What is wrong with the channels of a record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from hydrofdi.records.batch import Array, Remark
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.hum import hum_share
+from hydrofdi.records.measured.recording import Recording
+from hydrofdi.records.measured.sections import LimitsConfig
+
+Ranges = Mapping[Channel, tuple[float, float]]
+"""Lowest and highest plausible value, as the channel is held."""
+
+
+def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Iterator[Remark]:
+    """Remarks on a record and on each of its channels.
+
+    Parameters
+    ----------
+    recording : Recording
+    limits : LimitsConfig
+    ranges : mapping of Channel to (float, float)
+        Plausible values, where they are known.
+    """
+    if limits.samples is not None and recording.n_time != limits.samples:
+        text = f"has {recording.n_time} samples instead of {limits.samples}"
+        yield Remark("wrong_length", text)
+    for channel, samples in recording.channels.items():
+        yield from _of_channel(recording, channel, samples, limits, ranges)
+
+
+def _of_channel(
+    recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig, ranges: Ranges
+) -> Iterator[Remark]:
+    missing = int(np.count_nonzero(~np.isfinite(samples)))
+    if missing:
+        text = f"{missing} of {samples.size} samples of {channel} are missing or not finite"
+        yield Remark("missing", text, channel, is_unusable=True)
+        return
+    if channel in ranges:
+        yield from _out_of_range(channel, samples, ranges[channel])
+    if np.ptp(samples) == 0.0:
+        changes = channel.is_pressure or channel is Channel.PISTON_VELOCITY
+        yield Remark("stuck", f"{channel} never changes", channel, is_unusable=changes)
+        return
+    if channel.is_pressure:
+        yield from _clipped(channel, samples, limits.clipped)
+    yield from _hum(recording, channel, samples, limits)
+
+
+def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float]) -> Iterator[Remark]:
+    outside = float(np.mean((samples < limits[0]) | (samples > limits[1])))
+    if outside:
+        yield Remark("out_of_range", f"{outside:.2%} of {channel} lie outside its range", channel)
+
+
+def _clipped(channel: Channel, samples: Array, limit: float) -> Iterator[Remark]:
+    for kind, end, extreme in (("clipped", "lowest", samples.min()), ("saturated", "highest", samples.max())):
+        share = float(np.mean(samples == extreme))
+        if share > limit:
+            text = f"{share:.1%} of {channel} lie at its {end} value, {extreme:.4g}"
+            yield Remark(kind, text, channel)
+
+
+def _hum(recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig) -> Iterator[Remark]:
+    shares = {mains: hum_share(samples, recording.sampling.frequency, mains) for mains in limits.mains}
+    mains = max(shares, key=shares.__getitem__)
+    if shares[mains] > limits.hum:
+        text = f"{shares[mains]:.0%} of the power of {channel} above 20 Hz is hum of {mains:g} Hz"
+        yield Remark("hum", text, channel)

@@ -1,0 +1,1 @@
+"""Formats of measured files: each gives a table of named columns."""

@@ -1,0 +1,92 @@
+"""Arrays by name: what HDF5, MAT, NPZ and Parquet files hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Array
+from hydrofdi.records.measured.formats.table import Table, split_title
+from hydrofdi.records.measured.rejection import damage_told
+
+_EXACT = 2**53
+"""Integers up to here are exact as floats."""
+_MOST_COLUMNS = 1000
+
+
+class ArrayTable(Table):
+    """Columns in arrays: vectors by their name, columns of matrices as ``name[1]``, ``name[2]``, …
+
+    Parameters
+    ----------
+    place : str
+    what : str
+        Kind of file, for messages.
+    shapes : mapping of str to tuple of int
+        Name → shape, known before the arrays are read. The longer axis of a matrix is time.
+    load : callable
+        Name → array, as the file holds it.
+    units : mapping of str to str
+        Name → unit, where the file states one.
+    """
+
+    def __init__(
+        self,
+        place: str,
+        what: str,
+        shapes: Mapping[str, tuple[int, ...]],
+        load: Callable[[str], Any],
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        self.place, self._what, self._load, self._units = place, what, load, units or {}
+        self._columns = [column for name, shape in shapes.items() for column in _columns(name, shape)]
+        self.titles = [name if number is None else f"{name}[{number + 1}]" for name, number in self._columns]
+
+    def unit(self, position: int) -> str:
+        """Unit that the file states."""
+        name = self._columns[position][0]
+        return self._units.get(name) or split_title(name)[1]
+
+    def numbers(self, position: int) -> Array:
+        """Values of a column, shape (n_row,)."""
+        values, where = self._vector(position), f"{self.place}: {self.titles[position]}"
+        if values.dtype.kind in "iu" and values.size and _magnitude(values) > _EXACT:
+            raise DataError(f"{where}: holds whole numbers beyond 2^53, which are not exact")
+        if values.dtype.kind == "c":
+            raise DataError(f"{where}: holds complex numbers")
+        if values.dtype.kind not in "biuf":
+            raise DataError(f"{where}: holds {values.dtype.name}, not numbers")
+        return np.asarray(values, dtype=np.float64)
+
+    def text(self, position: int) -> str:
+        """The one value of a column that does not change."""
+        values = {_as_text(value) for value in self._vector(position).tolist()}
+        if len(values) != 1:
+            raise DataError(f"{self.place}: {self.titles[position]}: holds {len(values)} different values")
+        return values.pop()
+
+    def _vector(self, position: int) -> Any:
+        name, number = self._columns[position]
+        with damage_told(self._what):
+            values = np.asarray(self._load(name))
+            values = values.T if values.ndim == 2 and values.shape[1] > values.shape[0] else values
+        return values.reshape(-1) if number is None else values[:, number]
+
+
+def _columns(name: str, shape: tuple[int, ...]) -> list[tuple[str, int | None]]:
+    if sum(length != 1 for length in shape) <= 1:
+        return [(name, None)]
+    if len(shape) != 2 or shape[0] == shape[1] or 0 in shape or min(shape) > _MOST_COLUMNS:
+        return []
+    return [(name, number) for number in range(min(shape))]
+
+
+def _magnitude(values: Any) -> int:
+    return max(abs(int(values.max())), abs(int(values.min())))
+
+
+def _as_text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -1,0 +1,38 @@
+"""HDF5, and MAT files of version 7.3, which are HDF5: columns by the path of their dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from hydrofdi.records.measured.formats.arrays import ArrayTable
+from hydrofdi.records.measured.formats.content import Content
+from hydrofdi.records.measured.rejection import damage_told
+
+
+@contextmanager
+def hdf5_table(place: str, content: Content) -> Iterator[ArrayTable]:
+    """The datasets of a file; units from their attribute ``units`` or ``unit``."""
+    import h5py
+
+    with damage_told("HDF5"):
+        file = h5py.File(content, "r")
+    with file:
+        datasets: dict[str, Any] = {}
+
+        def keep(name: str, item: Any) -> None:
+            if isinstance(item, h5py.Dataset) and item.shape is not None:
+                datasets[name] = item
+
+        with damage_told("HDF5"):
+            file.visititems(keep)
+            units = {name: _unit(item) for name, item in datasets.items()}
+        shapes = {name: item.shape for name, item in datasets.items()}
+        yield ArrayTable(place, "HDF5", shapes, lambda name: datasets[name][()], units)
+
+
+def _unit(dataset: Any) -> str:
+    found = next((dataset.attrs[key] for key in ("units", "unit") if key in dataset.attrs), "")
+    text = found.decode("utf-8", "replace") if isinstance(found, bytes) else found
+    return text if isinstance(text, str) else ""

@@ -1,0 +1,96 @@
+"""A measured file, opened as what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.measured.formats.content import Content, content_of, file_bytes
+from hydrofdi.records.measured.formats.hdf5 import hdf5_table
+from hydrofdi.records.measured.formats.mat import mat_table
+from hydrofdi.records.measured.formats.npz import npz_table
+from hydrofdi.records.measured.formats.parquet import parquet_table
+from hydrofdi.records.measured.formats.table import Table
+from hydrofdi.records.measured.formats.text import TextTable
+from hydrofdi.records.measured.sections import FormatConfig
+from hydrofdi.settings.mistakes import nearest
+
+_KINDS = {
+    **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".dat", ".asc"), "text"),
+    **dict.fromkeys((".h5", ".hdf5", ".hdf", ".nc"), "hdf5"),
+    ".mat": "mat",
+    **dict.fromkeys((".parquet", ".pq"), "parquet"),
+    ".npz": "npz",
+}
+"""Suffix → kind."""
+
+_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_SIGNATURE_PLACES = (0, 512, 1024, 2048)
+
+
+@contextmanager
+def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
+    """The columns of a file, to be read while it is open.
+
+    Raises
+    ------
+    DataError
+        The kind of file is unknown, or it is not as described.
+    RejectionError
+        It cannot be read.
+    """
+    kind = form.kind or kind_of(path, place)
+    if kind == "text":
+        yield TextTable(place, _decoded(path, place, form.encoding), form)
+        return
+    content = content_of(path)
+    match kind:
+        case "parquet":
+            yield parquet_table(place, content)
+        case "npz":
+            with npz_table(place, content) as table:
+                yield table
+        case "mat" if not _is_hdf5(content):
+            yield mat_table(place, content)
+        case _:
+            with hdf5_table(place, content) as table:
+                yield table
+
+
+def kind_of(path: Path, place: str) -> str:
+    """Kind of a file by its suffix.
+
+    Raises
+    ------
+    DataError
+        The suffix is unknown.
+    """
+    suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
+    if suffix.lower() in _KINDS:
+        return _KINDS[suffix.lower()]
+    hint = nearest(suffix, list(_KINDS)) if suffix else f"; known are {', '.join(_KINDS)}"
+    raise DataError(f"{place}: unknown suffix {suffix!r}{hint} (or write 'format: {{kind: text}}')")
+
+
+def _decoded(path: Path, place: str, encoding: str) -> str:
+    data = file_bytes(path)
+    try:
+        text = data.decode("utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding)
+    except UnicodeError:
+        raise DataError(
+            f"{place}: is no text in {encoding}; write 'format: {{encoding: …}}', such as latin-1"
+        ) from None
+    if "\0" in text:
+        raise DataError(f"{place}: is no text in {encoding}; is it a binary file, or in utf-16?")
+    return text
+
+
+def _is_hdf5(content: Content) -> bool:
+    if isinstance(content, Path):
+        with content.open("rb") as file:
+            start = file.read(_SIGNATURE_PLACES[-1] + 8)
+    else:
+        start = content.getvalue()[: _SIGNATURE_PLACES[-1] + 8]
+    return any(start[place:].startswith(_HDF5_SIGNATURE) for place in _SIGNATURE_PLACES)

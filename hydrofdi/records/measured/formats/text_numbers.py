@@ -1,0 +1,80 @@
+"""Cells of a text as numbers: strictly, so that no slip of the format passes as a number."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from hydrofdi.records.batch import Array
+
+MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
+"""Texts, in small letters, that stand for a missing value."""
+
+_COMMA_INSIDE = re.compile(r"[-+]?[\d.]*,\d+([eE][-+]?\d+)?")
+
+
+class CellError(ValueError):
+    """A cell that is no number.
+
+    Attributes
+    ----------
+    row : int
+        Its row.
+    """
+
+    def __init__(self, row: int, message: str) -> None:
+        self.row = row
+        super().__init__(message)
+
+
+def column_numbers(cells: Sequence[str], decimal: str = ".", missing: Collection[str] = ()) -> Array:
+    """The numbers in cells, shape (n_row,); NaN where one is missing.
+
+    Raises
+    ------
+    CellError
+        For the first cell that is neither a number nor missing.
+    """
+    joined = "\n".join(cells)
+    simple = not missing and "_" not in joined and (decimal == "." or "." not in joined)
+    if simple:
+        plain = cells if decimal == "." else joined.replace(",", ".").split("\n")
+        try:
+            return np.array(list(map(float, plain)), dtype=np.float64)
+        except ValueError:
+            pass
+    return np.array(
+        [_number(row, cell, decimal, missing) for row, cell in enumerate(cells)], dtype=np.float64
+    )
+
+
+def is_number(cell: str, decimal: str = ".", missing: Collection[str] = ()) -> bool:
+    """Whether a cell is a number or missing."""
+    try:
+        _number(0, cell, decimal, missing)
+    except CellError:
+        return False
+    return True
+
+
+def _number(row: int, cell: str, decimal: str, missing: Collection[str]) -> float:
+    text = cell.strip()
+    if text in missing or text.lower() in MISSING:
+        return float("nan")
+    foreign = "_" if decimal == "." else "_."
+    try:
+        if any(sign in text for sign in foreign):
+            raise ValueError
+        return float(text if decimal == "." else text.replace(",", "."))
+    except ValueError:
+        raise CellError(row, f"{text[:40]!r} is not a number{_hint(text, decimal)}") from None
+
+
+def _hint(text: str, decimal: str) -> str:
+    if decimal == "." and _COMMA_INSIDE.fullmatch(text):
+        return "; if commas are decimal signs, write 'format: {decimal: \",\"}'"
+    if decimal == "," and "." in text:
+        return "; its point is no decimal sign here, because 'decimal' is ','"
+    return ""

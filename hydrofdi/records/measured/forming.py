@@ -1,0 +1,116 @@
+"""A measured file → its records, each with a name, a group and what was found in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from hydrofdi.records.batch import RejectedRecord, Remark
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.cutting import cycles_of, segment_of, trimmed
+from hydrofdi.records.measured.defects import Ranges, defects
+from hydrofdi.records.measured.files import place_of
+from hydrofdi.records.measured.naming import filled, names_of_path, path_pattern
+from hydrofdi.records.measured.normalizing import normalized, reference_pressure
+from hydrofdi.records.measured.ranges import plausible_range
+from hydrofdi.records.measured.recording import Recording, read_recording
+from hydrofdi.records.measured.rejection import RejectionError
+from hydrofdi.records.measured.stroke import Stroke, find_stroke, short_stroke
+
+
+@dataclass(frozen=True)
+class MeasuredRecord:
+    """A record on its way into a batch.
+
+    Attributes
+    ----------
+    record_id, source, group, label : str
+    recording : Recording
+        Its samples and remarks.
+    stroke : float
+        Last less first piston position; zero where it is not known.
+    """
+
+    record_id: str
+    source: str
+    group: str
+    label: str
+    recording: Recording
+    stroke: float = 0.0
+
+
+@dataclass(frozen=True)
+class Forming:
+    """How files become records.
+
+    Attributes
+    ----------
+    folder : path
+        Where record ids start.
+    config : MeasuredConfig
+    """
+
+    folder: Path
+    config: MeasuredConfig
+
+    def records(self, path: Path) -> Iterator[MeasuredRecord | RejectedRecord]:
+        """The records of a file, or why there are none.
+
+        Raises
+        ------
+        DataError
+            The file is not as described.
+        """
+        place, config = place_of(path, self.folder), self.config
+        names = names_of_path(place, self._pattern)
+        try:
+            if names is None:
+                raise RejectionError("path", f"the path does not match {config.path!r}")
+            recording = trimmed(read_recording(path, str(path), config), config.trim)
+            cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
+        except RejectionError as rejection:
+            yield RejectedRecord(place, place, "", rejection.remark)
+            return
+        for number, cycle in enumerate(cycles, 1):
+            record_id = place if config.cycles is None else f"{place}#{number}"
+            try:
+                yield self._record(record_id, place, names, cycle)
+            except RejectionError as rejection:
+                yield RejectedRecord(record_id, place, "", rejection.remark)
+
+    def _record(
+        self, record_id: str, place: str, names: dict[str, str], cycle: Recording | RejectionError
+    ) -> MeasuredRecord:
+        if isinstance(cycle, RejectionError):
+            raise cycle
+        config, stroke = self.config, self._stroke(cycle)
+        values = names | dict(cycle.values) | {"direction": stroke.direction if stroke else "0"}
+        recording = cycle if config.segment is None else segment_of(cycle, config.segment)
+        found = (*short_stroke(stroke, config.limits.shortest_stroke), *self._defects(recording))
+        recording = replace(recording, remarks=(*recording.remarks, *found))
+        if config.normalize != "none":
+            pressure = reference_pressure(cycle, config.normalize)
+            recording = normalized(recording, config.normalize, pressure)
+        group, label = (filled(template, values) for template in (config.group, config.label))
+        distance = stroke.distance if stroke else 0.0
+        return MeasuredRecord(record_id, place, group, label, recording, distance)
+
+    def _defects(self, recording: Recording) -> tuple[Remark, ...]:
+        return tuple(defects(recording, self.config.limits, self._ranges))
+
+    def _stroke(self, recording: Recording) -> Stroke | None:
+        position = recording.channels.get(Channel.PISTON_POSITION)
+        return None if position is None else find_stroke(position)
+
+    @cached_property
+    def _pattern(self) -> re.Pattern[str]:
+        return path_pattern(self.config.path)
+
+    @cached_property
+    def _ranges(self) -> Ranges:
+        pairs = ((name, plausible_range(name, column)) for name, column in self.config.channels.items())
+        return {channel: limits for channel, limits in pairs if limits is not None}

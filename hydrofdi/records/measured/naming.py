@@ -1,0 +1,47 @@
+"""Group and label of a record, from its path, its columns and its direction."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import PurePosixPath
+
+_FIELD = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
+OWN_NAMES = ("folder", "file", "direction")
+"""Names that every record has."""
+
+
+def path_pattern(template: str) -> re.Pattern[str]:
+    """The expression that a template of paths stands for.
+
+    Raises
+    ------
+    re.error
+        It is no regular expression.
+    """
+    if not template or "(?P<" in template:
+        return re.compile(f"(?:{template})$" if template else "")
+    pieces = _FIELD.split(template)
+    texts = [re.escape(piece) for piece in pieces[::2]]
+    names = [f"(?P<{name}>[^/]+?)" for name in pieces[1::2]]
+    return re.compile("".join(a + b for a, b in zip(texts, [*names, ""], strict=True)) + "$")
+
+
+def names_of_path(place: str, pattern: re.Pattern[str]) -> dict[str, str] | None:
+    """What a path says; None where it does not match."""
+    match = pattern.search(place)
+    if match is None:
+        return None
+    path = PurePosixPath(place)
+    own = {"folder": path.parent.name, "file": path.name}
+    return own | {name: value or "" for name, value in match.groupdict().items()}
+
+
+def fields_of(template: str) -> list[str]:
+    """Names in braces."""
+    return _FIELD.findall(template)
+
+
+def filled(template: str, values: Mapping[str, str]) -> str:
+    """A template with its names replaced."""
+    return _FIELD.sub(lambda match: values[match[1]], template)

@@ -1,0 +1,27 @@
+"""Plausible values of channels."""
+
+from __future__ import annotations
+
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_units import is_counts
+from hydrofdi.records.measured.sections import ChannelConfig
+from hydrofdi.units import parse_quantity
+
+
+def plausible_range(channel: Channel, config: ChannelConfig) -> tuple[float, float] | None:
+    """Lowest and highest plausible value in SI, or in counts; None where none are given.
+
+    Raises
+    ------
+    ValueError
+        They have another dimension, or the lowest is not below the highest.
+    """
+    if config.range is None:
+        return None
+    unit = "1" if is_counts(config.unit) else channel.unit
+    low, high = (
+        parse_quantity(value, unit) if isinstance(value, str) else float(value) for value in config.range
+    )
+    if not low < high:
+        raise ValueError(f"the first value must be below the second; found {low:g} and {high:g}")
+    return low, high

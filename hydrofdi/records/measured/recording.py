@@ -1,0 +1,122 @@
+"""One measured file in SI, before it is cut into records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Array, Remark
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_units import agreed_unit, in_si, is_counts
+from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.formats.opening import open_table
+from hydrofdi.records.measured.formats.table import Table
+from hydrofdi.records.measured.rejection import RejectionError
+from hydrofdi.records.measured.sampling import Sampling, given_sampling, resampled, sampling_of_times
+from hydrofdi.records.measured.sections import ChannelConfig
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Channels of one file, or of a part of it.
+
+    Attributes
+    ----------
+    channels : dict of Channel to ndarray, shape (n_time,)
+        In SI, or in counts.
+    sampling : Sampling
+    relative : frozenset of Channel
+        Channels without a scale.
+    remarks : tuple of Remark
+    values : dict of str to str
+        Names that group and label may use → what they are in this file.
+    """
+
+    channels: dict[Channel, Array]
+    sampling: Sampling
+    relative: frozenset[Channel] = frozenset()
+    remarks: tuple[Remark, ...] = ()
+    values: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def n_time(self) -> int:
+        """Number of samples."""
+        return next(iter(self.channels.values())).size
+
+
+def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
+    """A file as its description says.
+
+    Raises
+    ------
+    DataError
+        The file is not as described.
+    RejectionError
+        It cannot be read, or its columns have different lengths.
+    """
+    with open_table(path, place, config.format) as table:
+        channels, relative = {}, set()
+        for channel, column in config.channels.items():
+            channels[channel], has_no_scale = _channel(table, channel, column)
+            relative |= {channel} if has_no_scale else set()
+        times = None if config.time is None else _times(table, config)
+        values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
+    n_time = _common_length(channels, times)
+    if n_time < 2:
+        raise RejectionError("short", f"holds {n_time} sample{'s' if n_time == 1 else ''}")
+    sampling, remarks = given_sampling(config) if times is None else sampling_of_times(times, config)
+    if times is not None and config.resample is not None:
+        channels, sampling = resampled(channels, times, config.resample)
+    return Recording(channels, sampling, frozenset(relative), (*table.remarks, *remarks), values)
+
+
+def _channel(table: Table, channel: Channel, config: ChannelConfig) -> tuple[Array, bool]:
+    position = table.find(config.column)
+    where = f"{table.place}: column {config.column!r} ({channel})"
+    unit = agreed_unit(config, table.unit(position), where)
+    values = table.numbers(position)
+    if config.gain is not None:
+        values = config.gain * values
+    if config.offset:
+        values = values + config.offset
+    if config.sign < 0:
+        values = -values
+    return in_si(values, unit, channel.unit, where), is_counts(unit)
+
+
+def _times(table: Table, config: MeasuredConfig) -> Array:
+    assert config.time is not None
+    position = table.find(config.time.column)
+    where = f"{table.place}: column {config.time.column!r} (time)"
+    values = table.numbers(position)
+    header = table.unit(position)
+    if not (config.time.unit or header):
+        raise _no_unit_of_time(where, values)
+    unit = agreed_unit(ChannelConfig(column=config.time.column, unit=config.time.unit), header, where)
+    if is_counts(unit):
+        raise _no_unit_of_time(where, values)
+    return in_si(values, unit, "s", where)
+
+
+def _no_unit_of_time(where: str, values: Array) -> DataError:
+    """What to say of a time column without a unit."""
+    if values.size > 1 and bool(np.all(np.diff(values) == 1.0)):
+        return DataError(
+            f"{where}: counts the samples and is no time; give the sampling frequency instead,"
+            " such as 'sampling_frequency: 1 kHz'"
+        )
+    return DataError(f"{where}: has no unit; write 'time: {{column: …, unit: s}}'")
+
+
+def _common_length(channels: Mapping[Channel, Array], times: Array | None) -> int:
+    lengths: dict[str, int] = {str(channel): samples.size for channel, samples in channels.items()}
+    if times is not None:
+        lengths["time"] = times.size
+    if len(set(lengths.values())) > 1:
+        found = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise RejectionError("wrong_length", f"columns have different numbers of samples: {found}")
+    return next(iter(lengths.values()))

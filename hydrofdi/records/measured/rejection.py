@@ -1,0 +1,34 @@
+"""Why a file, or a part of it, becomes no record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Remark
+
+
+class RejectionError(Exception):
+    """No record can be formed; it is listed with the reason, and the others go on.
+
+    Attributes
+    ----------
+    remark : Remark
+    """
+
+    def __init__(self, kind: str, text: str) -> None:
+        self.remark = Remark(kind, text, is_unusable=True)
+        super().__init__(text)
+
+
+@contextmanager
+def damage_told(what: str) -> Iterator[None]:
+    """Turn whatever a library raises on a broken file into `RejectionError`."""
+    try:
+        yield
+    except (DataError, RejectionError):
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise RejectionError("damaged", f"cannot be read as {what}: {reason}") from None

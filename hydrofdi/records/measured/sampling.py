@@ -1,0 +1,107 @@
+"""When samples were taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from hydrofdi.records.batch import Array, Remark
+from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.rejection import RejectionError
+
+Key = TypeVar("Key")
+
+_GAP = 1.5
+"""Steps from one sample to the next, from where on one is missing."""
+_DIGITS = 9
+_MOST_SAMPLES = 2**28
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Even sampling.
+
+    Attributes
+    ----------
+    frequency : float
+        [Hz].
+    start : float
+        Instant of the first sample [s].
+    """
+
+    frequency: float
+    start: float = 0.0
+
+
+def given_sampling(config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]]:
+    """The sampling that a description states."""
+    assert config.sampling_frequency is not None
+    sampling = Sampling(config.sampling_frequency)
+    if config.sampling_frequency_is == "given":
+        return sampling, ()
+    text = f"the sampling frequency of {sampling.frequency:g} Hz is inferred, not documented"
+    return sampling, (Remark("inferred_sampling", text),)
+
+
+def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]]:
+    """The sampling of instants, and how far they are from even.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n_time,)
+        [s].
+    config : MeasuredConfig
+
+    Raises
+    ------
+    RejectionError
+        They are missing somewhere, or do not rise.
+    """
+    steps = np.diff(times)
+    if not np.all(np.isfinite(times)):
+        raise RejectionError("time", f"{np.count_nonzero(~np.isfinite(times))} sampling instants are missing")
+    if np.any(steps <= 0.0):
+        row = int(np.flatnonzero(steps <= 0.0)[0]) + 2
+        raise RejectionError("time", f"time does not rise at sample {row}")
+    frequency = float(f"{(times.size - 1) / (times[-1] - times[0]):.{_DIGITS}g}")
+    if not 0.0 < frequency < np.inf:
+        raise RejectionError("time", f"goes from {times[0]:g} s to {times[-1]:g} s")
+    return Sampling(frequency, float(times[0])), tuple(_unevenness(times, steps, config))
+
+
+def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Remark]:
+    typical = float(np.median(steps))
+    gaps = int(np.count_nonzero(steps > _GAP * typical))
+    asked = "" if config.resample is None else f"; interpolated at {config.resample:g} Hz"
+    if gaps:
+        longest = float(steps.max())
+        text = f"{gaps} gap{'s' if gaps > 1 else ''} in time, the longest {longest:.3g} s{asked}"
+        return [Remark("gap", text, is_unusable=config.resample is None)]
+    even = np.linspace(times[0], times[-1], times.size)
+    deviation = float(np.max(np.abs(times - even))) / typical
+    if deviation <= config.limits.uneven:
+        return []
+    text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
+    return [Remark("uneven", text)]
+
+
+def resampled(
+    channels: dict[Key, Array], times: Array, frequency: float
+) -> tuple[dict[Key, Array], Sampling]:
+    """Channels interpolated by straight lines at even instants.
+
+    Raises
+    ------
+    RejectionError
+        There would be too many samples.
+    """
+    n_time = int(np.floor((times[-1] - times[0]) * frequency * (1.0 + 1e-12))) + 1
+    if n_time > _MOST_SAMPLES:
+        raise RejectionError("long", f"would have {n_time} samples at {frequency:g} Hz")
+    instants = times[0] + np.arange(n_time) / frequency
+    return (
+        {key: np.interp(instants, times, samples) for key, samples in channels.items()},
+        Sampling(frequency, float(times[0])),
+    )

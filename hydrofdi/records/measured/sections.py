@@ -1,0 +1,172 @@
+"""The parts of a description of measured files."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from hydrofdi.records.channels import Channel
+from hydrofdi.settings.quantities import SI, Section
+
+Duration = Annotated[float, SI("s", above=0.0)]
+Share = Annotated[float, SI("1", above=0.0, most=1.0)]
+
+
+def _as_text(value: Any) -> Any:
+    return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def as_tuple(value: Any) -> Any:
+    """One entry, or a list of them, as a tuple."""
+    return tuple(value) if isinstance(value, list) else (value,)
+
+
+Column = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | int)]
+"""Name of a column, or its number."""
+
+
+class FormatConfig(Section):
+    """How the files are written. What is left out is found from the suffix and the first lines."""
+
+    kind: Literal["text", "hdf5", "mat", "parquet", "npz"] | None = None
+    """Kind of file; from the suffix where left out. ``.gz`` may follow every suffix."""
+
+    delimiter: Annotated[str, Field(min_length=1, max_length=5)] | None = None
+    """Sign between the columns of a text: one character, ``tab`` or ``space`` (any run of blanks). Found from
+    the first line where left out: tab, then ``;``, ``,``, ``|``, blanks."""
+
+    decimal: Literal[".", ","] = "."
+    """Decimal sign of a text."""
+
+    comment: str = "#"
+    """Lines of a text that start so are left out."""
+
+    skip: Annotated[int, Field(ge=0)] = 0
+    """Lines of a text before the header, or before the first row."""
+
+    header: bool | None = None
+    """Whether a text has a line of column names; found from the first line where left out."""
+
+    units_row: bool | None = None
+    """Whether a line of units follows the header; found from that line where left out."""
+
+    missing: Annotated[tuple[Column, ...], BeforeValidator(as_tuple)] = ()
+    """Texts that stand for a missing value, such as ``-9999``, beside an empty cell, ``nan``, ``NA`` and
+    ``null``."""
+
+    encoding: str = "utf-8"
+    """Encoding of a text."""
+
+
+class ChannelConfig(Section):
+    """Where a channel comes from: sign × (gain × column + offset), in the unit. Text alone is the column."""
+
+    column: Column
+    """Name of the column, with or without its unit, or its number from 1; path of the dataset in HDF5 and
+    MAT. ``data[2]`` is the second column of a table ``data``."""
+
+    unit: str = ""
+    """Unit after gain and offset, such as ``bar``; ``counts`` where the scale is not known: then the channel
+    is relative. Taken from the header where left out."""
+
+    gain: Annotated[float, SI("1")] | None = None
+    """Factor of the column. A header's unit may differ from `unit` only where a gain is given."""
+
+    offset: Annotated[float, SI("1")] = 0.0
+    """Added after the gain, in the unit."""
+
+    sign: Literal[1, -1] = 1
+    """-1 turns the channel round."""
+
+    range: tuple[float | str, float | str] | None = None
+    """Lowest and highest plausible value, such as ``[0, 350 bar]``; numbers are in SI, or in counts."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _column_alone(cls, value: Any) -> Any:
+        return {"column": value} if isinstance(value, str | int) and not isinstance(value, bool) else value
+
+
+class TimeConfig(Section):
+    """The column that holds the sampling instants."""
+
+    column: Column
+    """Name of the column, or its number from 1."""
+
+    unit: str = ""
+    """Its unit; taken from the header where left out. A column without a unit is no time but a counter."""
+
+
+class TrimConfig(Section):
+    """What is cut off each file."""
+
+    start: Annotated[float, SI("s", least=0.0)] = 0.0
+    """Duration that is cut off at the start."""
+
+    end: Annotated[float, SI("s", least=0.0)] = 0.0
+    """Duration that is cut off at the end."""
+
+
+class CyclesConfig(Section):
+    """How a file is divided into cycles, each of which becomes a record."""
+
+    by: Literal["period", "edges", "reversals"]
+    """``period``: of equal duration from the first sample on. ``edges``: from each edge of `channel` to the
+    next. ``reversals``: from each turn of the piston position to the next."""
+
+    period: Duration | None = None
+    """Duration of a cycle, for ``period``. It becomes the period of the drive."""
+
+    channel: Channel = Channel.INPUT_VOLTAGE
+    """Channel whose edges are taken."""
+
+    edge: Literal["rising", "falling", "both"] = "rising"
+    """Which edges are taken, where the channel crosses the middle of its range."""
+
+    length: Duration | None = None
+    """Duration that is kept of each cycle, from its start; shorter cycles are rejected. All of it where left
+    out."""
+
+
+class SegmentConfig(Section):
+    """The part of each stroke that becomes the record, found from the piston position."""
+
+    part: Literal["motion", "impact", "hold"]
+    """``motion``: from 2 % to 98 % of the stroke. ``impact``: around the arrival at 98 %. ``hold``: what
+    follows `settle` after it."""
+
+    before: Annotated[float, SI("s", least=0.0)] = 0.06
+    """Duration before the arrival that belongs to the impact."""
+
+    settle: Annotated[float, SI("s", least=0.0)] = 0.5
+    """Duration between the arrival and the hold."""
+
+    length: Duration | None = None
+    """Duration that is kept of the part; shorter ones are rejected. All of it where left out; an impact needs
+    it."""
+
+
+class LimitsConfig(Section):
+    """From where on something is remarked."""
+
+    clipped: Share = 0.02
+    """Share of a pressure's samples at its lowest or highest value."""
+
+    hum: Share = 0.5
+    """Share of a channel's power above 20 Hz at the mains frequency and its harmonics."""
+
+    mains: Annotated[tuple[Annotated[float, SI("Hz", above=0.0)], ...], BeforeValidator(as_tuple)] = (
+        50.0,
+        60.0,
+    )
+    """Mains frequencies that are looked for."""
+
+    uneven: Share = 0.1
+    """Distance of a sampling instant from even sampling, as a share of a step."""
+
+    samples: Annotated[int, Field(ge=2)] | None = None
+    """Number of samples that a record should have."""
+
+    shortest_stroke: Annotated[float, SI("m", above=0.0)] | None = None
+    """Distance between the first and the last piston position; in counts where the position is."""

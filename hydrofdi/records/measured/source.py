@@ -1,0 +1,100 @@
+"""Measured files as a source of records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.records.batch import RecordBatch, RejectedRecord
+from hydrofdi.records.measured.batching import MOST_SAMPLES, batched
+from hydrofdi.records.measured.checks import contradictions
+from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.files import in_natural_order, matching_files
+from hydrofdi.records.measured.forming import Forming, MeasuredRecord
+from hydrofdi.settings.validation import read_yaml, validated
+from hydrofdi.settings.yaml_source import Source
+
+
+@dataclass(frozen=True)
+class MeasuredSource:
+    """Records of measured files, read one file at a time.
+
+    Attributes
+    ----------
+    name : str
+        The description, or the file.
+    folder : path
+        Where record ids start.
+    config : MeasuredConfig
+    files : sequence of path
+    most_samples : int
+        Samples of all channels together in a batch of more than one record.
+    """
+
+    name: str
+    folder: Path
+    config: MeasuredConfig
+    files: Sequence[Path]
+    most_samples: int = MOST_SAMPLES
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """All records in the natural order of their paths.
+
+        Raises
+        ------
+        DataError
+            A file is not as described.
+        """
+        cycles = self.config.cycles
+        period = self.config.drive_period or (None if cycles is None else cycles.period)
+        yield from batched(self._records(), period, labels, self.most_samples)
+
+    def _records(self) -> Iterator[MeasuredRecord | RejectedRecord]:
+        forming = Forming(self.folder, self.config)
+        for path in self.files:
+            yield from forming.records(path)
+
+
+def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> MeasuredSource:
+    """The records of the files that a YAML describes.
+
+    Parameters
+    ----------
+    path : path
+        The description; patterns in it start from its folder.
+    most_samples : int
+        Samples of all channels together in a batch of more than one record.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake of the description; or no file matches.
+    """
+    file = Path(path)
+    source = read_yaml(file, "a description of measured files")
+    config = described(source)
+    files = []
+    for number, pattern in enumerate(config.files):
+        found = matching_files(file.parent, pattern)
+        if not found:
+            message = f"no file matches {pattern!r} in {file.parent.resolve().name}"
+            raise ConfigError([source.mistake(("files", number), message)])
+        files += found
+    return MeasuredSource(str(path), file.parent, config, in_natural_order(set(files)), most_samples)
+
+
+def described(source: Source) -> MeasuredConfig:
+    """The description that data hold.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake.
+    """
+    config = validated(MeasuredConfig, source)
+    mistakes = list(contradictions(config, source))
+    if mistakes:
+        raise ConfigError(mistakes)
+    return config

@@ -1,0 +1,62 @@
+"""The stroke of a piston from one place to another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.records.batch import Array, Remark
+
+_MARGIN = 0.02
+"""Share of the stroke that is left out at either end of the motion."""
+_NOISE = 6.0
+"""A stroke is larger than this many times the noise of the position."""
+_MOST_ENDS = 20
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A motion from the first position to the last.
+
+    Attributes
+    ----------
+    distance : float
+        Last less first position, in the position's unit.
+    start, arrival : int
+        Samples at which 2 % and 98 % of it are passed first.
+    """
+
+    distance: float
+    start: int
+    arrival: int
+
+    @property
+    def direction(self) -> str:
+        """``+`` or ``-``."""
+        return "+" if self.distance > 0.0 else "-"
+
+
+def find_stroke(position: Array) -> Stroke | None:
+    """The stroke in a position; None where it ends where it begins, as far as its noise tells.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n_time,)
+    """
+    n_end = min(_MOST_ENDS, max(1, position.size // 50))
+    first, last = float(np.median(position[:n_end])), float(np.median(position[-n_end:]))
+    noise = float(np.median(np.abs(np.diff(position)))) if position.size > 1 else 0.0
+    distance = last - first
+    if not abs(distance) > _NOISE * noise or not np.isfinite(distance):
+        return None
+    progress = (position - first) / distance
+    return Stroke(distance, int(np.argmax(progress > _MARGIN)), int(np.argmax(progress >= 1.0 - _MARGIN)))
+
+
+def short_stroke(stroke: Stroke | None, shortest: float | None) -> tuple[Remark, ...]:
+    """A remark where a stroke is shorter than it should be."""
+    distance = 0.0 if stroke is None else abs(stroke.distance)
+    if shortest is None or distance >= shortest:
+        return ()
+    return (Remark("short_stroke", f"the stroke is {distance:.4g}, less than {shortest:.4g}"),)

@@ -1,0 +1,204 @@
+"""Text files: what comes back is what was written, or a sentence with file and line."""
+
+import gzip
+import re
+
+import numpy as np
+import pytest
+
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.records.measured import measured_source, plain_file_source
+from tests.records.measuring import P1, P2, batches, csv_of, described, kinds, one
+
+PRESSURE = np.array([100.0, 101.5, 99.25, 102.125])
+
+
+def test_a_csv_comes_back_in_si(tmp_path):
+    batch = one(tmp_path, run_csv=csv_of(("P1", PRESSURE), ("other", PRESSURE)))
+    np.testing.assert_array_equal(batch[P1], [PRESSURE * 1e5])
+    assert (batch.sampling_frequency, batch.record_ids) == (1000.0, ("run.csv",))
+    assert not batch.relative
+
+
+@pytest.mark.parametrize("text", [
+    "P1 [bar];x\n100,5;1\n99,25;2\n",
+    "P1 [bar]\tx\n100,5\t1\n99,25\t2\n",
+    "P1 (bar) ; x\n 100,5 ; 1\n 99,25 ; 2\n",
+    "P1;x\nbar;mm\n100,5;1\n99,25;2\n",
+    "# a logger\n\nP1 [bar];x;;\n100,5;1;;\n99,25;2;;\n\n",
+    '"P1 [bar]";"x"\r\n"100,5";"1"\r\n"99,25";"2"\r\n',
+    "\ufeffP1 [MPa];x\n10,05;a\n9,925;\n",
+])  # fmt: skip
+def test_other_forms_of_the_same_numbers(tmp_path, text):
+    description = """\
+files: run.csv
+sampling_frequency: 1 kHz
+format: {decimal: ","}
+channels: {chamber_1_pressure: P1}
+"""
+    np.testing.assert_allclose(one(tmp_path, description, run_csv=text)[P1], [[100.5e5, 99.25e5]], rtol=1e-15)
+
+
+def test_a_packed_text_of_blanks_and_ragged_rows(tmp_path):
+    (tmp_path / "a b [1] (x)").mkdir()
+    with gzip.open(tmp_path / "a b [1] (x)" / "run 1.txt.gz", "wt") as file:
+        file.write("t  P1   note\n0 1 begin\n1 2\n2 3\n")
+    description = """\
+files: a b [1] (x)/*.txt.gz
+sampling_frequency: 1 kHz
+channels: {chamber_1_pressure: {column: P1, unit: counts}}
+"""
+    batch = one(tmp_path, description)
+    np.testing.assert_array_equal(batch[P1], [[1.0, 2.0, 3.0]])
+    assert batch.relative == {P1}
+    assert batch.record_ids == ("a b [1] (x)/run 1.txt.gz",)
+
+
+@pytest.mark.parametrize(("text", "sentence"), [
+    ("P1;x\n1;2\n100,5;3\n", r"run.csv:3: column 'P1': '100,5' is not a number; if commas are decimal"),
+    ("P1;x\n1;2\n1'000;3\n", "run.csv:3: column 'P1': \"1'000\" is not a number"),
+    ("P1;x\n1;2\n1_000;3\n", "run.csv:3: column 'P1': '1_000' is not a number"),
+    ("P1;x\n1;2\n0x10;3\n", "run.csv:3: column 'P1': '0x10' is not a number"),
+    ("P1,x\n1,2\n100,5,3\n", "run.csv:3: has 3 cells under 2 column names; are commas decimal signs"),
+    ("p1,x\n1,2\n", "run.csv: has no column 'P1'; did you mean 'p1'"),
+    ("P1,P1\n1,2\n", "run.csv: column 'P1' occurs as 1 and 2; give its number"),
+    ("P1 [MPa],x\n1,2\n3,4\n", "the file says MPa, the description says bar"),
+    ("measured in May\nP1,x\n1,2\n", "run.csv: has no column 'P1'"),
+    ("P1,2\n1,2\n", "run.csv:1: is it a header or a row"),
+    ("", "empty"),
+])  # fmt: skip
+def test_a_slip_is_told_with_its_line(tmp_path, text, sentence):
+    file = described(tmp_path, run_csv=text)
+    try:
+        (batch,) = measured_source(file).batches()
+        found = batch.rejected[0].remark.text
+    except DataError as error:
+        found = str(error)
+    assert re.search(sentence, found), found
+
+
+def test_missing_values_make_a_channel_unusable_and_the_rest_goes_on(tmp_path):
+    description = """\
+files: "*.csv"
+sampling_frequency: 1 kHz
+format: {missing: -9999}
+channels:
+  chamber_1_pressure: {column: P1, unit: bar}
+  chamber_2_pressure: {column: P2, unit: bar}
+"""
+    text = "P1,P2\n1,5\n-9999,6\nNaN,7\n,8\ninf,9\n2,10\n"
+    batch = one(tmp_path, description, run_csv=text)
+    (remark,) = [remark for remark in batch.remarks[0] if remark.is_unusable]
+    assert (remark.kind, remark.channel) == ("missing", P1)
+    assert "4 of 6 samples" in remark.text
+    np.testing.assert_array_equal(batch[P2], [np.arange(5.0, 11.0) * 1e5])
+
+
+def test_a_last_line_that_was_cut_off_is_left_out_and_said(tmp_path):
+    batch = one(tmp_path, run_csv="P1,x\n1,1\n2,2\n3")
+    np.testing.assert_array_equal(batch[P1], [[1e5, 2e5]])
+    assert "truncated" in kinds(batch)
+
+
+def test_files_come_in_natural_order_and_equal_ones_side_by_side(tmp_path):
+    texts = {f"run{n}_csv": csv_of(("P1", PRESSURE + n)) for n in (10, 2, 1)}
+    texts["run3_csv"] = csv_of(("P1", [1, 2, 3]))
+    found = [batch.record_ids for batch in batches(tmp_path, **texts)]
+    assert found == [("run1.csv", "run2.csv"), ("run3.csv",), ("run10.csv",)]
+
+
+def test_a_damaged_file_is_rejected_and_the_others_go_on(tmp_path):
+    (tmp_path / "b.csv.gz").write_bytes(gzip.compress(b"P1\n1\n2\n")[:-6])
+    batch = one(
+        tmp_path,
+        'files: ["*.csv", "*.gz"]\nsampling_frequency: 1 kHz\n'
+        "channels: {chamber_1_pressure: {column: P1, unit: bar}}\n",
+        a_csv="P1\n1\n2\n",
+        c_csv="P1\n3\n4\n",
+    )
+    assert batch.record_ids == ("a.csv", "c.csv")
+    assert batch.rejected[0].record_id == "b.csv.gz"
+    assert batch.rejected[0].remark.kind == "damaged"
+
+
+def test_all_mistakes_of_a_description_are_told_with_their_lines(tmp_path):
+    file = described(tmp_path, """\
+files: "*.csv"
+channels:
+  chamber1_pressure: {column: P1}
+  chamber_2_pressure: {column: P2, unti: bar}
+samplingfrequency: 1 kHz
+""")  # fmt: skip
+    with pytest.raises(ConfigError) as mistakes:
+        measured_source(file)
+    lines = str(mistakes.value).splitlines()
+    assert "measured.yaml:3: channels.chamber1_pressure" in lines[0]
+    assert "did you mean 'chamber_1_pressure'?" in lines[0]
+    assert "measured.yaml:4: channels.chamber_2_pressure.unti: unknown key; did you mean 'unit'?" in lines[1]
+    assert "measured.yaml:5: samplingfrequency: unknown key; did you mean 'sampling_frequency'?" in lines[2]
+
+
+def test_what_contradicts_itself_is_told_with_its_lines(tmp_path):
+    file = described(tmp_path, """\
+files: "*.csv"
+channels:
+  chamber_1_pressure: {column: P1, unit: mm}
+  chamber_2_pressure: {column: P2, unit: bra}
+  supply_pressure: {column: PS, unit: bar, range: [4 bar, 3 bar]}
+segment: {part: hold}
+group: "{untit}"
+path: "{unit}.csv"
+""")  # fmt: skip
+    with pytest.raises(ConfigError) as mistakes:
+        measured_source(file)
+    text = str(mistakes.value)
+    for sentence in (
+        ":3: channels.chamber_1_pressure.unit: mm is not convertible to Pa",
+        ":4: channels.chamber_2_pressure.unit: unknown unit 'bra'",
+        ":5: channels.supply_pressure.range: the first value must be below the second",
+        ":6: segment: needs the channel piston_position",
+        ":7: group: unknown name {untit}; did you mean 'unit'?",
+        "sampling_frequency: is missing",
+    ):
+        assert sentence in text
+
+
+def test_a_pattern_without_files_is_told_with_its_line(tmp_path):
+    with pytest.raises(ConfigError, match=r"measured.yaml:1: files.*: no file matches '\*.csv'"):
+        measured_source(described(tmp_path))
+
+
+def test_a_plain_file_is_read_by_its_column_names(tmp_path):
+    file = tmp_path / "run.csv"
+    file.write_text("time [ms];p_1 [bar];Chamber 2 pressure (MPa)\n0;1;2\n2;3;4\n4;5;6\n")
+    (batch,) = plain_file_source(file).batches()
+    assert batch.sampling_frequency == 500.0
+    np.testing.assert_array_equal(batch[P1], [[1e5, 3e5, 5e5]])
+    np.testing.assert_array_equal(batch[P2], [[2e6, 4e6, 6e6]])
+
+
+@pytest.mark.parametrize(("text", "sentence"), [
+    ("P1 [bar]\n1\n2\n", "no sampling frequency is given.*sampling_frequency: 1 kHz"),
+    ("time,P1 [bar]\n1,1\n2,2\n", "no sampling frequency is given"),
+    ("t [s],P1\n1,1\n2,2\n", "column 'P1' has no unit; describe it in a YAML: .*column: 'P1', unit: bar"),
+    ("t [s],foo [bar]\n1,1\n2,2\n", "no column is named like a channel; found"),
+    ("t [s],P1 [bar],p_1 [Pa]\n1,1,1\n2,2,2\n", "more than one column"),
+    ("1,2\n3,4\n", "no column is named like a channel; found 1, 2"),
+])  # fmt: skip
+def test_a_plain_file_that_does_not_say_enough_is_refused(tmp_path, text, sentence):
+    file = tmp_path / "run.csv"
+    file.write_text(text)
+    with pytest.raises(DataError, match=sentence):
+        plain_file_source(file)
+
+
+def test_a_counter_is_no_time(tmp_path):
+    description = """\
+files: run.csv
+time: {column: Time}
+channels: {chamber_1_pressure: {column: P1, unit: bar}}
+"""
+    with pytest.raises(DataError, match="counts the samples and is no time; give the sampling frequency"):
+        batches(tmp_path, description, run_csv="Time,P1\n1,1\n2,2\n3,3\n")
+    with pytest.raises(DataError, match="has no unit; write 'time:"):
+        batches(tmp_path, description, run_csv="Time,P1\n0.1,1\n0.2,2\n0.3,3\n")

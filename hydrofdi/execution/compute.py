@@ -16,8 +16,8 @@ from hydrofdi.config.store import StoreConfig
 from hydrofdi.quality.external_leakage import mean_external_leakage_flows
 from hydrofdi.quality.operating_point import hydraulic_mode
 from hydrofdi.quality.pressure import pressure_features
+from hydrofdi.quality.run_quality import assess_runs
 from hydrofdi.quality.settling import how_records_settle
-from hydrofdi.quality.verdict import judge
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.tap import Tap
@@ -150,10 +150,10 @@ def _signals_and_features(
         settlings = how_records_settle(parameters, trajectory.chamber_1_pressure)
         features = pressure_features(parameters, measured.chamber_1_pressure, settlings)
         features |= _plant_numbers(parameters, trajectory)
-        verdicts = judge(parameters, trajectory, measured, settlings)
+        quality = assess_runs(parameters, trajectory, measured, settlings)
     for values in features.values():
         values[failed] = np.nan
-    return signals | features | vars(verdicts)
+    return signals | features | vars(quality)
 
 
 def _plant_numbers(

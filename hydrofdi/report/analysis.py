@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.replicates import ReplicateStudy, study_replicates
-from hydrofdi.report.runs.table import SensitivityTable, summarize_table
+from hydrofdi.report.runs.summary import summarize_table
+from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.store import ExperimentData, names
 
 

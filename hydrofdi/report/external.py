@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hydrofdi.report.runs.table import LevelChanges, SensitivityTable, TableRow
+from hydrofdi.report.runs.rows import LevelChanges, TableRow
+from hydrofdi.report.runs.table import SensitivityTable
 
 _LEVEL = 3
 """Position of a4; the deepest level where there are fewer."""

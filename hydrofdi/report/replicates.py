@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.report.intervals import Share, clustered_share
-from hydrofdi.report.runs.table import SensitivityTable, TableRow, largest_positive
+from hydrofdi.report.runs.rows import TableRow, largest_positive
+from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.store import ExperimentData, names
 from hydrofdi.transforms.change import percentage_change
 

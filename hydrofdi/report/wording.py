@@ -8,7 +8,8 @@ from typing import Any
 
 from hydrofdi.report.document import Cell
 from hydrofdi.report.intervals import Share
-from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable, TableRow, label_header, largest_positive
+from hydrofdi.report.runs.rows import TableRow, largest_positive
+from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable, label_header
 from hydrofdi.units import convert
 
 HOLE = "–"

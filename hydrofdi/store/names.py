@@ -82,12 +82,6 @@ _SIGNALS = (
     Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
 
-DOUBTS = {
-    "cavitating": "cavitating_share", "above_supply": "above_supply_share", "unsettled": "settling_change",
-    "clipped": "clipped_share", "still": "pressure_variation",
-}  # fmt: skip
-"""Word of a verdict → variable with the number behind it."""
-
 JUDGED = (
     Variable(VERDICT, (RUN,), "", "how far the run can be believed"),
     Variable("cavitating_share", (RUN,), "1", "share of samples below the vapour limit"),

@@ -14,8 +14,8 @@ from hydrofdi.config import RunParameters
 from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import mode_frequency
 from hydrofdi.quality.operating_point import hydraulic_mode
+from hydrofdi.quality.run_quality import assess_runs
 from hydrofdi.quality.settling import how_records_settle
-from hydrofdi.quality.verdict import judge
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.second_opinion import simulate_with_solver
@@ -128,8 +128,8 @@ def test_solver_agrees_on_a_clamped_record() -> None:
     assert np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max() < 1e3
 
 
-def test_clamped_record_is_told_as_cavitating() -> None:
+def test_clamped_record_has_the_verdict_cavitating() -> None:
     record = simulate_batch([CLAMPED], [0.0])
-    verdicts = judge([CLAMPED], record, record, how_records_settle([CLAMPED], record.chamber_1_pressure))
-    assert "cavitating" in str(verdicts.verdict[0]).split(", ")
-    assert verdicts.cavitating_share[0] == np.mean(record.chamber_1_pressure == 1e4)
+    quality = assess_runs([CLAMPED], record, record, how_records_settle([CLAMPED], record.chamber_1_pressure))
+    assert "cavitating" in str(quality.verdict[0]).split(", ")
+    assert quality.cavitating_share[0] == np.mean(record.chamber_1_pressure == 1e4)

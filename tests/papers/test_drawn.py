@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.composition import compose_study
 from hydrofdi.report.document import Cell, Rows
-from hydrofdi.report.runs import table
+from hydrofdi.report.runs import changes
 from hydrofdi.store import ExperimentData, names
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.reading import FileSignals
@@ -101,7 +101,7 @@ def test_chosen_values_that_meet_are_a_grid(tmp_path):
 
 def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp_path, monkeypatch):
     passes = []
-    monkeypatch.setattr(table, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
+    monkeypatch.setattr(changes, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
     counts = []
     for n_run in (20, 200):
         compose_study(study_experiment(made(tmp_path, BOTH % n_run)))

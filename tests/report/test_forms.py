@@ -24,7 +24,7 @@ from hydrofdi.report.forms.page import render_page
 from hydrofdi.report.forms.record import render_json
 from hydrofdi.report.forms.tidy import render_csv, render_parquet, tidy_columns
 from hydrofdi.report.publication import write_all_forms
-from hydrofdi.report.runs.table import ExternalLeakage, LevelChanges
+from hydrofdi.report.runs.rows import ExternalLeakage, LevelChanges
 
 GOLDEN = Path(__file__).parent / "golden"
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.pipeline import read_results
-from hydrofdi.report.runs.table import summarize_table
+from hydrofdi.report.runs.summary import summarize_table
 from tests.commands import run_hydrofdi
 from tests.conftest import REPOSITORY, sweep_in, swept
 

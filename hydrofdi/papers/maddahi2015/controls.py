@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.claims import D3
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
-from hydrofdi.report.runs.table import Levels, SensitivityTable, TableRow, largest_positive
+from hydrofdi.report.runs.rows import Levels, TableRow, largest_positive
+from hydrofdi.report.runs.table import SensitivityTable
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 
 from hydrofdi.config.reference import ReferenceCell
-from hydrofdi.report.runs.table import SensitivityTable, TableRow
+from hydrofdi.report.runs.rows import TableRow
+from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.store import ExperimentData
 
 

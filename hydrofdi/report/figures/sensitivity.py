@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import group_breaks
 from hydrofdi.report.figures.style import BLACK
-from hydrofdi.report.runs.table import SensitivityTable, TableRow
+from hydrofdi.report.runs.rows import TableRow
+from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.report.sections.changes import BASELINES, baseline_title
 from hydrofdi.report.wording import delta_cells, leakage_label, megapascal, other_conditions
 

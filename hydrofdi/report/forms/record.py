@@ -11,7 +11,7 @@ from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.external import ExternalStudy
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.replicates_record import replicates_record
-from hydrofdi.report.runs.table import TableRow, largest_positive, level_name
+from hydrofdi.report.runs.rows import TableRow, largest_positive, level_name
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:

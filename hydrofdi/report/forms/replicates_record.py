@@ -6,7 +6,7 @@ from typing import Any
 
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.replicates import ReplicatedRow, ReplicateStudy
-from hydrofdi.report.runs.table import level_name
+from hydrofdi.report.runs.rows import level_name
 from hydrofdi.units import convert
 
 

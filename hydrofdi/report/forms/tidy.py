@@ -9,7 +9,8 @@ from typing import Any
 
 from hydrofdi.errors import ReportError
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.runs.table import SensitivityTable, TableRow, label_header, largest_positive
+from hydrofdi.report.runs.rows import TableRow, largest_positive
+from hydrofdi.report.runs.table import SensitivityTable, label_header
 from hydrofdi.units import convert
 
 

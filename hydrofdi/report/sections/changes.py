@@ -7,7 +7,8 @@ from collections.abc import Callable
 from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Rows, Sheet, group_breaks
-from hydrofdi.report.runs.table import EXTERNAL, Levels, SensitivityTable, TableRow
+from hydrofdi.report.runs.rows import Levels, TableRow
+from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
 from hydrofdi.report.wording import (
     band_sentence,

@@ -1,22 +1,13 @@
-"""Runs whose numbers have to be read with care: what their verdicts say, and a mark at their rows."""
+"""Runs whose numbers have to be read with care: their verdicts, and a mark at their rows."""
 
 from __future__ import annotations
 
+from hydrofdi.quality.doubts import DOUBTS, Doubt
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell
-from hydrofdi.report.runs.table import SensitivityTable, TableRow
+from hydrofdi.report.runs.rows import TableRow
+from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.report.wording import counted, row_name
-
-MARKS = {"cavitating": "C", "above_supply": "A", "unsettled": "U", "clipped": "R", "still": "S"}
-"""Word of a verdict → its mark in tables."""
-
-_MEANINGS = {
-    "cavitating": "a chamber is at or below the vapour limit in up to {} % of the samples",
-    "above_supply": "a chamber is above the supply in up to {} % of the samples",
-    "unsettled": "the RMS of a detail of P_1 changes by up to {} % from the last but one period to the last",
-    "clipped": "the sensor of P_1 is at an end of its range in up to {} % of the samples",
-    "still": "P_1 varies by no more than {} % of the supply, which is rounding",
-}
 
 
 def doubts_block(analysis: Analysis) -> Block | None:
@@ -27,16 +18,16 @@ def doubts_block(analysis: Analysis) -> Block | None:
         return None
     verb = "has" if len(doubtful) == 1 else "have"
     lead = f"{len(doubtful)} of {counted(len(rows), 'run')} {verb} numbers that are to be read with care:"
-    lines = [_line(word, [row for row in doubtful if word in row.doubts]) for word in MARKS]
+    lines = [_line(doubt, [row for row in doubtful if doubt in row.doubts]) for doubt in DOUBTS.values()]
     return Block("doubts", "How far the runs can be believed", (lead, *filter(None, lines)))
 
 
-def _line(word: str, rows: list[TableRow]) -> str:
+def _line(doubt: Doubt, rows: list[TableRow]) -> str:
     if not rows:
         return ""
-    worst = max(rows, key=lambda row: row.doubt_numbers[word])
-    meaning = _MEANINGS[word].format(_percent(worst.doubt_numbers[word]))
-    return f"{word} ({MARKS[word]}), {counted(len(rows), 'run')}: {meaning} ({row_name(worst)})."
+    worst = max(rows, key=lambda row: row.doubt_numbers[doubt.word])
+    meaning = doubt.meaning.format(_percent(worst.doubt_numbers[doubt.word]))
+    return f"{doubt.word} ({doubt.mark}), {counted(len(rows), 'run')}: {meaning} ({row_name(worst)})."
 
 
 def _percent(share: float) -> str:
@@ -58,12 +49,12 @@ def doubt_cells(table: SensitivityTable, row: TableRow) -> tuple[Cell, ...]:
     """The marks of a row under `doubt_headers`."""
     if not table.has_doubts:
         return ()
-    marks = " ".join(MARKS[word] for word in row.doubts)
+    marks = " ".join(doubt.mark for doubt in row.doubts)
     return (Cell(marks, value=row.verdict if marks else None),)
 
 
 def doubt_note(table: SensitivityTable) -> str:
     """What the marks mean, those that occur."""
-    found = {word for row in table.rows for word in row.doubts}
-    words = ", ".join(f"{mark} {word}" for word, mark in MARKS.items() if word in found)
+    found = {doubt.word for row in table.rows for doubt in row.doubts}
+    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in found)
     return f"Verdict: {words}." if words else ""

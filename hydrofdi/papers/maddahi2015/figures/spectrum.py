@@ -11,7 +11,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.figures.choice import run_position, shown_bulk_moduli
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import INK, series
-from hydrofdi.report.runs.table import ROUNDING
+from hydrofdi.report.runs.changes import ROUNDING
 from hydrofdi.report.wording import megapascal, mode_name
 from hydrofdi.store import names
 from hydrofdi.transforms.spectrum import power_spectrum

@@ -16,12 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.grid.crossing import missing_baseline, missing_grid
-from hydrofdi.report.runs.table import (
-    baseline_changes,
-    label_names,
-    leaks_out_more,
-    normal_bulk_modulus,
-)
+from hydrofdi.report.runs.changes import baseline_changes, label_names, leaks_out_more, normal_bulk_modulus
 from hydrofdi.store import ExperimentData, names
 
 ABSENT = -1

@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.records.scenarios import scenarios_record
 from hydrofdi.papers.maddahi2015.standings import PhaseCount
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.runs.table import largest_positive, level_name
+from hydrofdi.report.runs.rows import largest_positive, level_name
 from hydrofdi.report.wording import mode_name
 from hydrofdi.units import convert
 

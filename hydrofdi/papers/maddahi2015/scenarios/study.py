@@ -14,6 +14,7 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS, Margin
 from hydrofdi.papers.maddahi2015.controls import best_level_matrix
 from hydrofdi.papers.maddahi2015.grid.modes import ABSENT, ModeGrid
 from hydrofdi.papers.maddahi2015.scenarios.phases import ScenarioPhases, scenario_phases
+from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.intervals import Share, clustered_share
 from hydrofdi.store import ExperimentData, names
 from hydrofdi.store.results import MISSING
@@ -180,7 +181,7 @@ def study_scenarios(grid: ModeGrid, data: ExperimentData) -> ScenarioStudy:
 def _doubts(data: ExperimentData, grid: ModeGrid) -> dict[str, Mask]:
     verdicts = np.asarray(data.columns[names.VERDICT]).astype(str)
     doubts: dict[str, Mask] = {}
-    for word in names.DOUBTS:
+    for word in DOUBTS:
         found = np.char.find(verdicts, word) >= 0
         in_scenario = (found[grid.positions] & (grid.positions != ABSENT)).any(axis=(1, 2))
         if in_scenario.any():

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.document import Block, Cell, Rows, Sheet
-from hydrofdi.report.runs.table import level_name
+from hydrofdi.report.runs.rows import level_name
 from hydrofdi.report.wording import (
     HOLE,
     counted,

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.runs.table import level_name
+from hydrofdi.report.runs.rows import level_name
 from hydrofdi.report.wording import HOLE, counted, joined, megapascal, mode_name, share_text
 
 

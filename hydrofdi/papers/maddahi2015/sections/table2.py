@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.runs.table import SensitivityTable, TableRow
+from hydrofdi.report.runs.rows import TableRow
+from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.report.wording import HOLE, kilopascal, leakage_label, megapascal, signed
 
 _MOST_SIDE_BY_SIDE = 3

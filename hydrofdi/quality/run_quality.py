@@ -1,4 +1,4 @@
-"""How far a run can be believed: a verdict from its record."""
+"""How far runs can be believed: a verdict on each from its record, and the numbers behind it."""
 
 from __future__ import annotations
 
@@ -10,23 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.quality.settling import SETTLED_CHANGE, Settling
+from hydrofdi.quality.doubts import DOUBTS, SOUND
+from hydrofdi.quality.settling import Settling
 from hydrofdi.simulation import Trajectory
 from hydrofdi.simulation.balances import balance_residuals
 
-STILL = 1e-9
-"""A record whose P_1 varies by less than this share of the supply stands still: what varies is rounding."""
-
 
 @dataclass(frozen=True)
-class Verdicts:
-    """Verdicts of a batch of runs and the numbers behind them, each of shape (n_run,).
+class RunQuality:
+    """Verdicts on a batch of runs and the numbers behind them, each of shape (n_run,).
 
     Attributes
     ----------
     verdict : ndarray of str
-        The status of a run that failed; else ``ok``, or what its numbers have to be read with:
-        ``cavitating``, ``above_supply``, ``unsettled``, ``clipped``, ``still``, joined by commas.
+        The status of a run that failed; else ``ok``, or the words of its `DOUBTS`, joined by commas.
     cavitating_share, above_supply_share : ndarray
         Share of the samples with a chamber pressure at or below the vapour limit, or above the supply [-].
     settling_change : ndarray
@@ -53,12 +50,12 @@ class Verdicts:
     energy_residual: NDArray[np.float64]
 
 
-def judge(
+def assess_runs(
     runs: Sequence[RunParameters],
     trajectory: Trajectory,
     measured: Trajectory,
     settlings: Sequence[Settling],
-) -> Verdicts:
+) -> RunQuality:
     """Verdicts on runs; those that failed have NaN for numbers.
 
     Parameters
@@ -88,21 +85,17 @@ def judge(
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     for values in numbers:
         values[failed] = np.nan
-    verdicts = Verdicts(np.array([outcome.status for outcome in trajectory.outcomes], dtype=object), *numbers)
+    quality = RunQuality(
+        np.array([outcome.status for outcome in trajectory.outcomes], dtype=object), *numbers
+    )
     for row in np.flatnonzero(~failed).tolist():
-        verdicts.verdict[row] = _words(verdicts, row)
-    return verdicts
+        quality.verdict[row] = _verdict(quality, row)
+    return quality
 
 
-def _words(numbers: Verdicts, row: int) -> str:
-    findings = {
-        "cavitating": numbers.cavitating_share[row] > 0.0,
-        "above_supply": numbers.above_supply_share[row] > 0.0,
-        "unsettled": numbers.settling_change[row] > SETTLED_CHANGE,
-        "clipped": numbers.clipped_share[row] > 0.0,
-        "still": numbers.pressure_variation[row] < STILL,
-    }
-    return ", ".join(word for word, found in findings.items() if found) or "ok"
+def _verdict(quality: RunQuality, row: int) -> str:
+    words = [word for word, doubt in DOUBTS.items() if doubt.applies(getattr(quality, doubt.number)[row])]
+    return ", ".join(words) or SOUND
 
 
 def _settled_from(run: RunParameters, settling: Settling) -> float:

@@ -1,0 +1,72 @@
+"""What the numbers of a run may have to be read with: the words of a verdict, in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hydrofdi.quality.settling import SETTLED_CHANGE
+
+STILL = 1e-9
+"""A record whose P_1 varies by less than this share of the supply stands still: what varies is rounding."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A reason to read a run with care.
+
+    Attributes
+    ----------
+    word : str
+        Its name in a verdict.
+    number : str
+        The number that decides it: a field of `RunQuality`, and the variable of result files.
+    applies : callable
+        Number → whether the doubt is there; false for NaN.
+    mark : str
+        What stands at rows of tables.
+    meaning : str
+        A sentence with a place for the number in percent.
+    """
+
+    word: str
+    number: str
+    applies: Callable[[float], bool]
+    mark: str
+    meaning: str
+
+
+DOUBTS = {
+    doubt.word: doubt
+    for doubt in (
+        Doubt(
+            "cavitating", "cavitating_share", lambda share: share > 0.0, "C",
+            "a chamber is at or below the vapour limit in up to {} % of the samples",
+        ),
+        Doubt(
+            "above_supply", "above_supply_share", lambda share: share > 0.0, "A",
+            "a chamber is above the supply in up to {} % of the samples",
+        ),
+        Doubt(
+            "unsettled", "settling_change", lambda change: change > SETTLED_CHANGE, "U",
+            "the RMS of a detail of P_1 changes by up to {} % from the last but one period to the last",
+        ),
+        Doubt(
+            "clipped", "clipped_share", lambda share: share > 0.0, "R",
+            "the sensor of P_1 is at an end of its range in up to {} % of the samples",
+        ),
+        Doubt(
+            "still", "pressure_variation", lambda variation: variation < STILL, "S",
+            "P_1 varies by no more than {} % of the supply, which is rounding",
+        ),
+    )
+}  # fmt: skip
+"""Word → doubt, in the order of a verdict."""
+
+SOUND = "ok"
+"""The verdict on a run that ended well without any doubt."""
+
+
+def doubts_of(verdict: str) -> tuple[Doubt, ...]:
+    """The doubts that a verdict names; none for the status of a run that failed."""
+    return tuple(DOUBTS[word] for word in verdict.split(", ") if word in DOUBTS)

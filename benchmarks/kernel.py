@@ -20,6 +20,7 @@ import numpy as np
 import plain_loop
 import processes
 import solvers
+from indicators import measure_indicators, tell_indicators
 from jobs import AT_REST, IN_MOTION, Job, d2_rms, lane_jobs
 from options import measure_options
 from sensors import measure_sensors, tell_sensors
@@ -303,6 +304,9 @@ def main() -> None:
     more += still_more
     report["sensors"] = measure_sensors(options.rounds)
     tell_sensors(report["sensors"])  # type: ignore[arg-type]
+    report["indicators"], cheap = measure_indicators(options.rounds, advance_full_lanes)
+    tell_indicators(report["indicators"], cheap)  # type: ignore[arg-type]
+    more.append(Target("cheap indicators of a record: times the kernel", cheap, "<=", 3.0, "×"))
     tell("\ntarget")
     for target in targets + more:
         tell(str(target))

@@ -1,0 +1,118 @@
+"""What indicators cost: in a batch and alone, beside the kernel that simulates the record."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from jobs import Job, lane_jobs
+
+from hydrofdi.indicators import Indicator, indicator_names, make_indicators, measure
+from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.simulation import simulate_batch
+
+RECORD = 20.0
+"""Record that is measured [s]."""
+
+BATCH = 64
+"""Records that are measured together; a few for indicators that are not cheap."""
+
+FEW = 2
+
+
+@dataclass
+class Cost:
+    """An indicator, and what it took [s per record] in each round."""
+
+    indicator: Indicator
+    is_measured: bool = True
+    together: list[float] = field(default_factory=list)
+    alone: list[float] = field(default_factory=list)
+    per_kernel: list[float] = field(default_factory=list)
+
+
+def simulated_records() -> RecordBatch:
+    """As many records of the jobs in the lanes as are measured together."""
+    jobs = lane_jobs(RECORD)
+    runs = [parameters for parameters, _ in jobs]
+    trajectory = simulate_batch(runs, [coefficient for _, coefficient in jobs])
+    rows = np.arange(BATCH) % len(jobs)
+    shape = (len(jobs), trajectory.time.size)
+    channels = {
+        channel: np.broadcast_to(getattr(trajectory, channel), shape)[rows]
+        for channel in Channel
+        if hasattr(trajectory, channel)
+    }
+    channels[Channel.SUPPLY_PRESSURE] = np.broadcast_to(trajectory.valve_supply_pressure, shape)[rows]
+    return RecordBatch(
+        channels,
+        round(1.0 / float(trajectory.time[1] - trajectory.time[0]), 9),
+        tuple(str(row) for row in range(BATCH)),
+        drive_period=runs[0].input.period,
+    )
+
+
+def measure_indicators(
+    rounds: int, advance: Callable[[list[Job]], object]
+) -> tuple[dict[str, dict[str, float]], float]:
+    """Milliseconds per record of each indicator, and the cheap ones together as a multiple of the kernel.
+
+    Parameters
+    ----------
+    rounds : int
+    advance : callable
+        The kernel alone.
+    """
+    jobs, records = lane_jobs(RECORD), simulated_records()
+    costs = {name: Cost(make_indicators([name])[name]) for name in indicator_names()}
+    for name, cost in costs.items():
+        cost.is_measured = measure(records.rows([0]), {name: cost.indicator}).obstacles[name] == (None,)
+    advance(jobs)
+    kernel, sums = [], []
+    for _ in range(rounds):
+        kernel.append(_seconds(lambda: advance(jobs)) / len(jobs))
+        cheap = 0.0
+        for name, cost in costs.items():
+            if cost.is_measured:
+                _measure(name, cost, records)
+                cost.per_kernel.append(cost.together[-1] / kernel[-1])
+                cheap += cost.per_kernel[-1] if cost.indicator.is_cheap else 0.0
+        sums.append(cheap)
+    rows = {"kernel": {"ms_in_batch": 1e3 * float(np.median(kernel))}}
+    rows |= {name: _row(cost) for name, cost in costs.items() if cost.is_measured}
+    return rows, float(np.median(sums))
+
+
+def tell_indicators(rows: dict[str, dict[str, float]], cheap: float) -> None:
+    lines = [f"\n{'indicators, per record':26} {'ms in batch':>12} {'ms alone':>12} {'times the kernel':>17}"]
+    for name, row in rows.items():
+        alone, ratio = row.get("ms_alone", np.nan), row.get("times_the_kernel", 1.0)
+        lines.append(f"{name:26} {row['ms_in_batch']:12.3f} {alone:12.3f} {ratio:17.2f}")
+    lines.append(f"{'all cheap ones':26} {'':25} {cheap:17.2f}")
+    print("\n".join(lines), file=sys.stderr, flush=True)
+
+
+def _measure(name: str, cost: Cost, records: RecordBatch) -> None:
+    chosen = {name: cost.indicator}
+    some = records if cost.indicator.is_cheap else records.rows(range(FEW))
+    single = records.rows([0])
+    cost.together.append(_seconds(lambda: measure(some, chosen)) / some.n_record)
+    cost.alone.append(_seconds(lambda: measure(single, chosen)))
+
+
+def _row(cost: Cost) -> dict[str, float]:
+    return {
+        "ms_in_batch": 1e3 * float(np.median(cost.together)),
+        "ms_alone": 1e3 * float(np.median(cost.alone)),
+        "times_the_kernel": float(np.median(cost.per_kernel)),
+        "is_cheap": float(cost.indicator.is_cheap),
+    }
+
+
+def _seconds(act: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    act()
+    return time.perf_counter() - start

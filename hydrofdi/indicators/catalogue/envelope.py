@@ -1,0 +1,110 @@
+"""Size and decay of what oscillates in a band."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import numpy as np
+
+from hydrofdi.indicators.bands import Band, band_obstacle, middle_band
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.indicators.stepping import (
+    SteppingOptions,
+    drive_steps,
+    stepping_channels,
+    stepping_obstacle,
+)
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI
+from hydrofdi.transforms.analytic import analytic_signal
+from hydrofdi.transforms.wavelet import root_mean_square
+
+_FEWEST_SAMPLES = 8
+_STILL = 1e-12
+"""Envelope over the largest sample below which nothing oscillates: rounding makes it."""
+
+
+class EnvelopeOptions(ChannelOptions, SteppingOptions):
+    """Options of `Envelope`."""
+
+    band: Band | None = None
+    """Band whose envelope is taken [Hz]; a sixteenth to a quarter of the sampling frequency where it is left
+    out."""
+
+    delay: Annotated[float, SI("s", least=0)] = 30e-3
+    """Time after a step that is left out [s]: the band's filter smears the step."""
+
+    window: Annotated[float, SI("s", above=0)] = 0.1
+    """Time that the decay is fitted to after each step [s]."""
+
+
+class Envelope(SingleChannelIndicator[EnvelopeOptions]):
+    """RMS of the envelope, and its rate of decay after steps of the drive."""
+
+    name = "envelope"
+    version = 1
+    summary = "RMS of the envelope of a band, and how fast it decays after the steps of the drive."
+    source = "Feldman, Hilbert Transform Applications in Mechanical Vibration (2011)"
+    equation = "A(t) = |x + i H x| in the band; ln A = c − σ t by least squares weighted by A²"
+    Options = EnvelopeOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The channel that oscillates, and the input voltage where it tells the steps."""
+        return super().channels | stepping_channels(self.options)
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Amplitude over the record, decay over its steps."""
+        return (
+            Output("amplitude", self.unit, "RMS of the envelope"),
+            Output("decay_rate", "1/s", "rate of decay σ of the envelope, mean over the steps"),
+            Output("decay_rate_spread", "1/s", "its standard deviation over the steps"),
+            Output("steps", "1", "number of steps that the decay was fitted to"),
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A band or a window that the records do not have, or steps that cannot be found."""
+        band = middle_band(self.options.band, records.sampling_frequency)
+        if band[1] - band[0] < 4.0 / records.duration:
+            return f"a band of {band[1] - band[0]:g} Hz needs records of {4.0 / (band[1] - band[0]):.3g} s"
+        if self._n_window(records) < _FEWEST_SAMPLES:
+            return (
+                f"a window of {self.options.window:g} s has {self._n_window(records)} samples;"
+                f" {_FEWEST_SAMPLES} are needed"
+            )
+        return band_obstacle(records, band) or stepping_obstacle(records, self.options)
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """The decay is NaN where no step has a window behind it."""
+        signal, sampling = self.signal(records), records.sampling_frequency
+        envelope = np.abs(analytic_signal(signal, sampling, middle_band(self.options.band, sampling)))
+        delay, length = round(self.options.delay * sampling), self._n_window(records)
+        steps = drive_steps(records, self.options, signal).with_window(delay, length, records.n_time)
+        windows = steps.windows(envelope, delay, length)
+        moves = windows.min(axis=1, initial=np.inf) > _STILL * np.abs(signal).max(axis=1)[steps.record]
+        steps, rates = steps.where(moves), _decay_rates(windows[moves], sampling)
+        count = steps.counts(records.n_record).astype(float)
+        mean = steps.sums(rates, records.n_record) / count
+        variance = steps.sums(np.square(rates - mean[steps.record]), records.n_record) / count
+        return {
+            "amplitude": root_mean_square(envelope),
+            "decay_rate": mean,
+            "decay_rate_spread": np.sqrt(variance),
+            "steps": count,
+        }
+
+    def _n_window(self, records: RecordBatch) -> int:
+        return round(self.options.window * records.sampling_frequency)
+
+
+def _decay_rates(envelopes: Array, sampling_frequency: float) -> Array:
+    """Rates [1/s] of windows (n_step, n_time); large values are less in error, and weigh more."""
+    time = np.arange(envelopes.shape[1]) / sampling_frequency
+    weight = np.square(envelopes)
+    weight /= weight.sum(axis=1, keepdims=True)
+    apart = time - np.sum(weight * time, axis=1, keepdims=True)
+    rates: Array = -np.sum(weight * apart * np.log(envelopes), axis=1) / np.sum(weight * apart**2, axis=1)
+    return rates

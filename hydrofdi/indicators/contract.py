@@ -50,6 +50,8 @@ class Indicator(Protocol[Chosen]):
         Where it was published.
     equation : str
         Its definition, in one line.
+    absence : str
+        Why a record may have none of its outputs, in a few words.
     is_cheap : bool
         Whether it costs less than the simulation of the record.
     needs_scale : bool
@@ -65,6 +67,7 @@ class Indicator(Protocol[Chosen]):
     summary: ClassVar[str]
     source: ClassVar[str]
     equation: ClassVar[str] = ""
+    absence: ClassVar[str] = "has no finite number"
     is_cheap: ClassVar[bool] = True
     needs_scale: ClassVar[bool] = False
     Options: ClassVar[type[Section]] = Section

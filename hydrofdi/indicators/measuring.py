@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -24,7 +25,7 @@ class Measures:
     values : dict of str to ndarray, shape (n_record, *dims)
         ``label.output`` → numbers; NaN where there are none.
     obstacles : dict of str to tuple of (str or None), length n_record
-        Label → why a record could not be measured; None where it was.
+        Label → why a record has no numbers; None where it has any.
     """
 
     values: dict[str, Array]
@@ -48,7 +49,11 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
         fit = [row for row, reason in enumerate(reasons) if reason is None]
         numbers = _numbers(unlabelled, indicator, fit)
         values |= {f"{label}.{name}": array for name, array in numbers.items()}
-        obstacles[label] = tuple(reasons)
+        absent = indicator.absence
+        obstacles[label] = tuple(
+            absent if reason is None and not found else reason
+            for reason, found in zip(reasons, _found(numbers, records.n_record), strict=True)
+        )
     return Measures(values, obstacles)
 
 
@@ -78,6 +83,14 @@ def _numbers(records: RecordBatch, indicator: Indicator[Any], fit: list[int]) ->
         for name, array in numbers.items():
             array[fit] = measured[name]
     return numbers
+
+
+def _found(numbers: dict[str, Array], n_record: int) -> NDArray[np.bool_]:
+    """Whether a record has any number, shape (n_record,)."""
+    found = np.zeros(n_record, dtype=bool)
+    for array in numbers.values():
+        found |= ~np.isnan(array.reshape(n_record, -1)).all(axis=1)
+    return found
 
 
 def _obstacles(records: RecordBatch, indicator: Indicator[Any]) -> list[str | None]:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.transforms.polynomials import less_polynomials, orthonormal_polynomials
+
 Array = NDArray[np.float64]
 
 _ITERATIONS = 6
@@ -59,8 +61,8 @@ def fit_free_motion(
         Of the polynomial.
     """
     n_time = pieces.shape[1]
-    trend = orthogonal_polynomials(n_time, degree)
-    rest = less_polynomial(pieces, trend)
+    trend = orthonormal_polynomials(n_time, degree)
+    rest = less_polynomials(pieces, trend)
     power = np.sum(np.square(rest), axis=1)
     a, b = _start(rest, group)
     for _ in range(_ITERATIONS):
@@ -77,19 +79,6 @@ def fit_free_motion(
     variance = np.maximum(residual, 0.0) / (n_time - degree - 5)
     covariance = inverse[:, 2:, 2:] * variance[:, None, None]
     return _in_frequency(a, b, covariance, 1.0 - residual / power, sampling_frequency / n_time)
-
-
-def orthogonal_polynomials(n_time: int, degree: int) -> Array:
-    """Orthonormal polynomials up to a degree, shape (degree + 1, n_time)."""
-    powers = np.vander(np.linspace(-1.0, 1.0, n_time), degree + 1)
-    return np.ascontiguousarray(np.linalg.qr(powers)[0].T)
-
-
-def less_polynomial(pieces: Array, polynomials: Array) -> Array:
-    """Pieces (n_piece, n_time) less their parts along orthonormal polynomials (n, n_time), each by itself."""
-    for polynomial in polynomials:
-        pieces = pieces - np.sum(pieces * polynomial, axis=1)[:, None] * polynomial
-    return pieces
 
 
 def _start(rest: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:

@@ -1,0 +1,75 @@
+"""RMS of an approximation of either chamber pressure: the indicator of external leakage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import Section
+from hydrofdi.transforms.configuration import Levels, WaveletConfig, WaveletName
+from hydrofdi.transforms.wavelet import coefficient_rms
+
+_CHAMBERS = {"chamber_1": Channel.CHAMBER_1_PRESSURE, "chamber_2": Channel.CHAMBER_2_PRESSURE}
+
+
+class A4Options(Section):
+    """Options of `A4`."""
+
+    wavelet: WaveletName = "db8"
+    """Name in PyWavelets."""
+
+    level: Levels = 4
+    """Level of the approximation: it holds what lies below f_s/2^(level + 1)."""
+
+    boundary: Literal["kept", "left_out"] = "kept"
+    """Whether the coefficients that depend on the symmetric extension of the record count."""
+
+    @property
+    def transform(self) -> WaveletConfig:
+        """The wavelet and its levels."""
+        return WaveletConfig(name=self.wavelet, levels=self.level, boundary=self.boundary)
+
+
+class A4(Indicator[A4Options]):
+    """RMS of approximation a4 of both chamber pressures: mostly their mean level, times 2^(level/2)."""
+
+    name = "a4"
+    version = 1
+    summary = "RMS of the approximation of level 4 of either chamber pressure, which external leakage moves."
+    source = "Goharrizi and Sepehri, International Journal of Fluid Power (abstract); its RMS is a choice"
+    equation = "a_4 = sqrt(mean over k of a_4[k]²) of P_1 and of P_2"
+    Options = A4Options
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Both chamber pressures."""
+        return frozenset(_CHAMBERS.values())
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """One for each chamber."""
+        level = self.options.level
+        return tuple(
+            Output(name, "Pa", f"RMS of the approximations of level {level} of {name.replace('_', ' ')}")
+            for name in _CHAMBERS
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record that is too short for the level."""
+        from pywt import Wavelet, dwt_max_level
+
+        wavelet, level, n_time = self.options.wavelet, self.options.level, records.n_time
+        reached = dwt_max_level(max(n_time, 1), Wavelet(wavelet).dec_len)
+        return (
+            f"{n_time} samples allow {reached} levels of {wavelet}, not {level}" if reached < level else None
+        )
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """In the unit of the pressures."""
+        wavelet = self.options.transform
+        return {
+            name: coefficient_rms(records[channel], wavelet).approximation[:, -1]
+            for name, channel in _CHAMBERS.items()
+        }

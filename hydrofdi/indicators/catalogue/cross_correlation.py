@@ -1,0 +1,94 @@
+"""How the pressures of the two chambers go together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import numpy as np
+
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI, Section
+
+_CHAMBERS = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE
+
+
+class CrossCorrelationOptions(Section):
+    """Options of `CrossCorrelation`."""
+
+    largest_lag: Annotated[float, SI("s", least=0)] = 0.1
+    """Lags up to this size are looked at [s]."""
+
+
+class CrossCorrelation(Indicator[CrossCorrelationOptions]):
+    """Coefficient, peak and lag of the cross-covariance of both chamber pressures."""
+
+    name = "cross_correlation"
+    version = 1
+    summary = "Correlation coefficient of the chamber pressures; peak and lag of their cross-covariance."
+    source = (
+        "ASME/BATH Symposium on Fluid Power and Motion Control, FPMC2014, paper V001T01A003; its abstract"
+        " alone is known here"
+    )
+    equation = "c(τ) = mean(p_1(t) p_2(t + τ)), p less its mean; peak: where abs(c) is largest"
+    absence = "a chamber pressure does not move"
+    Options = CrossCorrelationOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Both chamber pressures."""
+        return frozenset(_CHAMBERS)
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """The root keeps the peak in the unit of a pressure."""
+        return (
+            Output("coefficient", "1", "correlation coefficient without lag"),
+            Output("peak_coefficient", "1", "correlation coefficient at the peak"),
+            Output("peak", "Pa", "root of the size of the cross-covariance at its peak, with its sign"),
+            Output("lag", "s", "lag of chamber 2 behind chamber 1 at the peak"),
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record that is not longer than the lags."""
+        if self._lag(records) >= records.n_time:
+            return f"{records.n_time} samples are too few for lags of {self.options.largest_lag:g} s"
+        return None
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """NaN where a pressure does not move."""
+        first, second = (_centred(records[channel]) for channel in _CHAMBERS)
+        size = np.sqrt(np.mean(np.square(first), axis=1) * np.mean(np.square(second), axis=1))
+        lag = self._lag(records)
+        covariance = _cross_covariance(first, second, lag)
+        place = np.argmax(np.abs(covariance), axis=1)
+        peak = covariance[np.arange(records.n_record), place]
+        moves = np.where(size > 0.0, 1.0, np.nan)
+        return {
+            "coefficient": covariance[:, lag] / size,
+            "peak_coefficient": peak / size,
+            "peak": moves * np.copysign(np.sqrt(np.abs(peak)), peak),
+            "lag": moves * (place - lag) / records.sampling_frequency,
+        }
+
+    def _lag(self, records: RecordBatch) -> int:
+        return round(self.options.largest_lag * records.sampling_frequency)
+
+
+def _centred(signal: Array) -> Array:
+    moved = np.ascontiguousarray(signal - signal[:, :1])
+    centred: Array = moved - moved.mean(axis=1)[:, None]
+    return centred
+
+
+def _cross_covariance(first: Array, second: Array, lag: int) -> Array:
+    """Mean of first(t) second(t + τ) for τ = −lag … lag samples, shape (n_record, 2 lag + 1)."""
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    n_time = first.shape[1]
+    n_padded = next_fast_len(n_time + lag, real=True)
+    spectrum = np.conj(rfft(first, n_padded, axis=1)) * rfft(second, n_padded, axis=1)
+    circular = irfft(spectrum, n_padded, axis=1) / n_time
+    covariance: Array = np.concatenate((circular[:, n_padded - lag :], circular[:, : lag + 1]), axis=1)
+    return covariance

@@ -1,0 +1,89 @@
+"""What a pressure does about its trend after each step of the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.stepping import (
+    SteppingOptions,
+    drive_steps,
+    stepping_channels,
+    stepping_obstacle,
+)
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI
+from hydrofdi.transforms.polynomials import less_polynomials, orthonormal_polynomials
+
+
+class PostStepAcOptions(SteppingOptions):
+    """Options of `PostStepAc`."""
+
+    channel: Channel = Channel.CHAMBER_1_PRESSURE
+    """Channel that is measured."""
+
+    delay: Annotated[float, SI("s", least=0)] = 0.0
+    """Time after a step that is left out [s]."""
+
+    window: Annotated[float, SI("s", above=0)] = 0.25
+    """Time that is looked at after each step [s]."""
+
+    trend_degree: Annotated[int, Field(strict=True, ge=0, le=6)] = 3
+    """Degree of the polynomial that is taken off."""
+
+
+class PostStepAc(Indicator[PostStepAcOptions]):
+    """RMS of the pressure less a cubic after the steps, absolute and over the mean level."""
+
+    name = "post_step_ac"
+    version = 1
+    summary = "RMS of the pressure about its trend after the steps of the drive, absolute and over its level."
+    source = (
+        "a choice of hydrofdi; Goharrizi and Sepehri, IEEE Trans. Ind. Electron. (2010), analyse transients"
+        " after steps"
+    )
+    equation = "mean over the steps of sqrt(mean((P − cubic)²)), and of its ratio to the mean of P"
+    absence = "no step of the drive with a window behind it"
+    Options = PostStepAcOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The pressure, and the input voltage where it tells the steps."""
+        return frozenset({self.options.channel}) | stepping_channels(self.options)
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Means over the steps."""
+        return (
+            Output("rms", self.options.channel.unit, "RMS about the trend, mean over the steps"),
+            Output("rms_error", self.options.channel.unit, "standard error of it from its spread"),
+            Output("relative", "1", "RMS over the mean level in the window, mean over the steps"),
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """Steps that cannot be found, or a window that the polynomial fills."""
+        length = self._window(records)[1]
+        if length <= self.options.trend_degree + 1:
+            return f"a window of {self.options.window:g} s has {length} samples, which the trend fits"
+        return stepping_obstacle(records, self.options)
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """In the unit of the channel; NaN where no step has a window behind it."""
+        signal, n_record = records[self.options.channel], records.n_record
+        window = self._window(records)
+        steps = drive_steps(records, self.options, signal).with_window(*window, records.n_time)
+        pieces, count = steps.windows(signal, *window), steps.counts(n_record)
+        trend = orthonormal_polynomials(window[1], self.options.trend_degree)
+        rms = np.sqrt(np.mean(np.square(less_polynomials(pieces, trend)), axis=1))
+        mean = steps.sums(rms, n_record) / count
+        spread = steps.sums(np.square(rms - mean[steps.record]), n_record)
+        relative = steps.sums(rms / pieces.mean(axis=1), n_record) / count
+        return {"rms": mean, "rms_error": np.sqrt(spread / ((count - 1.0) * count)), "relative": relative}
+
+    def _window(self, records: RecordBatch) -> tuple[int, int]:
+        frequency = records.sampling_frequency
+        return round(self.options.delay * frequency), round(self.options.window * frequency)

@@ -39,6 +39,7 @@ check: .venv/installed-test  ## lint, format, types, layers and generated pages
 	$(BIN)/mypy
 	$(BIN)/pytest tests/test_layers.py
 	$(BIN)/python docs/generate_configuration.py --check
+	$(BIN)/python docs/generate_indicators.py --check
 
 bench: .venv/installed-bench  ## measure kernel, sweep and start-up (two minutes; on a quiet machine)
 	@$(BIN)/python benchmarks/kernel.py > results/bench.json
@@ -50,8 +51,9 @@ bench-runner: .venv/installed-test  ## measure sweeps of 100,000 runs and of sto
 torture: .venv/installed-test  ## kill sweeps at random moments and compare the bits (minutes)
 	PYTHONPATH=tests $(BIN)/python -m runner.torture
 
-docs: .venv/installed-runtime  ## generate docs/configuration.md, configs/schema.json and the picture of the README
+docs: .venv/installed-runtime  ## generate the pages of configuration and indicators, configs/schema.json and the pictures of the README
 	$(BIN)/python docs/generate_configuration.py
+	$(BIN)/python docs/generate_indicators.py
 	$(BIN)/hydrofdi sweep configs/table3.yaml
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/table3.png > $(RESULT)/table3.txt
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png > $(RESULT)/table3.txt

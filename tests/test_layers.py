@@ -43,7 +43,7 @@ HOMES = {
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures/"),
-    "pyarrow": ("report/forms/tidy.py", "records/measured/"),
+    "pyarrow": ("report/forms/tidy.py", "report/forms/measures.py", "records/measured/"),
     "pebble": ("execution/",),
     "numba": ("simulation/kernels/compilation.py", "simulation/kernels/object_code.py"),
     "llvmlite": ("simulation/kernels/object_code.py",),

@@ -13,7 +13,10 @@ import typer
 from hydrofdi import __version__
 from hydrofdi.cli.calibrate import calibrate
 from hydrofdi.cli.check import check
-from hydrofdi.cli.inspect import collect, rerun, status, verify, why
+from hydrofdi.cli.experiment_folder import collect, rerun, status, verify, why
+from hydrofdi.cli.indicators import indicators
+from hydrofdi.cli.inspect import inspect
+from hydrofdi.cli.measure import measure
 from hydrofdi.cli.plan import plan
 from hydrofdi.cli.report import report
 from hydrofdi.cli.schema import schema
@@ -37,6 +40,7 @@ app = typer.Typer(
 )
 for command in (
     simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate,
+    measure, indicators, inspect,
 ):  # fmt: skip
     app.command()(command)
 

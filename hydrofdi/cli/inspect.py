@@ -1,105 +1,193 @@
-"""Questions to an experiment's folder: ``status``, ``verify``, ``why``, ``rerun``, and ``collect``."""
+"""``hydrofdi inspect``."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydrofdi.cli.options import Json
+from hydrofdi.cli.options import Json, SamplingFrequency, frequency
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of an experiment.")]
-Run = Annotated[str, typer.Argument(metavar="RUN", help="Beginning of a run's identity, or its position.")]
+if TYPE_CHECKING:
+    from hydrofdi.records.overview import Overview, Range
+
+_INFERRED = "inferred_sampling"
+"""Kind of the remark of records whose sampling frequency nobody documented."""
+
+_MOST_SHOWN = 12
+"""Groups and labels that the terminal lists."""
+
+_READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s"}
 
 
-def status(directory: Directory, json: Json = False) -> int:
-    """Say how far the sweep of a folder is, and which shards are damaged.
+def inspect(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            help="A results folder, an experiment file, a description of measured files, or one data file."
+        ),
+    ],
+    record: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ID", help="Record of the figure, or the beginning of its name [default: the first]."
+        ),
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw one record: time, spectrum, details (.png, .svg, .pdf)."),
+    ] = None,
+    sampling_frequency: SamplingFrequency = None,
+    json: Json = False,
+) -> int:
+    """Look at unknown records: channels, rates, lengths, ranges, and what is wrong with them.
 
-    Exit code 1 when runs failed or a shard is damaged.
+    Exit code 1 where records are rejected.
     """
-    from dataclasses import asdict
+    from hydrofdi.cli.rendering import print_json, tell
+    from hydrofdi.pipeline.sources import open_source
+    from hydrofdi.records.overview import look_at
 
-    from hydrofdi.cli.rendering import print_json, write_out
-    from hydrofdi.pipeline import sweep_status
-
-    state = sweep_status(directory)
+    opened = open_source(source, sampling_frequency=frequency(sampling_frequency))
+    overview = look_at(opened, record)
+    if figure is not None:
+        _draw(overview, figure)
+        tell(f"drew {figure}")
     if json:
-        print_json(asdict(state))
+        print_json(_as_record(overview))
     else:
-        details = ", ".join(f"{count} {name}" for name, count in sorted(state.statuses.items()))
-        write_out(
-            f"{state.planned} planned, {state.done} done, {state.failed} failed,"
-            f" {state.missing} missing ({details})\n"
-        )
-        write_out("".join(f"{fault}; the next sweep computes its runs again\n" for fault in state.damaged))
-    return 1 if state.failed or state.damaged else 0
+        _print(overview)
+    return 1 if overview.n_rejected else 0
 
 
-def verify(directory: Directory, json: Json = False) -> int:
-    """Check every shard of a folder against its checksum.
+def _draw(overview: Overview, path: Path) -> None:
+    from hydrofdi.errors import ReportError
+    from hydrofdi.report.figures import save_figure
+    from hydrofdi.report.figures.record import draw_record
 
-    Also the index and the experiment file. Exit code 1 when anything is off.
-    """
-    from hydrofdi.cli.rendering import print_json, write_out
-    from hydrofdi.pipeline import verify as find_faults
+    if overview.example is None:
+        raise ReportError(f"{overview.name}: has no record that could be drawn")
+    save_figure(draw_record(overview.example), path)
 
-    faults = find_faults(directory)
-    if json:
-        print_json({"sound": not faults, "faults": faults})
+
+def _as_record(overview: Overview) -> dict[str, Any]:
+    inferred = _INFERRED in overview.findings
+    return {
+        "source": overview.name,
+        "records": overview.n_record,
+        "rejected": overview.n_rejected,
+        "samples": [{"samples": n, "records": count} for n, count in sorted(overview.lengths.items())],
+        "sampling_frequencies_Hz": [
+            {"frequency": rate, "records": count, "is": "inferred" if inferred else "given"}
+            for rate, count in sorted(overview.sampling_frequencies.items())
+        ],
+        "drive_periods_s": [
+            {"period": period, "records": count}
+            for period, count in sorted(overview.drive_periods.items(), key=lambda item: item[0] or 0.0)
+        ],
+        "channels": {channel: _range_record(found) for channel, found in overview.channels.items()},
+        "groups": dict(overview.groups),
+        "labels": dict(overview.labels),
+        "findings": {
+            kind: {
+                "records": finding.n_record,
+                "rejects": finding.is_rejection,
+                "examples": [{"record_id": name, "text": text} for name, text in finding.examples],
+            }
+            for kind, finding in overview.findings.items()
+        },
+    }
+
+
+def _range_record(found: Range) -> dict[str, Any]:
+    numbers = {"min": found.least, "mean": found.mean, "max": found.largest}
+    finite = {name: value if math.isfinite(value) else None for name, value in numbers.items()}
+    return {"unit": found.unit, "records": found.n_record} | finite
+
+
+def _print(overview: Overview) -> None:
+    from rich.text import Text
+
+    from hydrofdi.cli.rendering import terminal
+
+    console = terminal()
+    console.print(Text(overview.name, style="bold"))
+    console.print(_facts(overview))
+    if overview.channels:
+        console.print(Text("\nChannels", style="bold"))
+        console.print(_channel_table(overview))
+    if overview.findings:
+        console.print(Text("\nRemarks", style="bold"))
+        console.print(_finding_table(overview))
     else:
-        write_out("\n".join(faults or ["every shard is sound"]) + "\n")
-    return 1 if faults else 0
+        console.print("\nno remarks")
 
 
-def why(directory: Directory, run: Run, json: Json = False) -> int:
-    """Say what a run was asked to do, and how it went.
-
-    With its differences from the baseline, and what it was computed with.
-    """
-    from dataclasses import asdict
-
-    from hydrofdi.cli.rendering import print_explanation, print_json
-    from hydrofdi.pipeline import explain
-
-    explanation = explain(directory, run)
-    if json:
-        print_json(asdict(explanation))
-    else:
-        print_explanation(explanation)
-    return 0
-
-
-def rerun(directory: Directory, run: Run, json: Json = False) -> int:
-    """Compute a stored run again and compare the bits.
-
-    Exit code 1 when they differ.
-    """
-    from hydrofdi.cli.rendering import print_json, write_out
-    from hydrofdi.pipeline import recompute
-
-    run_id, differing = recompute(directory, run)
-    if json:
-        print_json({"run_id": run_id, "same_bits": not differing, "differing": differing})
-    elif differing:
-        write_out(f"run {run_id}: differs in {', '.join(differing)}\n")
-    else:
-        write_out(f"run {run_id}: the same bits\n")
-    return 1 if differing else 0
+def _facts(overview: Overview) -> Any:
+    rates = _counts({f"{rate:g} Hz": n for rate, n in overview.sampling_frequencies.items()})
+    lines = {
+        "records": f"{overview.n_record:,}"
+        + (f", and {overview.n_rejected:,} rejected" if overview.n_rejected else ""),
+        "sampling": rates + (" (inferred)" if _INFERRED in overview.findings else ""),
+        "samples": _counts({f"{length:,}": n for length, n in overview.lengths.items()}),
+        "drive": _counts(
+            {
+                "no known period" if period is None else f"period {period:g} s": n
+                for period, n in overview.drive_periods.items()
+            }
+        ),
+        "groups": _counts(overview.groups),
+        "labels": _counts(overview.labels),
+    }
+    table = _table(None, None)
+    for name, text in lines.items():
+        if text:
+            table.add_row(name, text)
+    return table
 
 
-def collect(directory: Directory) -> int:
-    """Build the experiment file from what is stored.
+def _counts(counted: Any) -> str:
+    """What occurs and how often; the number alone where there is one thing."""
+    if len(counted) == 1:
+        return str(next(iter(counted)))
+    shown = [f"{name} ({count:,})" for name, count in list(counted.items())[:_MOST_SHOWN]]
+    more = [f"and {len(counted) - _MOST_SHOWN:,} more"] if len(counted) > _MOST_SHOWN else []
+    return ", ".join(shown + more)
 
-    Runs without a result become holes with a reason.
-    """
-    from hydrofdi.cli.rendering import tell
-    from hydrofdi.pipeline import collect as build_file
-    from hydrofdi.pipeline import sweep_status
 
-    file = build_file(directory)
-    state = sweep_status(directory)
-    tell(
-        f"stored {file}: {state.planned} runs, of which {state.missing} are missing and {state.failed} failed"
-    )
-    return 0
+def _channel_table(overview: Overview) -> Any:
+    from hydrofdi.units import convert
+
+    table = _table("channel", "unit", "min", "mean", "max", "records")
+    for column in table.columns[2:]:
+        column.justify = "right"
+    for channel, found in overview.channels.items():
+        unit = _READABLE.get(found.unit, found.unit)
+        numbers = (found.least, found.mean, found.largest)
+        shown = [convert(value, unit) if found.unit in _READABLE else value for value in numbers]
+        texts = [f"{value:.4g}" if math.isfinite(value) else "–" for value in shown]
+        table.add_row(channel.value, unit, *texts, f"{found.n_record:,}")
+    return table
+
+
+def _finding_table(overview: Overview) -> Any:
+    table = _table("remark", "records", "for example")
+    table.columns[1].justify = "right"
+    for kind, finding in overview.findings.items():
+        name = f"{kind} (rejected)" if finding.is_rejection else kind
+        record_id, text = finding.examples[0]
+        table.add_row(name, f"{finding.n_record:,}", f"{record_id}: {text}")
+    return table
+
+
+def _table(*headers: str | None) -> Any:
+    from rich.table import Table
+
+    is_headed = headers[0] is not None
+    table = Table(box=None, show_header=is_headed, pad_edge=False, padding=(0, 2, 0, 0))
+    for header in headers[:-1]:
+        table.add_column(header or "", no_wrap=True)
+    table.add_column(headers[-1] or "", overflow="fold")
+    return table

@@ -65,7 +65,7 @@ def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str
     """
     leakage = f"{convert(flow, 'L/min'):.4g} L/min"
     if np.isnan(flow):
-        leakage = f"K_i {coefficient:.4g} m^3.5/kg^0.5"
+        leakage = f"K_i {coefficient:.4g} m³/s/√Pa"
     if flow == 0.0 or (np.isnan(flow) and coefficient == 0.0):
         leakage = "sealed"
     return f"{leakage}, {convert(bulk_modulus, 'MPa'):.4g} MPa"

@@ -72,7 +72,7 @@ def test_simulated_records_are_those_that_are_stored(small_sweep: SimpleNamespac
     ]
     assert labels[0] == labels[1]
     assert labels[0][0][0] == "sealed, 551 MPa"
-    assert labels[0][0][2] == "K_i 1e-08 m^3.5/kg^0.5, 551 MPa"
+    assert labels[0][0][2] == "K_i 1e-08 m³/s/√Pa, 551 MPa"
 
 
 TWO_DRIVES = """\

@@ -1,0 +1,99 @@
+"""``hydrofdi indicators``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hydrofdi.cli.options import Json
+
+if TYPE_CHECKING:
+    from hydrofdi.indicators.description import Description
+
+
+def indicators(
+    name: Annotated[str | None, typer.Argument(help="One indicator, with its options.")] = None,
+    json: Json = False,
+) -> int:
+    """List what can be measured of a record, or describe one indicator."""
+    from hydrofdi.cli.rendering import print_json
+    from hydrofdi.indicators import indicator_names
+    from hydrofdi.indicators.description import describe
+
+    described = [describe(each) for each in ([name] if name else indicator_names())]
+    if json:
+        records = [_record(each) for each in described]
+        print_json(records[0] if name else {"indicators": records})
+    elif name:
+        _print_one(described[0])
+    else:
+        _print_all(described)
+    return 0
+
+
+def _record(indicator: Description) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return asdict(indicator)
+
+
+def _print_all(indicators: list[Description]) -> None:
+    from rich.table import Table
+
+    from hydrofdi.cli.rendering import terminal
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("indicator", no_wrap=True)
+    for header in ("what it tells", "channels"):
+        table.add_column(header, overflow="fold")
+    table.add_column("numbers", justify="right")
+    table.add_column("cost", no_wrap=True)
+    for each in indicators:
+        channels = "\n".join(each.channels)
+        table.add_row(each.name, each.summary, channels, str(len(each.outputs)), each.cost)
+    console = terminal()
+    console.print(table)
+    console.print("'hydrofdi indicators NAME' shows equation, source, options and outputs of one.")
+
+
+def _print_one(indicator: Description) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from hydrofdi.cli.rendering import terminal
+
+    console = terminal()
+    console.print(Text(f"{indicator.name}, version {indicator.version}", style="bold"))
+    console.print(indicator.summary)
+    facts = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    facts.add_column(no_wrap=True)
+    facts.add_column(overflow="fold")
+    facts.add_row("equation", indicator.equation or "–")
+    facts.add_row("source", indicator.source)
+    facts.add_row("channels", ", ".join(indicator.channels))
+    facts.add_row("cost", indicator.cost)
+    if indicator.needs_scale:
+        facts.add_row("scale", "needs channels in SI; counts are of no use to it")
+    console.print(facts)
+    console.print(Text("\nOptions", style="bold"))
+    options = _table("option", "default", "meaning")
+    for option in indicator.options:
+        options.add_row(option.name, option.default, option.text.replace("``", ""))
+    console.print(options if indicator.options else "none")
+    console.print(Text("\nOutputs", style="bold"))
+    outputs = _table("output", "unit", "meaning")
+    for output in indicator.outputs:
+        dims = "".join(f" × {length} {name}" for name, length in output.dims.items())
+        outputs.add_row(output.name, output.unit, output.long_name + dims)
+    console.print(outputs)
+
+
+def _table(*headers: str) -> Any:
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for header in headers[:-1]:
+        table.add_column(header, no_wrap=True)
+    table.add_column(headers[-1], overflow="fold")
+    return table

@@ -1,0 +1,135 @@
+"""``hydrofdi measure``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrofdi.cli.options import Json, SamplingFrequency, frequency
+from hydrofdi.errors import ConfigError
+
+if TYPE_CHECKING:
+    from hydrofdi.indicators.record_measures import Column, RecordMeasures
+
+
+class Format(StrEnum):
+    """Forms of measured records."""
+
+    table = "table"
+    csv = "csv"
+    json = "json"
+    parquet = "parquet"
+
+
+def measure(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SOURCE...",
+            help="A results folder, an experiment file (.h5, or .yaml to be simulated), a description of"
+            " measured files, or one data file.",
+        ),
+    ],
+    indicators: Annotated[
+        str,
+        typer.Option(metavar="NAME,…|FILE", help="Indicators, 'all', or a YAML file with their options."),
+    ] = "dwt",
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write to a file; its suffix says the form.")
+    ] = None,
+    form: Annotated[
+        Format | None, typer.Option("--format", help="Form of the output [default: table].")
+    ] = None,
+    sampling_frequency: SamplingFrequency = None,
+    json: Json = False,
+) -> int:
+    """Measure indicators of any records, simulated or measured.
+
+    Exit code 1 where records are rejected. 'hydrofdi indicators' lists what can be measured.
+    """
+    from hydrofdi.indicators import load_indicators
+    from hydrofdi.indicators.record_measures import measure_sources, needed_channels
+    from hydrofdi.pipeline.sources import open_source
+
+    chosen_form = _form(Format.json if json else form, out)
+    chosen = load_indicators(indicators)
+    given = frequency(sampling_frequency)
+    opened = [open_source(path, needed_channels(chosen), given) for path in sources]
+    columns, records = measure_sources(opened, chosen)
+    counted = _Counted(records)
+    _write(chosen_form, out, columns, counted)
+    _tell(counted, out)
+    return 1 if counted.n_rejected else 0
+
+
+def _form(form: Format | None, out: Path | None) -> Format:
+    if out is None:
+        if form is Format.parquet:
+            raise ConfigError("--format parquet needs --out FILE")
+        return form or Format.table
+    if form is None:
+        suffix = out.suffix.lower().lstrip(".")
+        if suffix not in {Format.csv, Format.json, Format.parquet}:
+            raise ConfigError(f"--out {out}: name it .csv, .json or .parquet, or give --format")
+        return Format(suffix)
+    if form is Format.table:
+        raise ConfigError("--format table is for the terminal; files are csv, json or parquet")
+    return form
+
+
+class _Counted:
+    """Records on their way, counted."""
+
+    def __init__(self, records: Iterable[RecordMeasures]) -> None:
+        self._records = records
+        self.n_record = self.n_rejected = self.n_unmeasured = 0
+        self.first_reason = ""
+
+    def __iter__(self) -> Iterator[RecordMeasures]:
+        for record in self._records:
+            self.n_record += 1
+            self.n_rejected += record.is_rejected
+            if record.reasons and not record.is_rejected:
+                self.n_unmeasured += 1
+                label, reason = next(iter(record.reasons.items()))
+                self.first_reason = self.first_reason or f"{label}: {reason}"
+            yield record
+
+
+def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _Counted) -> None:
+    from hydrofdi.cli.rendering import write_out
+    from hydrofdi.report.forms.measures import csv_lines, json_parts, write_parquet
+
+    if form is Format.table:
+        from hydrofdi.cli.measures_table import print_measures
+
+        print_measures(columns, records)
+        return
+    lines = csv_lines if form is Format.csv else json_parts
+    if out is None:
+        for line in lines(columns, records):
+            write_out(line)
+        return
+    from hydrofdi.store.files import whole_file
+
+    with whole_file(out) as aside:
+        if form is Format.parquet:
+            write_parquet(aside, columns, records)
+        else:
+            with open(aside, "w", encoding="utf-8", newline="") as file:
+                file.writelines(lines(columns, records))
+
+
+def _tell(counted: _Counted, out: Path | None) -> None:
+    from hydrofdi.cli.rendering import tell
+
+    if out is not None:
+        tell(f"wrote {out}: {counted.n_record:,} records")
+    if counted.n_unmeasured:
+        tell(f"{counted.n_unmeasured:,} records lack numbers, the first because of {counted.first_reason}")
+    if counted.n_rejected:
+        tell(f"{counted.n_rejected:,} of {counted.n_record:,} records are rejected; 'reasons' says why")

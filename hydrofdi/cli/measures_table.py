@@ -1,0 +1,110 @@
+"""Measured records on the terminal: the first of them, in readable units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from itertools import islice
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hydrofdi.cli.rendering import terminal
+from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.units import convert
+
+_SHOWN = 20
+"""Records that the terminal shows."""
+
+_READABLE = {"Pa": ("kPa", "MPa"), "m": ("mm",), "m/s": ("mm/s",), "m^3/s": ("L/min",)}
+"""SI unit → units that the terminal shows, the next one where the numbers are large."""
+
+_LARGE = 9_999.5
+
+_MOST_TEXT = 28
+"""Characters of a text in a row."""
+
+_GAP = 2
+
+
+def print_measures(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
+    """A table of the first records for each indicator, and how many there are."""
+    console, stream = terminal(), iter(records)
+    shown = list(islice(stream, _SHOWN))
+    n_record = len(shown) + sum(1 for _ in stream)
+    for label in dict.fromkeys(column.label for column in columns):
+        own = [column for column in columns if column.label == label]
+        _print_indicator(console, label, own, shown)
+    if n_record > len(shown):
+        console.print(f"… the first {len(shown)} of {n_record:,} records; --out FILE.csv writes all")
+    elif n_record != 1:
+        console.print(f"{n_record} records")
+
+
+def _print_indicator(
+    console: Console, label: str, columns: Sequence[Column], records: Sequence[RecordMeasures]
+) -> None:
+    console.print(Text(label, style="bold"))
+    lead = [_lead(record) for record in records]
+    shown = [_texts(column, records) for column in columns if not column.output.dims]
+    for part in _parts(shown, console.width - _width(lead) - _GAP):
+        table = Table(box=None, pad_edge=False, padding=(0, _GAP, 0, 0))
+        table.add_column("record\n", no_wrap=True)
+        for texts in part:
+            table.add_column("\n".join(texts[:2]), justify="right", no_wrap=True)
+        for row in zip(lead, *(texts[2:] for texts in part), strict=True):
+            table.add_row(*row)
+        console.print(table)
+    for column in columns:
+        if column.output.dims:
+            console.print(f"{column.output.name}: {column.size} numbers for each record, in files")
+    for text, count in _reasons(label, records).items():
+        console.print(f"not measured, {count} of {len(records)}: {text}")
+    console.print()
+
+
+def _parts(columns: Sequence[list[str]], room: int) -> list[list[list[str]]]:
+    """Columns that fit beside each other."""
+    parts: list[list[list[str]]] = [[]]
+    left = room
+    for texts in columns:
+        width = _width(texts) + _GAP
+        if parts[-1] and width > left:
+            parts.append([])
+            left = room
+        parts[-1].append(texts)
+        left -= width
+    return [part for part in parts if part]
+
+
+def _lead(record: RecordMeasures) -> str:
+    """What a record is called in a row: its identity, and what is known of it or wrong with it."""
+    known = [record.label or record.group, "" if record.status == "ok" else f"({record.status})"]
+    return " ".join([_short(record.record_id), *(_short(text) for text in known if text)])
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _MOST_TEXT else f"…{text[1 - _MOST_TEXT :]}"
+
+
+def _texts(column: Column, records: Sequence[RecordMeasures]) -> list[str]:
+    """Name, unit and numbers of a column."""
+    values = [float(record.values.get(column.name, math.nan)) for record in records]
+    finite = [abs(value) for value in values if math.isfinite(value)]
+    unit, factor = column.unit, 1.0
+    for unit in _READABLE.get(column.unit, (column.unit,)):
+        factor = convert(1.0, unit) if column.unit in _READABLE else 1.0
+        if max(finite, default=0.0) * factor < _LARGE:
+            break
+    numbers = [f"{value * factor:.4g}" if math.isfinite(value) else "–" for value in values]
+    return [column.output.name, "" if unit == "1" else unit, *numbers]
+
+
+def _width(texts: Sequence[str]) -> int:
+    return max((len(text) for text in texts), default=0)
+
+
+def _reasons(label: str, records: Sequence[RecordMeasures]) -> dict[str, int]:
+    texts = [record.reasons[label] for record in records if label in record.reasons]
+    return {text: texts.count(text) for text in dict.fromkeys(texts)}

@@ -1,0 +1,106 @@
+"""What is said of an indicator: on the command line and in its page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.registry import indicator_kind
+from hydrofdi.records import Channel
+from hydrofdi.settings.docstrings import field_texts
+from hydrofdi.settings.quantities import SI
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of an indicator.
+
+    Attributes
+    ----------
+    name : str
+    default : str
+        With its unit; ``–`` where there is none.
+    unit : str
+        SI; ``1`` for numbers without a unit, empty for what is no quantity.
+    text : str
+        What it is.
+    """
+
+    name: str
+    default: str
+    unit: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Description:
+    """An indicator with the outputs and channels that it has by default."""
+
+    name: str
+    version: int
+    summary: str
+    source: str
+    equation: str
+    is_cheap: bool
+    needs_scale: bool
+    channels: tuple[Channel, ...]
+    outputs: tuple[Output, ...]
+    options: tuple[Option, ...]
+
+    @property
+    def cost(self) -> str:
+        """Class of its cost."""
+        return "cheap" if self.is_cheap else "costly"
+
+
+def describe(name: str) -> Description:
+    """What is said of an indicator.
+
+    Raises
+    ------
+    ConfigError
+        There is none of this name, or it cannot be loaded.
+    """
+    kind = indicator_kind(name)
+    indicator, texts = kind(), field_texts(kind.Options)
+    options = tuple(
+        Option(field, _default(info), _unit(info), " ".join(texts.get(field, "").split()))
+        for field, info in kind.Options.model_fields.items()
+    )
+    return Description(
+        name, kind.version, kind.summary, kind.source, kind.equation, kind.is_cheap, kind.needs_scale,
+        tuple(sorted(indicator.channels)), tuple(indicator.outputs), options,
+    )  # fmt: skip
+
+
+def _default(info: FieldInfo) -> str:
+    return _shown(info.get_default(call_default_factory=True), _unit(info))
+
+
+def _shown(value: Any, unit: str) -> str:
+    if value is None or value in ((), [], {}):
+        return "–"
+    if isinstance(value, tuple | list):
+        return ", ".join(_shown(item, unit) for item in value)
+    if isinstance(value, Enum):
+        return str(value.value)
+    if isinstance(value, float):
+        return f"{value:g} {unit}" if unit not in ("", "1") else f"{value:g}"
+    return str(value)
+
+
+def _unit(info: FieldInfo) -> str:
+    quantities = [*info.metadata, *_nested_metadata(info.annotation)]
+    return next((part.unit for part in quantities if isinstance(part, SI)), "")
+
+
+def _nested_metadata(annotation: Any) -> list[Any]:
+    """Metadata of the parts of a union, a tuple or a list."""
+    found: list[Any] = []
+    for part in getattr(annotation, "__args__", ()):
+        found += [*getattr(part, "__metadata__", ()), *_nested_metadata(part)]
+    return found

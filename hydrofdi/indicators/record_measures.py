@@ -1,0 +1,147 @@
+"""What was measured of each record of some sources, one by one: tables and files are made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from math import prod
+
+from hydrofdi.errors import DataError
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.measuring import Indicators, Measures, measure, output_unit
+from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
+
+
+@dataclass(frozen=True)
+class Column:
+    """An output of an indicator.
+
+    Attributes
+    ----------
+    label : str
+        Of the indicator.
+    output : Output
+    unit : str
+        Unit of its numbers: SI, or counts.
+    channels : tuple of Channel
+        What the indicator needs, sorted.
+    """
+
+    label: str
+    output: Output
+    unit: str
+    channels: tuple[Channel, ...]
+
+    @property
+    def name(self) -> str:
+        """``label.output``."""
+        return f"{self.label}.{self.output.name}"
+
+    @property
+    def size(self) -> int:
+        """Numbers for each record."""
+        return prod(self.output.dims.values())
+
+
+@dataclass(frozen=True)
+class RecordMeasures:
+    """What was measured of one record.
+
+    Attributes
+    ----------
+    record_id, source, group, label : str
+        As in a batch; empty where nothing is known.
+    status : str
+        ``ok``, or the kinds of its remarks with commas between them.
+    values : dict of str to ndarray, shape (*dims)
+        Name of a column → its numbers; NaN where there are none.
+    reasons : dict of str to str
+        Label of an indicator → why it could not be measured.
+    is_rejected : bool
+        Whether it is no record that anything could be measured of.
+    """
+
+    record_id: str
+    source: str
+    group: str
+    label: str
+    status: str
+    values: dict[str, Array]
+    reasons: dict[str, str]
+    is_rejected: bool = False
+
+
+def needed_channels(indicators: Indicators) -> frozenset[Channel]:
+    """All channels that some indicators need."""
+    return frozenset().union(*(indicator.channels for indicator in indicators.values()))
+
+
+def measure_sources(
+    sources: Sequence[RecordSource], indicators: Indicators
+) -> tuple[tuple[Column, ...], Iterator[RecordMeasures]]:
+    """The columns, and the records of all sources one by one; a batch is in memory at a time.
+
+    Raises
+    ------
+    DataError
+        A measured file cannot be used, or one source has a channel in counts that another has in SI.
+    StoreError
+        A stored file cannot be read.
+    """
+    batches = ((source, batch) for source in sources for batch in source.batches(labels=True))
+    leading = next(batches, None)
+    if leading is None:
+        return _columns(indicators, frozenset()), iter(())
+    columns = _columns(indicators, leading[1].relative)
+    return columns, _measured(chain([leading], batches), indicators, columns)
+
+
+def _columns(indicators: Indicators, relative: frozenset[Channel]) -> tuple[Column, ...]:
+    return tuple(
+        Column(label, output, output_unit(indicator, output, relative), tuple(sorted(indicator.channels)))
+        for label, indicator in indicators.items()
+        for output in indicator.outputs
+    )
+
+
+def _measured(
+    batches: Iterator[tuple[RecordSource, RecordBatch]], indicators: Indicators, columns: Sequence[Column]
+) -> Iterator[RecordMeasures]:
+    for source, batch in batches:
+        _require_same_units(source, batch, indicators, columns)
+        measures = measure(batch, indicators)
+        for row in range(batch.n_record):
+            yield _record(batch, measures, row)
+        yield from _rejected(batch, columns)
+
+
+def _require_same_units(
+    source: RecordSource, batch: RecordBatch, indicators: Indicators, columns: Sequence[Column]
+) -> None:
+    for first, now in zip(columns, _columns(indicators, batch.relative), strict=True):
+        if batch.n_record and first.unit != now.unit:
+            raise DataError(
+                f"{source.name}: {now.name} comes out in {now.unit}, and in {first.unit} before;"
+                " measure these sources apart"
+            )
+
+
+def _record(batch: RecordBatch, measures: Measures, row: int) -> RecordMeasures:
+    kinds = dict.fromkeys(remark.kind for remark in batch.remarks[row])
+    return RecordMeasures(
+        batch.record_ids[row],
+        batch.sources[row],
+        batch.groups[row],
+        batch.labels[row] if batch.labels else "",
+        ",".join(kinds) or "ok",
+        {name: values[row] for name, values in measures.values.items()},
+        {label: reason for label, rows in measures.obstacles.items() if (reason := rows[row]) is not None},
+    )
+
+
+def _rejected(batch: RecordBatch, columns: Sequence[Column]) -> Iterator[RecordMeasures]:
+    for record in batch.rejected:
+        reasons = dict.fromkeys((column.label for column in columns), record.remark.text)
+        place = record.record_id, record.source, record.group, record.label
+        yield RecordMeasures(*place, record.remark.kind, {}, reasons, is_rejected=True)

@@ -1,0 +1,120 @@
+"""What a path on the command line means as a source of records: its content decides, not its name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from pathlib import Path
+
+from hydrofdi.errors import ConfigError, DataError, StoreError
+from hydrofdi.records import Channel, RecordSource
+
+_HEAD_BYTES = 65_536
+_KEY = re.compile(r"[A-Za-z_][\w.]*\s*:(\s|$)|---\s*$|\{")
+"""How the first line of a YAML file with settings begins."""
+
+_MEASURED_KEYS = {"files", "channels"}
+"""Keys that a description of measured files has, and an experiment has not."""
+
+
+def open_source(
+    path: Path, channels: Collection[Channel] = tuple(Channel), sampling_frequency: float | None = None
+) -> RecordSource:
+    """Records of a results folder, an experiment, a description of measured files, or one data file.
+
+    Parameters
+    ----------
+    path : Path
+    channels : collection of Channel
+        What is needed of simulated records; the others are not read.
+    sampling_frequency : float, optional
+        Of a measured file by itself [Hz].
+
+    Raises
+    ------
+    ConfigError
+        A YAML file has mistakes, or a sampling frequency is given where the source has its own.
+    DataError
+        The file cannot be a source.
+    StoreError
+        Results cannot be read.
+    """
+    if not path.exists():
+        raise DataError(f"{path}: no such file or folder")
+    if path.is_dir():
+        _refuse_frequency(path, sampling_frequency)
+        return _folder(path, channels)
+    head = _head(path)
+    if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
+        _refuse_frequency(path, sampling_frequency)
+        return _stored(path, channels)
+    if _is_settings(head):
+        _refuse_frequency(path, sampling_frequency)
+        return _described(path, channels)
+    from hydrofdi.records.measured import plain_file_source
+
+    return plain_file_source(path, sampling_frequency)
+
+
+def _folder(path: Path, channels: Collection[Channel]) -> RecordSource:
+    from hydrofdi.store.request import REQUEST_FILE
+
+    if not (path / REQUEST_FILE).exists() and not any(path.glob("[!.]*.h5")):
+        raise DataError(
+            f"{path}: holds no results of hydrofdi; measured files in a folder are described by a YAML"
+            " (docs/measured.md)"
+        )
+    return _stored(path, channels)
+
+
+def _stored(path: Path, channels: Collection[Channel]) -> RecordSource:
+    from hydrofdi.pipeline.results import read_results
+    from hydrofdi.store.records import StoredRecords
+
+    return StoredRecords(read_results(path), str(path), channels)
+
+
+def _is_experiment(path: Path) -> bool:
+    from hydrofdi.store.reading import is_experiment_file
+    from hydrofdi.store.shard import SHARDS
+
+    if path.parent.name == SHARDS:
+        raise StoreError(f"{path}: is a shard; name the folder of its experiment, {path.parent.parent}")
+    return is_experiment_file(path)
+
+
+def _described(path: Path, channels: Collection[Channel]) -> RecordSource:
+    from hydrofdi.settings.validation import read_yaml
+
+    keys = set(read_yaml(path, "a description of measured files or an experiment").data or {})
+    if keys & _MEASURED_KEYS:
+        from hydrofdi.records.measured import measured_source
+
+        return measured_source(path)
+    from hydrofdi.config import load_experiment
+    from hydrofdi.pipeline.simulated import SimulatedRecords
+
+    return SimulatedRecords(load_experiment(path), str(path), channels)
+
+
+def _refuse_frequency(path: Path, sampling_frequency: float | None) -> None:
+    if sampling_frequency is not None:
+        raise ConfigError(f"--sampling-frequency: {path} has its own; the option is for one plain data file")
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with open(path, "rb") as file:
+            return file.read(_HEAD_BYTES)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def _is_settings(head: bytes) -> bool:
+    """Whether a file begins as YAML with keys does."""
+    try:
+        text = head.decode("utf-8", errors="strict" if len(head) < _HEAD_BYTES else "ignore")
+    except UnicodeDecodeError:
+        return False
+    lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
+    return _KEY.match(next(lines, "")) is not None

@@ -1,0 +1,165 @@
+"""The first look at unknown records: what there is of them, and what is wrong with them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Array, RecordBatch, Remark
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.source import RecordSource
+
+_EXAMPLES = 3
+"""Examples that are kept of each kind of remark."""
+
+
+@dataclass
+class Range:
+    """Values of a channel over all records; in SI, or in counts.
+
+    Attributes
+    ----------
+    unit : str
+    n_record, n_sample : int
+        Records that have the channel, and finite samples in them.
+    least, largest, total : float
+        Over these samples.
+    """
+
+    unit: str
+    n_record: int = 0
+    n_sample: int = 0
+    least: float = np.inf
+    largest: float = -np.inf
+    total: float = 0.0
+
+    @property
+    def mean(self) -> float:
+        """Mean over all finite samples; NaN where there are none."""
+        return self.total / self.n_sample if self.n_sample else np.nan
+
+    def add(self, samples: Array) -> None:
+        """Take in the samples of some records, shape (n_record, n_time)."""
+        finite = samples[np.isfinite(samples)]
+        self.n_record += len(samples)
+        self.n_sample += finite.size
+        self.total += float(finite.sum())
+        self.least = min(self.least, float(finite.min(initial=np.inf)))
+        self.largest = max(self.largest, float(finite.max(initial=-np.inf)))
+
+
+@dataclass
+class Finding:
+    """A kind of remark: how many records have it, and what it says of a few."""
+
+    n_record: int = 0
+    is_rejection: bool = False
+    examples: list[tuple[str, str]] = field(default_factory=list)
+
+    def add(self, record_id: str, remark: Remark) -> None:
+        """Count a record."""
+        self.n_record += 1
+        if len(self.examples) < _EXAMPLES:
+            self.examples.append((record_id, remark.text))
+
+
+@dataclass
+class Overview:
+    """What a source holds.
+
+    Attributes
+    ----------
+    name : str
+    n_record, n_rejected : int
+        Records that can be measured, and those that cannot at all.
+    lengths : counter of int
+        Number of samples → number of records.
+    sampling_frequencies : counter of float
+        [Hz] → number of records.
+    drive_periods : counter of (float or None)
+        [s] → number of records; None where there is none, or none is known.
+    groups, labels : counter of str
+    channels : dict of Channel to Range
+    findings : dict of str to Finding
+        Kind of a remark, or of a rejection → what was found.
+    example : RecordBatch or None
+        The one record that was asked for, or the first.
+    """
+
+    name: str
+    n_record: int = 0
+    n_rejected: int = 0
+    lengths: Counter[int] = field(default_factory=Counter)
+    sampling_frequencies: Counter[float] = field(default_factory=Counter)
+    drive_periods: Counter[float | None] = field(default_factory=Counter)
+    groups: Counter[str] = field(default_factory=Counter)
+    labels: Counter[str] = field(default_factory=Counter)
+    channels: dict[Channel, Range] = field(default_factory=dict)
+    findings: dict[str, Finding] = field(default_factory=dict)
+    example: RecordBatch | None = None
+
+    def add(self, batch: RecordBatch) -> None:
+        """Take in a batch."""
+        n_record = batch.n_record
+        self.n_record += n_record
+        self.n_rejected += len(batch.rejected)
+        if n_record:
+            self.lengths[batch.n_time] += n_record
+            self.sampling_frequencies[batch.sampling_frequency] += n_record
+            self.drive_periods[batch.drive_period] += n_record
+        self.groups.update(filter(None, batch.groups))
+        self.labels.update(filter(None, batch.labels or ()))
+        for channel, samples in batch.channels.items():
+            unit = "counts" if channel in batch.relative else channel.unit
+            self.channels.setdefault(channel, Range(unit)).add(samples)
+        for record_id, remarks in zip(batch.record_ids, batch.remarks, strict=True):
+            for remark in {remark.kind: remark for remark in reversed(remarks)}.values():
+                self.findings.setdefault(remark.kind, Finding()).add(record_id, remark)
+        for rejected in batch.rejected:
+            finding = self.findings.setdefault(rejected.remark.kind, Finding(is_rejection=True))
+            finding.add(rejected.record_id, rejected.remark)
+
+
+def look_at(source: RecordSource, record_id: str | None = None) -> Overview:
+    """Go through a source once.
+
+    Parameters
+    ----------
+    source : RecordSource
+    record_id : str, optional
+        The record that is kept as the example; the beginning of its name is enough.
+
+    Raises
+    ------
+    DataError
+        There is no such record, or a measured file cannot be used.
+    StoreError
+        A stored file cannot be read.
+    """
+    overview = Overview(source.name)
+    for batch in source.batches(labels=True):
+        overview.add(batch)
+        _refuse_rejected(source, batch, record_id)
+        if batch.n_record and (record_id in batch.record_ids or overview.example is None):
+            row = _row(batch, record_id)
+            overview.example = overview.example if row is None else batch.rows([row])
+    if record_id is not None and overview.example is None:
+        raise DataError(f"{source.name}: has no record {record_id!r}; 'hydrofdi measure' lists them")
+    return overview
+
+
+def _row(batch: RecordBatch, record_id: str | None) -> int | None:
+    """Row of a record, or else of the first one whose name begins so."""
+    if record_id in batch.record_ids:
+        return batch.record_ids.index(record_id)
+    names = enumerate(batch.record_ids)
+    return next((row for row, name in names if name.startswith(record_id or "")), None)
+
+
+def _refuse_rejected(source: RecordSource, batch: RecordBatch, record_id: str | None) -> None:
+    for rejected in batch.rejected:
+        if record_id is not None and rejected.record_id == record_id:
+            raise DataError(f"{source.name}: record {record_id} is rejected: {rejected.remark.text}")

@@ -1,0 +1,157 @@
+"""One record at a glance: its channels over time, their spectra, and the details of one of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from hydrofdi.errors import ReportError
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, SETTINGS
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.spectrum import power_spectrum
+from hydrofdi.transforms.wavelet import detail_coefficients
+from hydrofdi.units import convert
+
+_READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
+_DETAIL_UNIT = {"Pa": "kPa", "m": "mm", "m/s": "mm/s", "V": "V"}
+_COLORS = (BLUE, ORANGE, GREEN, INK)
+_MOST_LEVELS, _TAPS = 5, 16
+
+
+def draw_record(record: RecordBatch) -> Figure:
+    """Channels, power spectra and details of the first record of a batch.
+
+    Raises
+    ------
+    ReportError
+        It has no channel with finite samples only.
+    """
+    whole = [channel for channel, samples in record.channels.items() if np.isfinite(samples[0]).all()]
+    if not whole or record.n_time < 2:
+        raise ReportError("the record has no channel that can be drawn")
+    with matplotlib.rc_context(SETTINGS):
+        return _drawn(record, whole, _panels(record), _levels(record.n_time))
+
+
+def _drawn(record: RecordBatch, whole: list[Channel], panels: list[list[Channel]], levels: int) -> Figure:
+    figure = Figure(figsize=(10.0, 3.4 + 1.25 * max(len(panels), levels)), layout="constrained")
+    figure.suptitle(_title(record), x=0.01, ha="left", fontsize=10)
+    halves: Any = figure.subfigures(2, 1, height_ratios=[1.25 * max(len(panels), levels), 2.8])
+    upper, lower = halves
+    left, right = upper.subfigures(1, 2)
+    _draw_time(left, record, panels)
+    if levels:
+        _draw_details(right, record, whole[0], levels)
+    _draw_spectra(lower, record, whole, levels)
+    return figure
+
+
+def _title(record: RecordBatch) -> str:
+    label = f", {record.labels[0]}" if record.labels and record.labels[0] else ""
+    rate = f"{record.sampling_frequency:g} Hz, {record.n_time} samples"
+    return f"{record.record_ids[0]}{label}: {rate}"
+
+
+def _panels(record: RecordBatch) -> list[list[Channel]]:
+    """Channels that share a panel: all pressures of the same unit, the others by themselves."""
+    pressures = [channel for channel in record.channels if channel.is_pressure]
+    scaled = [channel for channel in pressures if channel not in record.relative]
+    counts = [channel for channel in pressures if channel in record.relative]
+    others = [[channel] for channel in record.channels if not channel.is_pressure]
+    return [panel for panel in (scaled, counts) if panel] + others
+
+
+def _levels(n_time: int) -> int:
+    """Levels of db8 that a record is long enough for, up to five."""
+    return max(0, min(_MOST_LEVELS, int(np.log2(n_time / (_TAPS - 1)))))
+
+
+def _unit(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> str:
+    return "counts" if channel in record.relative else readable[channel.unit]
+
+
+def _samples(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> Array:
+    factor = 1.0 if channel in record.relative else convert(1.0, readable[channel.unit])
+    return np.asarray(factor * record[channel][0])
+
+
+def _words(channel: Channel) -> str:
+    return channel.value.replace("_", " ")
+
+
+def _place(channel: Channel) -> str:
+    """A pressure by its place."""
+    return _words(channel).removesuffix(" pressure")
+
+
+def _draw_time(figure: Any, record: RecordBatch, panels: list[list[Channel]]) -> None:
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, channels in zip(axes, panels, strict=True):
+        for channel, color in zip(channels, _COLORS, strict=False):
+            samples = _samples(record, channel, _READABLE)
+            axis.plot(record.time, samples, color=color, linewidth=0.7, label=_place(channel))
+        axis.set_ylabel(f"[{_unit(record, channels[0], _READABLE)}]")
+        axis.set_title("pressure" if channels[0].is_pressure else _words(channels[0]))
+        if channels[0].is_pressure:
+            _legend(axis, len(channels))
+    _time_axis(axes[-1], record)
+
+
+def _draw_details(figure: Any, record: RecordBatch, channel: Channel, levels: int) -> None:
+    wavelet = WaveletConfig(levels=levels)
+    samples = _samples(record, channel, _DETAIL_UNIT)
+    axes = figure.subplots(levels, 1, sharex=True, squeeze=False)[:, 0]
+    axes[0].set_title(f"details of the {_words(channel)} ({wavelet.name})")
+    for level, axis in enumerate(axes, 1):
+        instants, details = detail_coefficients(samples, wavelet, level, record.time)
+        axis.plot(instants, details, color=BLUE, linewidth=0.7)
+        axis.set_ylabel(f"$d_{level}$ [{_unit(record, channel, _DETAIL_UNIT)}]")
+    figure.align_ylabels(axes)
+    _time_axis(axes[-1], record)
+
+
+def _time_axis(axis: Any, record: RecordBatch) -> None:
+    axis.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+    axis.set_xlim(record.time[0], record.time[-1])
+    axis.set_xlabel("time [s]")
+
+
+def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels: int) -> None:
+    """Spectra of the pressures, or of the first channel, with the bands of the levels."""
+    pressures = [channel for channel in whole if channel.is_pressure] or whole[:1]
+    unit = _unit(record, pressures[0], _DETAIL_UNIT)
+    alike = [channel for channel in pressures if _unit(record, channel, _DETAIL_UNIT) == unit]
+    axis = figure.subplots()
+    for channel, color in zip(alike, _COLORS, strict=False):
+        samples = _samples(record, channel, _DETAIL_UNIT)
+        frequency, density = power_spectrum(samples, record.sampling_frequency)
+        if np.ptp(samples) > 1e-12 * np.abs(samples).max():
+            axis.loglog(frequency[1:], density[1:], color=color, linewidth=0.8, label=_place(channel))
+    _mark_bands(axis, record.sampling_frequency, levels)
+    axis.set_ylabel(f"PSD [{unit}²/Hz]")
+    axis.set_xlabel("frequency [Hz]")
+    axis.set_title("power spectrum" if alike[0].is_pressure else f"power spectrum of the {_words(alike[0])}")
+    if axis.lines and alike[0].is_pressure:
+        _legend(axis, len(alike))
+
+
+def _legend(axis: Any, n_column: int) -> None:
+    """Names of the lines above the panel, where they hide nothing."""
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=n_column, borderaxespad=0.2)
+
+
+def _mark_bands(axis: Any, sampling_frequency: float, levels: int) -> None:
+    for level in range(1, levels + 1):
+        low, high = sampling_frequency / 2 ** (level + 1), sampling_frequency / 2**level
+        if level % 2:
+            axis.axvspan(low, high, color="#808088", alpha=0.14, linewidth=0)
+        axis.text(
+            (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
+            ha="center", va="top", color=INK,
+        )  # fmt: skip
+    axis.set_xlim(right=sampling_frequency / 2)

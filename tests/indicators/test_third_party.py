@@ -1,0 +1,62 @@
+"""An indicator of another package: the one of docs/indicators.md, installed and measured."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.commands import run_process
+
+PAGE = Path(__file__).parents[2] / "docs" / "indicators.md"
+MUSEUM = Path(__file__).parents[1] / "museum" / "format_2_physics_2" / "pressures.h5"
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> dict[str, str]:
+    """Where Python finds the package of the page as if pip had installed it."""
+    (code,) = re.findall(r"<!-- a test installs this -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (points,) = re.findall(
+        r"```toml\n\[project\.entry-points\.\"hydrofdi\.indicators\"\]\n(.*?)```", PAGE.read_text(), re.DOTALL
+    )
+    package, information = tmp_path / "packages", tmp_path / "packages" / "swing-1.0.dist-info"
+    information.mkdir(parents=True)
+    (package / "swing.py").write_text(code)
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: swing\nVersion: 1.0\n")
+    (information / "entry_points.txt").write_text("[hydrofdi.indicators]\n" + points.replace('"', ""))
+    return os.environ | {"PYTHONPATH": str(package)}
+
+
+def output_of(environment: dict[str, str], *arguments: str | Path) -> str:
+    done = run_process(*arguments, env=environment)
+    assert done.returncode == 0, done.stderr
+    return str(done.stdout)
+
+
+def test_it_is_listed_described_and_measured(environment: dict[str, str]) -> None:
+    with h5py.File(MUSEUM) as file:
+        swings = np.ptp(file["chamber_1_pressure"][:], axis=1)
+    listed = json.loads(output_of(environment, "indicators", "--json"))["indicators"]
+    assert "swing" in [indicator["name"] for indicator in listed]
+    assert "largest less least pressure" in output_of(environment, "indicators", "swing")
+    measured = json.loads(output_of(environment, "measure", MUSEUM, "--indicators", "swing,dwt", "--json"))
+    assert measured["indicators"][0] == {
+        "name": "swing.range", "unit": "Pa", "channels": ["chamber_1_pressure"],
+    }  # fmt: skip
+    assert [record["values"]["swing.range"] for record in measured["records"]] == swings.tolist()
+    table = output_of(environment, "measure", MUSEUM, "--indicators", "swing", "--format", "csv")
+    assert [float(row["swing.range_Pa"]) for row in csv.DictReader(table.splitlines())] == swings.tolist()
+
+
+def test_one_that_cannot_be_loaded_is_named_in_a_line(environment: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "packages" / "swing.py").write_text("import nothing_of_this_name\n")
+    done = run_process("measure", MUSEUM, "--indicators", "swing", env=environment)
+    assert done.returncode == 2
+    assert done.stderr.startswith("hydrofdi: swing: indicator 'swing': swing:Swing cannot be loaded")
+    assert "nothing_of_this_name" in done.stderr

@@ -75,17 +75,17 @@ def test_a_mistaken_fluid_is_one_mistake():
 
 
 @pytest.mark.parametrize(
-    ("settings", "told"),
+    ("settings", "message"),
     [
         ([EBM], "551 MPa lies outside of the 800 … 1400 MPa of the runs"),
         ([STIFF, "baseline.fluid.bulk_modulus=551 MPa"], "outside of the 1200 MPa of all runs"),
         ([EBM, "ensemble.grid.friction.viscous=[50]", "baseline.fluid.bulk_modulus=2 GPa"], "2000 MPa lies"),
     ],
 )  # fmt: skip
-def test_a_baseline_outside_of_the_sweep_is_warned_of(settings, told):
+def test_a_baseline_outside_of_the_sweep_is_warned_of(settings, message):
     (sentence,) = distant_baseline(load_experiment(None, settings))
     assert sentence.startswith("the baseline's fluid.bulk_modulus = ")
-    assert told in sentence
+    assert message in sentence
 
 
 @pytest.mark.parametrize(

@@ -70,16 +70,16 @@ def test_conditions_that_do_not_multiply_are_counted_all_the_same():
 
 
 @pytest.mark.parametrize(
-    ("at", "told"),
+    ("at", "message"),
     [
         ("run", "K_i          2 leakage flows × 16 conditions = 32 solutions; 'calibration: {at: nominal}' solves each flow once"),
         ("nominal", "K_i          2 leakage flows × 1 condition = 2 solutions"),
     ],
 )  # fmt: skip
-def test_a_plan_says_how_often_coefficients_are_solved(tmp_path, experiment_file, at, told):
+def test_a_plan_says_how_often_coefficients_are_solved(tmp_path, experiment_file, at, message):
     file = experiment_file("name: drawn\nrun: {duration: 2 s}\n")
     settings = [part for setting in (FLOWS, DRAWN, f"calibration.at={at}") for part in ("--set", setting)]
-    assert told in commands.run("plan", file, *settings, check=0, cwd=tmp_path).stdout.splitlines()
+    assert message in commands.run("plan", file, *settings, check=0, cwd=tmp_path).stdout.splitlines()
     record = commands.run_json("plan", file, *settings, cwd=tmp_path)
     assert record["solutions"]["total"] == (32 if at == "run" else 2)
 

@@ -114,10 +114,10 @@ MISTAKES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("over", "correlation", "told"), MISTAKES)
-def test_mistaken_distributions_and_correlations_are_told(over, correlation, told):
+@pytest.mark.parametrize(("over", "correlation", "expected"), MISTAKES)
+def test_mistaken_distributions_and_correlations_are_reported(over, correlation, expected):
     more = f", correlation: {{parameters: {correlation}}}" if correlation else ""
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=expected):
         drawn(over, more=more)
 
 

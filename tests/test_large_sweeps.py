@@ -104,7 +104,7 @@ def test_values_slices_and_distinct_runs_are_those_of_the_runs():
 
 
 @given(st.lists(st.tuples(*[st.integers(-1, 3)] * 3), min_size=1, max_size=40))
-def test_distinct_rows_are_told_in_order_of_appearance(rows):
+def test_distinct_rows_are_reported_in_order_of_appearance(rows):
     columns = list(np.array(rows, dtype=np.int32).T)
     first, inverse = distinct_rows(columns, len(rows))
     different = list(dict.fromkeys(rows))

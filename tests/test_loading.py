@@ -158,7 +158,7 @@ sweep:
 """
 
 
-def test_all_mistakes_of_a_file_are_told_at_once_in_its_order(experiment_file):
+def test_all_mistakes_of_a_file_are_reported_at_once_in_its_order(experiment_file):
     config = experiment_file(MANY)
     lines = mistakes(config, "input.period=1 kg")
     places = [line.removeprefix(f"{config}:").split(":")[0] for line in lines if not line.startswith("--set")]
@@ -166,7 +166,7 @@ def test_all_mistakes_of_a_file_are_told_at_once_in_its_order(experiment_file):
     assert any(line.startswith("--set input.period=1 kg: input.period: ") for line in lines)
 
 
-def test_the_command_tells_all_mistakes_and_writes_nothing(hydrofdi, experiment_file, tmp_path):
+def test_the_command_reports_all_mistakes_and_writes_nothing(hydrofdi, experiment_file, tmp_path):
     config = experiment_file(MANY)
     for command in ("simulate", "sweep"):
         result = hydrofdi(command, config)

@@ -107,7 +107,7 @@ def test_generators_of_whole_numbers_give_whole_numbers(tmp_path):
         ("{grid: {friction.viscous: [1]}, zip: {friction.viscous: [2]}}", "two blocks that multiply"),
     ],
 )
-def test_mistakes_in_a_block_are_told(tmp_path, block, mistake):
+def test_mistakes_in_a_block_are_reported(tmp_path, block, mistake):
     text = f"sweep: {block}" if block.startswith("{") else f"sweep: {{{block}}}"
     with pytest.raises(ConfigError, match=mistake):
         load(tmp_path, text)
@@ -225,7 +225,7 @@ def test_later_files_win_and_settings_win_over_all(tmp_path):
     assert (experiment.leakage.internal_coefficient, experiment.leakage.internal_flow) == (None, 1 / 60000)
 
 
-def test_a_mistake_in_an_extended_file_is_told_with_that_file(tmp_path):
+def test_a_mistake_in_an_extended_file_is_reported_with_that_file(tmp_path):
     (tmp_path / "base.yaml").write_text("\nfluid: {bulk_modulus: -1}\n")
     (tmp_path / "top.yaml").write_text("extends: base.yaml\n")
     with pytest.raises(ConfigError, match=r"base\.yaml:2: fluid\.bulk_modulus: must be greater than 0"):

@@ -83,5 +83,5 @@ def test_json_is_read_as_it_was_written(data):
     assert parse_yaml(json.dumps(data), "f").data == data
 
 
-def test_a_path_is_told_as_dotted_text():
+def test_a_path_is_reported_as_dotted_text():
     assert dotted(("sweep", "grid", "fluid.bulk_modulus", 1)) == "sweep.grid.fluid.bulk_modulus[1]"

@@ -17,7 +17,7 @@ from hydrofdi.units import convert
 
 
 def print_inspection(found: Inspection) -> None:
-    """An inspection: step, modes, record, and what to heed."""
+    """An inspection: step, modes, record, and warnings."""
     console = terminal()
     limits = ", ".join(
         f"{part} {convert(limit, 'ms'):.3g}"

@@ -1,4 +1,4 @@
-"""Does an approximation tell external leakage from internal leakage and from a change of EBM?
+"""Does an approximation separate external leakage from internal leakage and from a change of EBM?
 
 After Goharrizi and Sepehri, International Journal of Fluid Power: they isolate external from internal leakage
 by the level-4 approximation. Its RMS is the choice made here.
@@ -106,7 +106,7 @@ class ExternalStudy:
     def gaps(self, state: ExternalState) -> dict[str, float]:
         """How far apart each δ keeps a state and the runs without external leakage, in percentage points.
 
-        Negative where they overlap: no threshold tells one from the other.
+        Negative where they overlap: no threshold separates them.
         """
         quiet, leaky = self.ranges(self.states[0]), self.ranges(state)
         return {

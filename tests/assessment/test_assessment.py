@@ -173,9 +173,9 @@ def test_sensor_noise_is_set_against_each_level_of_the_weakestrun_hydrofdi(tmp_p
     weakest = np.min([row["detail_rms"] for row in computed_rows(select_runs(quiet).jobs)], axis=0)
     np.testing.assert_allclose([level.weakest_rms for level in found.noise], weakest, rtol=1e-12)
     np.testing.assert_allclose([level.noise for level in found.noise], np.sqrt(9e6 + 16e6 / 12), rtol=1e-9)
-    told = [warning for warning in found.warnings if "sensor noise" in warning]
-    assert len(told) == sum(0.1 * weakest < 3214.55) > 0
-    assert "weakest run's d1" in told[0]
+    output = [warning for warning in found.warnings if "sensor noise" in warning]
+    assert len(output) == sum(0.1 * weakest < 3214.55) > 0
+    assert "weakest run's d1" in output[0]
     assert inspect_experiment(select_runs(quiet)).noise == ()
 
 

@@ -1,4 +1,4 @@
-"""Values that contradict each other, or themselves: told as mistakes, by the command itself."""
+"""Values that contradict each other, or themselves: reported as mistakes by the command itself."""
 
 import pytest
 
@@ -60,7 +60,7 @@ def test_what_is_off_contradicts_nothing(hydrofdi):
         ),
     ],
 )
-def test_what_is_too_fast_for_the_sampling_is_told(hydrofdi, settings, expected):
+def test_what_is_too_fast_for_the_sampling_is_reported(hydrofdi, settings, expected):
     settings = ["run.duration=4 s", "wavelet.levels=3", *settings]
     options = [part for setting in settings for part in ("--set", setting)]
     assert f"warning: {expected}\n" in hydrofdi("simulate", *options).stderr

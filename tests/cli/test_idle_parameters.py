@@ -53,7 +53,7 @@ def test_commands_warn_of_swept_parameters(hydrofdi, experiment_file, command):
         (["supply_sensor={order: first, bandwidth: 100, damping_ratio: 0.5}"], ["supply_sensor.damping_ratio has no effect: supply_sensor.order is first in every run"]),
     ],
 )  # fmt: skip
-def test_a_parameter_has_an_effect_in_some_run_or_is_told(settings, sentences):
+def test_a_parameter_has_an_effect_in_some_run_or_is_reported(settings, sentences):
     assert idle(*settings) == sentences
 
 

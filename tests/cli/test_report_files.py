@@ -45,13 +45,13 @@ def test_check_without_claims_to_check_is_a_mistake_of_the_user(hydrofdi, small_
     assert "list claims in the experiment file" in result.stderr
 
 
-def test_an_unknown_claim_is_told_with_its_line(hydrofdi, experiment_file):
+def test_an_unknown_claim_is_reported_with_its_line(hydrofdi, experiment_file):
     result = hydrofdi("sweep", experiment_file("name: a\nclaims: [C1, C7]\n"))
     assert result.returncode == 2
     assert "experiment.yaml:2: claims[1]: must be 'C1'" in result.stderr
 
 
-def test_mistakes_in_published_values_are_told_with_their_lines(hydrofdi, experiment_file):
+def test_mistakes_in_published_values_are_reported_with_their_lines(hydrofdi, experiment_file):
     text = (
         "name: a\nreference:\n  cells:\n"
         "    - {leakage: 1 L/min, bulk_modulus: 551 MPa, level: d2}\n"

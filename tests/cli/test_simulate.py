@@ -25,9 +25,9 @@ def record(tmp_path_factory):
         cwd=tmp_path_factory.mktemp("simulate"),
     )  # fmt: skip
     assert result.returncode == 0
-    told = result.stderr.splitlines()
-    assert NEAR_EDGE in told
-    assert all(line.startswith("warning: ") for line in told)
+    reported = result.stderr.splitlines()
+    assert NEAR_EDGE in reported
+    assert all(line.startswith("warning: ") for line in reported)
     return json.loads(result.stdout)
 
 
@@ -127,7 +127,7 @@ def test_help_is_there_for_every_command(hydrofdi):
 
 def test_help_loads_nothing_heavy(tmp_path):
     command = [sys.executable, "-X", "importtime", "-m", "hydrofdi", "--help"]
-    told = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=60).stderr
-    loaded = {line.rpartition("|")[2].strip().split(".")[0] for line in told.splitlines()}
+    reported = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=60).stderr
+    loaded = {line.rpartition("|")[2].strip().split(".")[0] for line in reported.splitlines()}
     assert "typer" in loaded
     assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "h5py", "pywt", "pydantic", "pebble"}

@@ -125,8 +125,8 @@ def test_records_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, 
 
 
 def test_why_names_the_part_of_the_model_for_which_the_step_is_too_long(failing_sweep, hydrofdi):
-    told = " ".join(hydrofdi("why", failing_sweep.directory, "1").stdout.split())
-    assert "because the step of 0.0001 s is too long for the hydraulic mode" in told
+    output = " ".join(hydrofdi("why", failing_sweep.directory, "1").stdout.split())
+    assert "because the step of 0.0001 s is too long for the hydraulic mode" in output
     (cause,) = json.loads(hydrofdi("why", failing_sweep.directory, "1", "--json").stdout)["causes"]
     assert cause.startswith("the step of 0.0001 s is too long for the hydraulic mode")
     assert "because" not in hydrofdi("why", failing_sweep.directory, "0").stdout

@@ -108,7 +108,7 @@ LATE = "input.file = drive.csv: 1 of 3 rows lie beyond run.duration = 2 s, the l
 LARGE = "input.file = drive.csv: the largest voltage = 2000 V is far above the usual 1 mV … 100 V; a number without a unit is in SI"
 
 
-def test_rows_beyond_the_record_and_strange_values_of_a_file_are_told(hydrofdi, tmp_path):
+def test_rows_beyond_the_record_and_strange_values_of_a_file_are_reported(hydrofdi, tmp_path):
     (tmp_path / "drive.csv").write_text("0,2\n1,-2000\n500,2\n")
     settings = ["run.duration=2 s", "input.shape=csv", f"input.file={tmp_path / 'drive.csv'}"]
     result = hydrofdi("simulate", *(part for setting in settings for part in ("--set", setting)))

@@ -209,14 +209,14 @@ def test_quoted_headers_and_cells_are_read() -> None:
     assert held_text("drive.csv", quoted) == held_text("drive.csv", SQUARE)
 
 
-def test_a_file_without_header_in_closed_loop_is_told_of_one(hydrofdi: Command, tmp_path: Path) -> None:
+def test_a_file_without_header_in_closed_loop_is_reported_of_one(hydrofdi: Command, tmp_path: Path) -> None:
     _folder(tmp_path, "drive.csv", text="0,1\n")
     settings = ["--set", "input.shape=csv", "--set", "input.file=drive.csv", "--set", "control.law=p"]
     result = hydrofdi("simulate", *settings)
     assert (result.returncode, "a header such as 'time [s], position [mm]'" in result.stderr) == (2, True)
 
 
-def test_all_mistakes_are_told_but_no_flood(tmp_path: Path) -> None:
+def test_all_mistakes_are_reported_but_no_flood(tmp_path: Path) -> None:
     _folder(tmp_path, "a.csv", text="0,1\n" + "x,y\n" * 1000)
     config = tmp_path / "experiment.yaml"
     config.write_text("actuator: {mass: -1}\ninput: {shape: csv, file: a.csv}\nname: ../x\n")
@@ -260,24 +260,24 @@ def test_results_hold_the_file_and_never_print_its_rows(tmp_path: Path, hydrofdi
         "name: own\nrun: {duration: 2 s}\ninput: {shape: csv, file: long.csv}\n"
         "sweep: {grid: {input.file: [long.csv, short.csv], leakage.internal_coefficient: [0, 1e-9]}}\n"
     )
-    told = [hydrofdi("plan", config), hydrofdi("plan", config, "--json")]
-    assert json.loads(told[1].stdout)["axes"]["input.file"][0].startswith("long.csv (10000 rows, ")
+    output = [hydrofdi("plan", config), hydrofdi("plan", config, "--json")]
+    assert json.loads(output[1].stdout)["axes"]["input.file"][0].startswith("long.csv (10000 rows, ")
     swept = hydrofdi("sweep", config, "--engine", "in-process")
     assert swept.returncode == 0, swept.stderr
-    told.append(swept)
+    output.append(swept)
     for name in ("long.csv", "short.csv"):
         (tmp_path / name).unlink()
     assert hydrofdi("rerun", "results/own", "0").stdout.endswith("the same bits\n")
-    told += [hydrofdi("why", "results/own", "3"), hydrofdi("why", "results/own", "3", "--json")]
-    told += [
+    output += [hydrofdi("why", "results/own", "3"), hydrofdi("why", "results/own", "3", "--json")]
+    output += [
         hydrofdi("report", "--html", "page.html"),
         hydrofdi("report", "--json"),
         hydrofdi("report", "--format", "csv"),
     ]
-    for result in told:
+    for result in output:
         assert result.returncode == 0, result.stderr
         assert "1.987654321" not in result.stdout + result.stderr
-    assert "long.csv (10000 rows, " in told[-1].stdout
+    assert "long.csv (10000 rows, " in output[-1].stdout
     for file in ("page.html", "results/own/provenance.json"):
         assert "1.987654321" not in (tmp_path / file).read_text()
     with h5py.File(tmp_path / "results" / "own" / "own.h5") as stored:

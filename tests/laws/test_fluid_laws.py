@@ -115,7 +115,7 @@ def test_clamped_chamber_recovers_when_the_pull_ends() -> None:
     assert pressure[last:].max() > 5e6
 
 
-def test_volume_balance_tells_of_the_vapour_that_is_not_kept_account_of() -> None:
+def test_volume_balance_shows_the_vapour_that_it_leaves_out() -> None:
     runs = [run.with_values({"run.sampling_frequency": 10e3}) for run in (PULLED, CLAMPED)]
     residuals = balance_residuals(runs, simulate_batch(runs, [1e-9, 1e-9]))
     assert residuals.volume[0] < 1e-4 < 1e-3 < residuals.volume[1]

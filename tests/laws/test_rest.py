@@ -69,7 +69,7 @@ def is_subnormal(values: np.ndarray) -> bool:
 
 @pytest.fixture(scope="module")
 def stopped(tmp_path_factory: pytest.TempPathFactory) -> RunParameters:
-    """A valve that moves and is then told to close."""
+    """A valve that moves and is then closed."""
     file: Path = tmp_path_factory.mktemp("input") / "stop.csv"
     file.write_text("time [s], voltage [V]\n0, 2\n0.2, -1\n0.3, 0\n")
     return load_experiment(None, ["input.shape=csv", f"input.file={file}"]).nominal_parameters

@@ -1,4 +1,4 @@
-"""The stability limits foretell what the kernel does."""
+"""The stability limits predict what the kernel does."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ def test_computed_published_and_deviation_stand_side_by_side(made_up):
     assert absent.agrees is None, "there is no such run"
 
 
-def test_a_deviation_beyond_the_tolerance_is_told(made_up, break_cell):
+def test_a_deviation_beyond_the_tolerance_is_reported(made_up, break_cell):
     analysis = study_experiment(break_cell(made_up, 2, 1, 181_100.0))
     assert analysis.deviations[0].deviation == pytest.approx(-0.55)
     assert analysis.deviations[0].agrees is False

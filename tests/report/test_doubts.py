@@ -22,7 +22,7 @@ def test_a_report_of_sound_runs_says_nothing_of_verdicts(small_sweep):
         assert sheet.note == ""
 
 
-def test_each_verdict_is_told_with_its_count_and_the_largest_number_behind_it(made_up):
+def test_each_verdict_is_reported_with_its_count_and_the_largest_number_behind_it(made_up):
     lead, *lines = blocks(made_up)["doubts"].paragraphs
     assert lead.startswith("2 of 6 runs have numbers that are to be read with care")
     assert [line.split(",")[0] for line in lines] == ["cavitating (C)", "above_supply (A)", "unsettled (U)"]

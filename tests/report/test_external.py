@@ -132,7 +132,7 @@ def test_a_leak_is_separated_where_no_other_run_reaches_its_delta(data, loss, ga
     assert second["gap_percentage_points"]["δa4"] == pytest.approx(-1.3)
 
 
-def test_the_title_of_table_3_tells_that_the_normal_does_not_leak_outside(printed):
+def test_the_title_of_table_3_says_that_the_normal_does_not_leak_outside(printed):
     assert "against the fixed normal (sealed inside and out, EBM 551 MPa)" in printed["markdown"]
 
 
@@ -189,7 +189,7 @@ def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, sma
     assert checked <= tight
 
 
-def test_a_baseline_that_names_no_external_leakage_is_told(tmp_path):
+def test_a_baseline_that_names_no_external_leakage_is_reported(tmp_path):
     text = "\n".join(line for line in LEAKING.splitlines() if not line.startswith("baseline"))
     sweep = sweep_in(tmp_path, text)
     printed = run_hydrofdi("report", sweep.directory, "--format", "markdown", cwd=tmp_path).stdout

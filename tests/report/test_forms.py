@@ -130,7 +130,7 @@ def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
         assert (tmp_path / "first" / file).read_bytes() == (tmp_path / "second" / file).read_bytes(), file
 
 
-def test_the_page_tells_configuration_and_versions(made_up):
+def test_the_page_shows_configuration_and_versions(made_up):
     page = render_page(make_report(made_up).document(), {}, {})
     assert '<td class="words">actuator.mass</td><td class="words">12.3</td>' in page
     assert '<td class="words">numpy</td><td class="words">2.0</td>' in page

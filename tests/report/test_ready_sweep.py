@@ -1,4 +1,4 @@
-"""The ready sweep over external leakage, as docs/results.md tells of it."""
+"""The ready sweep over external leakage, as docs/results.md describes it."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ def test_the_sweep_leaks_the_flows_that_it_promises(study):
     assert flows == pytest.approx(sorted([0.0] * 6 + [0.1, 0.3, 0.6] * 12), abs=0.025)
 
 
-def test_a4_tells_leakage_out_of_chamber_1_alone(study):
+def test_a4_detects_leakage_out_of_chamber_1_alone(study):
     _, first, second = study.states
     gaps = study.gaps(first)
     assert gaps["δa4"] == pytest.approx(2.3, abs=0.1)

@@ -73,14 +73,14 @@ def test_a_lost_worker_loses_nothing_and_the_bits_are_those_of_a_local_sweep(tmp
     assert run_json("verify", there)["sound"]
 
 
-def test_an_absent_scheduler_is_told_in_one_line(tmp_path):
+def test_an_absent_scheduler_is_reported_in_one_line(tmp_path):
     file = tmp_path / "spread.yaml"
     file.write_text(CONFIG)
-    told = run("sweep", file, "--out", tmp_path / "x", "--engine", "dask", check=2).stderr
-    assert "needs --scheduler" in told
+    reported = run("sweep", file, "--out", tmp_path / "x", "--engine", "dask", check=2).stderr
+    assert "needs --scheduler" in reported
     address = "tcp://127.0.0.1:9"
-    told = run(
+    reported = run(
         "sweep", file, "--out", tmp_path / "x", "--engine", "dask", "--scheduler", address, check=2
     ).stderr
-    assert "nobody answers" in told
+    assert "nobody answers" in reported
     assert not (tmp_path / "x").exists()

@@ -89,9 +89,9 @@ def test_the_first_interrupt_stores_what_runs_and_the_sweep_goes_on_later(long_s
     process = start("sweep", file, "--out", out)
     assert wait_until(lambda: list((out / "shards").glob("[!.]*.h5")))
     os.kill(process.pid, signal.SIGINT)
-    _, told = process.communicate(timeout=60)
+    _, reported = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert "the same command goes on" in told
+    assert "the same command goes on" in reported
     status = run_json("status", out)
     assert 0 < status["done"] < status["planned"]
     assert nobody_left(process.pid)
@@ -162,7 +162,7 @@ def test_a_full_disk_gives_one_line_and_loses_nothing(tmp_path):
     assert run_json("verify", out)["sound"]
 
 
-def test_a_folder_that_cannot_be_written_is_told_in_one_line(tmp_path):
+def test_a_folder_that_cannot_be_written_is_reported_in_one_line(tmp_path):
     file, folder = tmp_path / "small.yaml", tmp_path / "closed"
     file.write_text("name: small\nrun: {duration: 2 s}\nstore: {signals: none}\n")
     run("sweep", file, "--out", folder, check=0)

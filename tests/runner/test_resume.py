@@ -149,16 +149,16 @@ def test_workers_and_batches_leave_no_trace_in_the_experiment_file(tmp_path):
     assert files[0] == files[1] == files[2]
 
 
-def test_why_tells_differences_from_the_baseline_and_rerun_finds_the_same_bits(swept):
+def test_why_shows_differences_from_the_baseline_and_rerun_finds_the_same_bits(swept):
     out = swept / "out"
-    told = run_json("why", out, "7")
-    assert told["differences"] == {
+    reported = run_json("why", out, "7")
+    assert reported["differences"] == {
         "fluid.bulk_modulus": [551e6, 689e6], "leakage.internal_coefficient": [0.0, 1e-9],
     }  # fmt: skip
-    assert told["status"] == "ok"
-    assert told["provenance"]["libraries"]["numpy"]
-    assert run_json("rerun", out, told["run_id"][:8]) == {
-        "run_id": told["run_id"], "same_bits": True, "differing": [],
+    assert reported["status"] == "ok"
+    assert reported["provenance"]["libraries"]["numpy"]
+    assert run_json("rerun", out, reported["run_id"][:8]) == {
+        "run_id": reported["run_id"], "same_bits": True, "differing": [],
     }  # fmt: skip
     assert "no run" in run("why", out, "zzzz", check=2).stderr
 
@@ -202,14 +202,14 @@ def test_compression_and_single_precision_change_the_size_alone(tmp_path):
 def test_a_folder_that_holds_another_experiment_is_left_alone(swept):
     other = swept / "other.yaml"
     other.write_text("name: other\nrun: {duration: 2 s}\nstore: {signals: none}\n")
-    told = run("sweep", other, "--out", swept / "out", check=2).stderr
-    assert "holds the experiment 'grid', not 'other'" in told
+    reported = run("sweep", other, "--out", swept / "out", check=2).stderr
+    assert "holds the experiment 'grid', not 'other'" in reported
     assert run_json("status", swept / "out")["planned"] == 25
 
 
 def test_a_run_is_not_stored_over_a_file_of_another_kind(tmp_path):
     precious = tmp_path / "precious.h5"
     precious.write_text("no results\n")
-    told = run("simulate", "--set", "run.duration=2 s", "--out", precious, check=2).stderr
-    assert "left alone" in told
+    reported = run("simulate", "--set", "run.duration=2 s", "--out", precious, check=2).stderr
+    assert "left alone" in reported
     assert precious.read_text() == "no results\n"

@@ -71,7 +71,7 @@ def test_without_sensors_the_trajectory_itself_is_handed_on() -> None:
     assert Measurement([run]).show(trajectory) is trajectory
 
 
-def test_a_run_without_sensors_is_told_in_the_same_words_as_before_there_were_any() -> None:
+def test_a_run_without_sensors_is_reported_in_the_same_words_as_before_there_were_any() -> None:
     text = run_with().text()
     assert "sensor" not in text
     assert "measurement" not in text

@@ -36,13 +36,13 @@ from hydrofdi.errors import ConfigError
         ("measurement.jitter=1 ms", "measurement.jitter = 0.001 s is more than a quarter of the sampling"),
     ],
 )
-def test_mistake_is_told(setting: str, sentence: str) -> None:
-    with pytest.raises(ConfigError) as told:
+def test_mistake_is_reported(setting: str, sentence: str) -> None:
+    with pytest.raises(ConfigError) as raised:
         load_experiment(None, [setting])
-    assert sentence in str(told.value)
+    assert sentence in str(raised.value)
 
 
-def test_impossible_point_of_a_sweep_is_told_with_its_values() -> None:
+def test_impossible_point_of_a_sweep_is_reported_with_its_values() -> None:
     settings = ["sweep.grid.run.sampling_frequency=[500, 1000]", "measurement.jitter=0.4 ms"]
     experiment = load_experiment(None, [*settings, "store.signals=none"])
     with pytest.raises(ConfigError, match=r"sampling_frequency = 1000 Hz: measurement.jitter = 0.0004 s"):

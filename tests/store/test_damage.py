@@ -54,7 +54,7 @@ def test_a_writer_killed_in_mid_write_leaves_whole_shards_or_none(tmp_path, seed
             assert all(dataset[()].size for dataset in file.values())
 
 
-def test_a_file_cut_short_anywhere_is_told_as_damaged(small_sweep, tmp_path):
+def test_a_file_cut_short_anywhere_is_reported_as_damaged(small_sweep, tmp_path):
     whole = small_sweep.file.read_bytes()
     path = tmp_path / "cut.h5"
     for length in (0, 1, 100, 2000, len(whole) // 2, len(whole) - 1):
@@ -63,7 +63,7 @@ def test_a_file_cut_short_anywhere_is_told_as_damaged(small_sweep, tmp_path):
             read_experiment(path)
 
 
-def test_flipped_bytes_are_read_or_told_as_damage(small_sweep, tmp_path):
+def test_flipped_bytes_are_read_or_reported_as_damage(small_sweep, tmp_path):
     whole = small_sweep.file.read_bytes()
     path = tmp_path / "flipped.h5"
     chance = random.Random(3)
@@ -128,9 +128,9 @@ def test_status_names_a_damaged_shard_and_ends_with_exit_code_1(hydrofdi, small_
     assert (sound.returncode, sound.stdout) == (0, "4 planned, 4 done, 0 failed, 0 missing (4 ok)\n")
     shard = next((directory / "shards").glob("*.h5"))
     shard.write_bytes(shard.read_bytes()[:3000])
-    told = hydrofdi("status", directory)
-    assert told.returncode == 1
-    assert f"{shard.name}: is damaged" in told.stdout
+    output = hydrofdi("status", directory)
+    assert output.returncode == 1
+    assert f"{shard.name}: is damaged" in output.stdout
     record = json.loads(hydrofdi("status", directory, "--json").stdout)
     assert record["missing"] == 4
     assert [shard.name in fault for fault in record["damaged"]] == [True]

@@ -49,7 +49,7 @@ def test_every_variable_says_its_unit_and_its_long_name(small_sweep):
         assert file["detail_rms"].attrs["units"] == "Pa"
 
 
-def test_it_tells_what_it_was_made_from(small_sweep):
+def test_it_says_what_it_was_made_from(small_sweep):
     with h5py.File(small_sweep.file) as file:
         attributes = dict(file.attrs)
     stored = ExperimentConfig.model_validate_json(attributes["configuration"])

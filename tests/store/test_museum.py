@@ -27,11 +27,11 @@ def then(version, name):
 
 
 def assert_same_rows(rows, earlier):
-    """Rows as they were reported; what an earlier version did not tell is left out."""
+    """Rows as they were reported; what an earlier version did not report is left out."""
     assert len(rows) == len(earlier)
     for row, before in zip(rows, earlier, strict=True):
-        told = {name: value for name, value in before.items() if value is not None}
-        assert {name: row[name] for name in told} == told
+        output = {name: value for name, value in before.items() if value is not None}
+        assert {name: row[name] for name in output} == output
 
 
 @pytest.mark.parametrize("version", READABLE)
@@ -112,7 +112,7 @@ def test_a_format_that_is_no_longer_read_is_refused_plainly():
     assert "format version 1, which this hydrofdi no longer reads" in line
 
 
-def test_no_piece_tells_of_the_machine_that_wrote_it():
+def test_no_piece_names_the_machine_that_wrote_it():
     for path in MUSEUM.rglob("*"):
         assert path.name not in ("provenance.json", "run.log", ".lock")
         if path.is_file():

@@ -40,7 +40,7 @@ def test_vapour_limit_decides_what_is_cavitating() -> None:
     assert 0.0 < shares[1] < shares[2]
 
 
-def test_pressure_spikes_above_the_supply_are_told() -> None:
+def test_pressure_spikes_above_the_supply_are_reported() -> None:
     columns = _columns({"input.amplitude": 8.0})
     assert "above_supply" in columns["verdict"][0]
     assert columns["above_supply_share"][0] > 0.0
@@ -60,7 +60,7 @@ def test_record_of_one_period_cannot_tell_whether_it_is_settled() -> None:
 CLIPPED = {"pressure_1_sensor.lowest": 0.0, "pressure_1_sensor.highest": 9e6}
 
 
-def test_sensor_at_an_end_of_its_range_is_told_with_the_share_of_its_samples() -> None:
+def test_sensor_at_an_end_of_its_range_is_reported_with_the_share_of_its_samples() -> None:
     columns = _columns(SETTLED | CLIPPED, coefficient=4e-9)
     at_end = columns["chamber_1_pressure"][0] == 9e6
     assert columns["verdict"][0] == "clipped"

@@ -17,7 +17,7 @@ BLACK = "#101010"
 """Marks on coloured cells, which keep their colours in the dark."""
 
 LINES = ("-", (0, (5, 1.5)), (0, (1, 1.2)))
-"""Line styles that tell series apart without colour."""
+"""Line styles that distinguish series without colour."""
 
 SERIES = ((BLUE, LINES[0]), (ORANGE, LINES[1]), (GREEN, LINES[2]))
 """Colour and line style of the first, second, … EBM."""

@@ -69,12 +69,12 @@ def _separations(table: SensitivityTable, study: ExternalStudy) -> list[str]:
         return [_separation(study, state) for state in study.states[1:]]
     return [
         "The baseline names no external leakage, so each healthy run leaks out as the run that it is compared"
-        f" with does, and δ tells nothing of it: put {EXTERNAL}_1: 0 and _2: 0 into the baseline."
+        f" with does, and δ does not show it: put {EXTERNAL}_1: 0 and _2: 0 into the baseline."
     ]
 
 
 def _separation(study: ExternalStudy, state: ExternalState) -> str:
-    """Which δ have a threshold that tells a state from all runs without external leakage."""
+    """Which δ have a threshold that separates a state from all runs without external leakage."""
     gaps = {name: gap for name, gap in study.gaps(state).items() if not math.isnan(gap)}
     separated = [f"{name} (a gap of {gap:.1f} points)" for name, gap in gaps.items() if gap > 0.0]
     mixed = [name for name, gap in gaps.items() if gap <= 0.0]

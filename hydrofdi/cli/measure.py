@@ -62,7 +62,7 @@ def measure(
     columns, records = measure_sources(opened, chosen)
     counted = _Counted(records)
     _write(chosen_form, out, columns, counted)
-    _tell(counted, out)
+    _tell(counted, out, with_reason=chosen_form is not Format.table)
     return 1 if counted.n_rejected else 0
 
 
@@ -87,16 +87,18 @@ class _Counted:
     def __init__(self, records: Iterable[RecordMeasures]) -> None:
         self._records = records
         self.n_record = self.n_rejected = self.n_unmeasured = 0
-        self.first_reason = ""
+        self.first_reason = self.first_rejection = ""
 
     def __iter__(self) -> Iterator[RecordMeasures]:
         for record in self._records:
             self.n_record += 1
             self.n_rejected += record.is_rejected
-            if record.reasons and not record.is_rejected:
-                self.n_unmeasured += 1
-                label, reason = next(iter(record.reasons.items()))
-                self.first_reason = self.first_reason or f"{label}: {reason}"
+            for label, reason in list(record.reasons.items())[:1]:
+                if record.is_rejected:
+                    self.first_rejection = self.first_rejection or f"{record.record_id}: {reason}"
+                else:
+                    self.n_unmeasured += 1
+                    self.first_reason = self.first_reason or f"{label}: {reason}"
             yield record
 
 
@@ -124,12 +126,16 @@ def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _
                 file.writelines(lines(columns, records))
 
 
-def _tell(counted: _Counted, out: Path | None) -> None:
+def _tell(counted: _Counted, out: Path | None, *, with_reason: bool) -> None:
     from hydrofdi.cli.rendering import tell
 
     if out is not None:
-        tell(f"wrote {out}: {counted.n_record:,} records")
-    if counted.n_unmeasured:
-        tell(f"{counted.n_unmeasured:,} records lack numbers, the first because of {counted.first_reason}")
+        tell(f"wrote {out}: {_records(counted.n_record)}")
+    if counted.n_unmeasured and with_reason:
+        tell(f"without some numbers: {_records(counted.n_unmeasured)}; the first: {counted.first_reason}")
     if counted.n_rejected:
-        tell(f"{counted.n_rejected:,} of {counted.n_record:,} records are rejected; 'reasons' says why")
+        tell(f"rejected: {counted.n_rejected:,} of {_records(counted.n_record)}; {counted.first_rejection}")
+
+
+def _records(count: int) -> str:
+    return f"{count:,} record{'s' if count != 1 else ''}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import islice
 
@@ -36,6 +37,10 @@ def print_measures(columns: Sequence[Column], records: Iterable[RecordMeasures])
     for label in dict.fromkeys(column.label for column in columns):
         own = [column for column in columns if column.label == label]
         _print_indicator(console, label, own, shown)
+    marked = Counter(record.status for record in shown if record.status != "ok" and not record.is_rejected)
+    if marked:
+        remarks = ", ".join(f"{status.replace(',', ' + ')} ({count})" for status, count in marked.items())
+        console.print(f"* {remarks}; 'hydrofdi inspect' says more")
     if n_record > len(shown):
         console.print(f"… the first {len(shown)} of {n_record:,} records; --out FILE.csv writes all")
     elif n_record != 1:
@@ -79,9 +84,10 @@ def _parts(columns: Sequence[list[str]], room: int) -> list[list[list[str]]]:
 
 
 def _lead(record: RecordMeasures) -> str:
-    """What a record is called in a row: its identity, and what is known of it or wrong with it."""
-    known = [record.label or record.group, "" if record.status == "ok" else f"({record.status})"]
-    return " ".join([_short(record.record_id), *(_short(text) for text in known if text)])
+    """What a record is called in a row: its identity, what is known of it, a mark where it has remarks."""
+    known = [record.label or record.group, f"({record.status})" if record.is_rejected else ""]
+    text = " ".join([_short(record.record_id), *(_short(text) for text in known if text)])
+    return text if record.is_rejected or record.status == "ok" else f"{text}*"
 
 
 def _short(text: str) -> str:
@@ -97,8 +103,13 @@ def _texts(column: Column, records: Sequence[RecordMeasures]) -> list[str]:
         factor = convert(1.0, unit) if column.unit in _READABLE else 1.0
         if max(finite, default=0.0) * factor < _LARGE:
             break
-    numbers = [f"{value * factor:.4g}" if math.isfinite(value) else "–" for value in values]
-    return [column.output.name, "" if unit == "1" else unit, *numbers]
+    return [column.output.name, "" if unit == "1" else unit, *(_number(value * factor) for value in values)]
+
+
+def _number(value: float) -> str:
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.0f}" if _LARGE <= abs(value) < 1e7 else f"{value:.4g}"
 
 
 def _width(texts: Sequence[str]) -> int:

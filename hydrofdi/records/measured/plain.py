@@ -82,7 +82,11 @@ def _sampling(table: Table, file: Path, sampling_frequency: float | None) -> dic
     if sampling_frequency is not None:
         return {"sampling_frequency": sampling_frequency}
     if not times:
-        raise _refusal(file, "no sampling frequency is given, and no column is named like 'time [s]'", table)
+        raise _refusal(
+            file,
+            "no sampling frequency is given (--sampling-frequency 1kHz), and no column is named 'time [s]'",
+            table,
+        )
     return {"time": {"column": times[0]}}
 
 

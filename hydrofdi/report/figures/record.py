@@ -21,6 +21,7 @@ _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
 _DETAIL_UNIT = {"Pa": "kPa", "m": "mm", "m/s": "mm/s", "V": "V"}
 _COLORS = (BLUE, ORANGE, GREEN, INK)
 _MOST_LEVELS, _TAPS = 5, 16
+_MOST_TITLE = 60
 
 
 def draw_record(record: RecordBatch) -> Figure:
@@ -54,7 +55,8 @@ def _drawn(record: RecordBatch, whole: list[Channel], panels: list[list[Channel]
 def _title(record: RecordBatch) -> str:
     label = f", {record.labels[0]}" if record.labels and record.labels[0] else ""
     rate = f"{record.sampling_frequency:g} Hz, {record.n_time} samples"
-    return f"{record.record_ids[0]}{label}: {rate}"
+    name = record.record_ids[0]
+    return f"{name if len(name) <= _MOST_TITLE else '…' + name[-_MOST_TITLE:]}{label}: {rate}"
 
 
 def _panels(record: RecordBatch) -> list[list[Channel]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
@@ -115,7 +116,5 @@ def _suffix(unit: str) -> str:
     """A unit as the end of a header, such as ``_L_per_min``."""
     if unit == "1":
         return ""
-    text = unit.replace("^", "").replace("(", "").replace(")", "").replace("/", "_per_")
-    for sign in " *·":
-        text = text.replace(sign, "_")
-    return f"_{text}"
+    words = f"per {unit[2:]}" if unit.startswith("1/") else unit.replace("/", " per ")
+    return "_" + re.sub(r"[ *·]+", "_", re.sub(r"[\^()]", "", words))

@@ -1,0 +1,245 @@
+"""``hydrofdi measure``: any source, every form."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+import pywt
+
+from tests.commands import run, run_json
+from tests.conftest import sweep_in
+
+MUSEUM = Path(__file__).parents[1] / "museum" / "format_2_physics_2"
+VTNSI = Path(__file__).parents[3] / "shared" / "data" / "vtnsi"
+
+FAILING = """\
+name: failing
+run: {duration: 2 s}
+store: {signals: pressures}
+sweep: {grid: {fluid.bulk_modulus: [551 MPa, 1e7 MPa, 689 MPa]}}
+"""
+
+
+def write_csv(path: Path, n_time: int = 1000, header: str = "pressure_1 [bar]") -> np.ndarray:
+    """A plain file of a noisy pressure; returns it in Pa."""
+    pressure = 50.0 + np.random.default_rng(5).normal(size=n_time)
+    path.write_text(f"{header}\n" + "".join(f"{value!r}\n" for value in pressure.tolist()))
+    return 1e5 * pressure
+
+
+def rows(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(text.splitlines()))
+
+
+def test_json_has_the_keys_of_the_readme_and_the_numbers_of_pywavelets(tmp_path: Path) -> None:
+    pressure = write_csv(tmp_path / "rig.csv")
+    done = run_json("measure", tmp_path / "rig.csv", "--sampling-frequency", "1kHz")
+    assert list(done) == ["indicators", "records"]
+    assert done["indicators"][0] == {"name": "dwt.d1", "unit": "Pa", "channels": ["chamber_1_pressure"]}
+    (record,) = done["records"]
+    assert list(record) == ["record_id", "source", "group", "label", "status", "values"]
+    assert (record["record_id"], record["status"]) == ("rig.csv", "ok")
+    assert record["source"].endswith("rig.csv")
+    _, *details = pywt.wavedec(pressure, "db8", level=5)
+    for level, coefficients in zip(range(5, 0, -1), details, strict=True):
+        rms = np.sqrt(np.mean(coefficients**2))
+        assert record["values"][f"dwt.d{level}"] == pytest.approx(rms, rel=1e-9)
+
+
+def test_every_source_of_the_same_runs_gives_the_same_numbers(small_sweep: SimpleNamespace) -> None:
+    places = (small_sweep.directory, small_sweep.file, small_sweep.config)
+    folder, file, simulated = (run_json("measure", place)["records"] for place in places)
+    assert [record["label"] for record in folder][:2] == ["sealed, 551 MPa", "sealed, 827 MPa"]
+    for other in (file, simulated):
+        for record, twin in zip(folder, other, strict=True):
+            assert record | {"source": ""} == twin | {"source": ""}
+    assert {record["source"] for record in simulated} == {str(small_sweep.config)}
+
+
+def test_all_forms_hold_the_same_numbers(tmp_path: Path) -> None:
+    for name in ("m.csv", "m.json", "m.parquet"):
+        done = run("measure", MUSEUM / "pressures.h5", "--out", tmp_path / name, check=0)
+        assert done.stdout == ""
+        assert f"{name}: 4 records" in done.stderr
+    text = run("measure", MUSEUM / "pressures.h5", "--format", "csv", check=0).stdout
+    assert (tmp_path / "m.csv").read_text() == text
+    records = json.loads((tmp_path / "m.json").read_text())["records"]
+    table = pyarrow.parquet.read_table(tmp_path / "m.parquet").to_pylist()
+    for line, record, row in zip(rows(text), records, table, strict=True):
+        assert line["record_id"] == record["record_id"] == row["record_id"]
+        for level in range(1, 6):
+            number = record["values"][f"dwt.d{level}"]
+            assert float(line[f"dwt.d{level}_Pa"]) == number == row[f"dwt.d{level}_Pa"]
+
+
+def test_failed_runs_are_rows_with_a_reason_and_exit_code_1(tmp_path: Path) -> None:
+    swept = sweep_in(tmp_path, FAILING)
+    for place in (swept.directory, swept.config):
+        records = run_json("measure", place, check=1)["records"]
+        assert [record["status"] for record in records].count("diverged") == 1
+        (failed,) = (record for record in records if record["status"] == "diverged")
+        assert failed["label"] == "sealed, 1e+07 MPa"
+        assert set(failed["values"].values()) == {None}
+        assert "grew without bound" in failed["reasons"]["dwt"]
+    done = run("measure", swept.directory, check=1)
+    assert "(diverged)" in done.stdout
+    assert "rejected: 1 of 3 records" in done.stderr
+
+
+def test_what_cannot_be_measured_is_null_with_its_reason_and_the_rest_goes_on(tmp_path: Path) -> None:
+    chosen = tmp_path / "chosen.yaml"
+    chosen.write_text("indicators:\n  dwt: {}\n  stroke: {kind: dwt, channel: piston_position}\n")
+    records = run_json("measure", MUSEUM / "pressures.h5", "--indicators", chosen)["records"]
+    for record in records:
+        assert record["reasons"] == {"stroke": "has no piston_position"}
+        assert record["values"]["stroke.d1"] is None
+        assert record["values"]["dwt.d1"] > 0.0
+    done = run("measure", MUSEUM / "pressures.h5", "--indicators", chosen, "--format", "csv", check=0)
+    assert all(row["reasons"] == "stroke: has no piston_position" for row in rows(done.stdout))
+    assert all(row["stroke.d1_m"] == "" for row in rows(done.stdout))
+    assert "without some numbers: 4 records" in done.stderr
+    table = run("measure", MUSEUM / "pressures.h5", "--indicators", chosen, check=0).stdout
+    assert "not measured, 4 of 4: has no piston_position" in table
+
+
+def test_options_come_from_a_file_and_arrays_are_lists(tmp_path: Path) -> None:
+    chosen = tmp_path / "chosen.yaml"
+    chosen.write_text(
+        "indicators:\n  fine: {kind: dwt, levels: 2, phase: all}\n"
+        "  rod: {kind: dwt, levels: 1, channel: chamber_2_pressure}\n"
+    )
+    done = run_json("measure", MUSEUM / "pressures.h5", "--indicators", chosen)
+    units = {indicator["name"]: indicator["channels"] for indicator in done["indicators"]}
+    assert units["rod.d1"] == ["chamber_2_pressure"]
+    for record in done["records"]:
+        assert len(record["values"]["fine.d1_phases"]) == 4
+        assert record["values"]["fine.d1_phases"][0] == record["values"]["fine.d1"]
+    text = run("measure", MUSEUM / "pressures.h5", "--indicators", chosen, "--format", "csv", check=0).stdout
+    for row, record in zip(rows(text), done["records"], strict=True):
+        assert float(row["fine.d2_phases.3_Pa"]) == record["values"]["fine.d2_phases"][3]
+    table = run("measure", MUSEUM / "pressures.h5", "--indicators", chosen, check=0).stdout
+    assert "d1_phases: 4 numbers for each record" in table
+
+
+COUNTS = """\
+files: "*.tsv"
+sampling_frequency: 1 kHz
+channels:
+  chamber_1_pressure: {column: P, unit: counts}
+"""
+
+
+def test_counts_stay_counts_and_do_not_mix_with_pascals(tmp_path: Path) -> None:
+    (tmp_path / "rig.yaml").write_text(COUNTS)
+    numbers = np.random.default_rng(6).integers(0, 4000, 700).tolist()
+    (tmp_path / "one.tsv").write_text("P\n" + "\n".join(map(str, numbers)) + "\n")
+    done = run_json("measure", tmp_path / "rig.yaml")
+    assert {indicator["unit"] for indicator in done["indicators"]} == {"counts"}
+    text = run("measure", tmp_path / "rig.yaml", "--format", "csv", check=0).stdout
+    assert float(rows(text)[0]["dwt.d1_counts"]) == done["records"][0]["values"]["dwt.d1"]
+    assert "counts" in run("measure", tmp_path / "rig.yaml", check=0).stdout
+    mixed = run("measure", tmp_path / "rig.yaml", MUSEUM / "pressures.h5", "--json", check=2)
+    assert "comes out in Pa, and in counts before; measure these sources apart" in mixed.stderr
+
+
+def test_content_decides_what_a_source_is(tmp_path: Path) -> None:
+    for name, source in {"runs.data": MUSEUM / "run.h5", "runs.csv": MUSEUM / "run.h5"}.items():
+        (tmp_path / name).write_bytes(source.read_bytes())
+        assert len(run_json("measure", tmp_path / name)["records"]) == 1
+    (tmp_path / "experiment.txt").write_text("# a short one\nname: short\nrun: {duration: 1 s}\n")
+    assert [r["label"] for r in run_json("measure", tmp_path / "experiment.txt")["records"]] == [
+        "sealed, 551 MPa"
+    ]
+    write_csv(tmp_path / "rig.csv")
+    with gzip.open(tmp_path / "rig.txt.gz", "wb") as packed:
+        packed.write((tmp_path / "rig.csv").read_bytes())
+    plain, packed_too = (
+        run_json("measure", tmp_path / name, "--sampling-frequency", "1000")["records"][0]["values"]
+        for name in ("rig.csv", "rig.txt.gz")
+    )
+    assert plain == packed_too
+
+
+MISTAKES: list[tuple[dict[str, str | bytes], tuple[str, ...], str]] = [
+    ({}, ("nosuch.csv",), "nosuch.csv: no such file or folder"),
+    ({"results/readme.txt": "x"}, ("results",), "results: holds no results of hydrofdi"),
+    ({"a.csv": ""}, ("a.csv",), "a.csv: is empty"),
+    ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv",), "no sampling frequency is given (--sampling-frequency 1kHz)"),
+    ({"a.csv": "a;b;c\n1;2;3\n"}, ("a.csv", "--sampling-frequency", "1kHz"), "no column is named like"),
+    ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv", "--sampling-frequency", "1kBz"), "unknown unit 'kBz'"),
+    ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv", "--sampling-frequency", "0 Hz"), "must be above zero"),
+    ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv", "--indicators", "dtw"), "did you mean 'dwt'?"),
+    ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv", "--indicators", ","), "'hydrofdi indicators' lists them"),
+    ({"a.yaml": "files: x\nchanels: {}\n"}, ("a.yaml",), "a.yaml:2: chanels: unknown key; did you mean"),
+    ({"a.yaml": "nam: x\n"}, ("a.yaml",), "a.yaml:1: nam: unknown key; did you mean 'name'?"),
+    ({"a.yaml": "name: x\n"}, ("a.yaml", "--sampling-frequency", "1kHz"), "a.yaml has its own"),
+    ({"a.yaml": "name: x\n"}, ("a.yaml", "--out", "x.xlsx"), "name it .csv, .json or .parquet"),
+    ({"a.yaml": "name: x\n"}, ("a.yaml", "--format", "parquet"), "needs --out FILE"),
+    ({}, (str(MUSEUM / "kept"),), "set store: {signals: pressures}"),
+    ({}, (str(next((MUSEUM / "kept" / "shards").iterdir())),), "is a shard; name the folder"),
+    ({}, (str(MUSEUM.parent / "format_1" / "kept.h5"),), "has format version 1"),
+    ({"i.yaml": "dwt: {}\n"}, (str(MUSEUM / "run.h5"), "--indicators", "i.yaml"), "has no 'indicators:'"),
+    (
+        {"i.yaml": "indicators:\n  dwt: {level: 3}\n"},
+        (str(MUSEUM / "run.h5"), "--indicators", "i.yaml"),
+        "i.yaml:2: indicators.dwt.level: unknown key; did you mean 'levels'?",
+    ),
+]
+
+
+@pytest.mark.parametrize(("files", "arguments", "sentence"), MISTAKES)
+def test_a_mistake_is_one_helpful_line(
+    tmp_path: Path, files: dict[str, str], arguments: tuple[str, ...], sentence: str
+) -> None:
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    done = run("measure", *arguments, cwd=tmp_path, check=2)
+    lines = [line for line in done.stderr.splitlines() if sentence in line]
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("hydrofdi: ")
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("columns", ["80", "120"])
+def test_the_table_keeps_to_the_width_of_the_terminal(columns: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    text = run("measure", MUSEUM / "pressures.h5", "--indicators", "all", check=0).stdout
+    assert max(len(line.rstrip()) for line in text.splitlines()) <= int(columns)
+    assert "kPa" in text
+    assert "4 records" in text
+
+
+@pytest.fixture
+def vtnsi(tmp_path: Path) -> Path:
+    if not VTNSI.is_dir():
+        pytest.skip("the measured records are not here")
+    description = tmp_path / "vtnsi.yaml"
+    pressures = "".join(f"  chamber_{n}_pressure: {{column: PG_{n}, unit: counts}}\n" for n in (1, 2))
+    description.write_text(
+        f"files: '{VTNSI}/*/*.txt.gz'\nsampling_frequency: 1 kHz\nsampling_frequency_is: inferred\n"
+        f"channels:\n{pressures}  piston_position: {{column: Angle, unit: counts}}\n"
+    )
+    return description
+
+
+def test_measured_records_of_a_rig_are_measured_in_counts(vtnsi: Path) -> None:
+    records: list[Any] = run_json("measure", vtnsi, "--indicators", "dwt,pressure_statistics")["records"]
+    assert len(records) == 70
+    assert all("inferred_sampling" in record["status"] for record in records)
+    leaking = [record for record in records if "Act_4 (Seal Defect)" in record["record_id"]]
+    assert len(leaking) == 30
+    first = min(leaking, key=lambda record: record["record_id"])
+    (file,) = [path for path in VTNSI.glob("Act_4*/*.gz") if path.name in first["record_id"]]
+    with gzip.open(file, "rt") as lines:
+        table = list(csv.DictReader(lines, delimiter="\t"))
+    _, *details = pywt.wavedec([float(row["PG_1"]) for row in table], "db8", level=5)
+    assert first["values"]["dwt.d3"] == pytest.approx(np.sqrt(np.mean(details[2] ** 2)), rel=1e-9)

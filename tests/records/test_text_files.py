@@ -64,7 +64,7 @@ channels: {chamber_1_pressure: {column: P1, unit: counts}}
     ("P1,P1\n1,2\n", "run.csv: column 'P1' occurs as 1 and 2; give its number"),
     ("P1 [MPa],x\n1,2\n3,4\n", "the file says MPa, the description says bar"),
     ("measured in May\nP1,x\n1,2\n", "run.csv: has no column 'P1'"),
-    ("P1,2\n1,2\n", "run.csv:1: is it a header or a row"),
+    ("P1,2\n1,2\n", "run.csv:1: is this a header or a row"),
     ("", "empty"),
 ])  # fmt: skip
 def test_a_slip_is_told_with_its_line(tmp_path, text, sentence):

@@ -42,7 +42,7 @@ def column_numbers(cells: Sequence[str], decimal: str = ".", missing: Collection
     if simple:
         plain = cells if decimal == "." else joined.replace(",", ".").split("\n")
         try:
-            return np.array(list(map(float, plain)), dtype=np.float64)
+            return np.fromiter(map(float, plain), np.float64, len(plain))
         except ValueError:
             pass
     return np.array(

@@ -1,0 +1,113 @@
+"""A text divided into lines and cells."""
+
+from __future__ import annotations
+
+import csv
+import re
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.measured.sections import FormatConfig
+
+_NAMED = {"tab": "\t", "\\t": "\t", "space": " "}
+_UNIT_APART = re.compile(r"(?<=\S)\s+(?=[\[(])")
+"""Blanks between a name and its unit."""
+
+
+class Cells:
+    """Cells of the lines that are neither blank nor comments.
+
+    Attributes
+    ----------
+    n_row : int
+    are_blank_delimited : bool
+        Whether runs of blanks stand between the cells.
+
+    Raises
+    ------
+    DataError
+        A line cannot be divided.
+    """
+
+    def __init__(self, place: str, text: str, form: FormatConfig) -> None:
+        self._place = place
+        lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        self._numbers = _kept(lines, form)
+        self._lines = lines if len(self._numbers) == len(lines) else [lines[n] for n in self._numbers]
+        self.n_row = len(self._lines)
+        self._delimiter = _delimiter(self._lines[:2], form)
+        self.are_blank_delimited = self._delimiter == " "
+        self._flat: list[str] = []
+        self._rows: list[list[str]] = []
+        if self._is_even():
+            self._width = self._lines[0].count(self._delimiter) + 1 if self._lines else 0
+            self._flat = self._delimiter.join(self._lines).split(self._delimiter)
+        else:
+            self._rows = self._divided()
+            self._width = max(map(len, self._rows), default=0)
+
+    @property
+    def width(self) -> int:
+        """Most cells of a row."""
+        return self._width
+
+    def row(self, number: int) -> list[str]:
+        """Cells of a row."""
+        if self._rows:
+            return self._rows[number]
+        return self._flat[number * self._width : (number + 1) * self._width]
+
+    def column(self, position: int, first_row: int) -> list[str]:
+        """Cells of a column from a row on; empty where a row is too short."""
+        if not self._rows:
+            return self._flat[first_row * self._width + position :: self._width]
+        rows = self._rows[first_row:]
+        return [row[position] if position < len(row) else "" for row in rows]
+
+    def leave_out_last(self) -> None:
+        """Forget the last row."""
+        self._rows.pop()
+        self.n_row -= 1
+
+    def place(self, number: int) -> str:
+        """File and line of a row."""
+        return f"{self._place}:{self._numbers[number] + 1}"
+
+    def line(self, number: int) -> str:
+        """A row as it is written."""
+        return self._lines[number]
+
+    def _is_even(self) -> bool:
+        delimiter = self._delimiter
+        if self.are_blank_delimited or any('"' in line for line in self._lines):
+            return False
+        return len({line.count(delimiter) for line in self._lines}) == 1
+
+    def _divided(self) -> list[list[str]]:
+        if self.are_blank_delimited:
+            return [_UNIT_APART.sub("", self._lines[0]).split(), *(line.split() for line in self._lines[1:])]
+        reader = csv.reader(self._lines, delimiter=self._delimiter, skipinitialspace=True)
+        try:
+            rows = list(reader)
+        except csv.Error as error:
+            raise DataError(f"{self.place(reader.line_num - 1)}: {error}") from None
+        if len(rows) != len(self._lines):
+            raise DataError(f"{self._place}: a quoted cell goes over more than one line")
+        return rows
+
+
+def _kept(lines: list[str], form: FormatConfig) -> list[int]:
+    """Positions of the lines that hold cells."""
+    comment = form.comment or "\0"
+    return [
+        n
+        for n, line in enumerate(lines[form.skip :], form.skip)
+        if (stripped := line.strip(" ")) and not stripped.startswith(comment)
+    ]
+
+
+def _delimiter(first_lines: list[str], form: FormatConfig) -> str:
+    if form.delimiter is not None:
+        return _NAMED.get(form.delimiter, form.delimiter)
+    signs = [sign for sign in "\t;,|" if sign != form.decimal]
+    found = next((sign for sign in signs if sign in "".join(first_lines[:1])), None)
+    return found or (" " if " " in "".join(first_lines[-1:]).strip() else "\t")

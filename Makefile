@@ -51,7 +51,7 @@ bench-runner: .venv/installed-test  ## measure sweeps of 100,000 runs and of sto
 torture: .venv/installed-test  ## kill sweeps at random moments and compare the bits (minutes)
 	PYTHONPATH=tests $(BIN)/python -m runner.torture
 
-docs: .venv/installed-runtime  ## generate the pages of configuration and indicators, configs/schema.json and the pictures of the README
+docs: .venv/installed-runtime  ## generate the pages of YAML files and indicators, the schemas, and the pictures of the README
 	$(BIN)/python docs/generate_configuration.py
 	$(BIN)/python docs/generate_indicators.py
 	$(BIN)/hydrofdi sweep configs/table3.yaml

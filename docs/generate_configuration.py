@@ -1,4 +1,4 @@
-"""Write docs/configuration.md and configs/schema.json from the models in hydrofdi/config.
+"""Write pages and JSON Schemas from the models of experiment files and of measured files.
 
 ::
 
@@ -21,12 +21,13 @@ from pydantic.fields import FieldInfo
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.config.schema import experiment_schema
+from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.schema import measured_schema
 from hydrofdi.settings.docstrings import field_texts
 from hydrofdi.settings.quantities import SI
 from hydrofdi.units import convert, parse_quantity
 
-PAGE = Path(__file__).parent / "configuration.md"
-SCHEMA = Path(__file__).parent.parent / "configs" / "schema.json"
+DOCS, CONFIGS = Path(__file__).parent, Path(__file__).parent.parent / "configs"
 
 INTRODUCTION = """\
 # Configuration
@@ -47,17 +48,25 @@ paper's text are lost, so nominal values are one scenario of many: "legible as" 
 text says how far a value is to be trusted.
 """
 
+MEASURED_INTRODUCTION = """\
+# Descriptions of measured files
+
+<!-- written by docs/generate_configuration.py from hydrofdi/records/measured; change the docstrings there -->
+
+Every key of the YAML that [measured.md](measured.md) explains. A quantity is a number in SI or a string
+with a unit, such as `1 kHz` or `20 ms`; unknown keys, keys given twice and units that do not fit are
+refused, all mistakes at once with `file:line`.
+"""
+
 READABLE = {"Pa": "MPa", "m^2": "mm^2", "m^3": "cm^3", "m": "mm", "m/V": "µm/V"}
 """SI unit → unit in which a default is shown."""
 
 
-def page() -> str:
-    """The text of docs/configuration.md."""
-    models = [
-        (name, info) for name, info in ExperimentConfig.model_fields.items() if _model(info) is not None
-    ]
-    plain = {name: info for name, info in ExperimentConfig.model_fields.items() if _model(info) is None}
-    parts = [INTRODUCTION, "## Top level\n", _table(plain, field_texts(ExperimentConfig))]
+def page(config: type[BaseModel], introduction: str) -> str:
+    """The text of a page on every key of a file."""
+    models = [(name, info) for name, info in config.model_fields.items() if _model(info) is not None]
+    plain = {name: info for name, info in config.model_fields.items() if _model(info) is None}
+    parts = [introduction, "## Top level\n", _table(plain, field_texts(config))]
     names: dict[type[BaseModel], list[str]] = {}
     for name, info in models:
         names.setdefault(_model(info), []).append(name)
@@ -99,6 +108,8 @@ def _default(info: FieldInfo) -> str:
         return ", ".join(
             f"`{key}: {_shown(item, parameter_unit(key) or '1')}`" for key, item in value.items()
         )
+    if isinstance(value, tuple):
+        return ", ".join(f"`{_shown(item, quantity.unit)}`" for item in value)
     return f"`{value if quantity is None else _shown(float(value), quantity.unit)}`"
 
 
@@ -128,15 +139,25 @@ def _allowed(info: FieldInfo) -> str:
 
 
 def _kind(info: FieldInfo) -> str:
-    kinds: dict[Any, str] = {int: "whole number", dict: "mapping", list: "list", tuple: "list"}
+    kinds: dict[Any, str] = {
+        **{int: "whole number", bool: "`true`, `false`", dict: "mapping"},
+        **dict.fromkeys((list, tuple), "list"),
+    }
     annotated = [part for part in typing.get_args(info.annotation) if hasattr(part, "__metadata__")]
-    annotation = annotated[0].__origin__ if annotated else info.annotation
+    annotation = annotated[0].__origin__ if annotated else _without_none(info.annotation)
     kind = typing.get_origin(annotation) or annotation
     return "section" if _model(info) and kind not in (list, tuple) else kinds.get(kind, "text")
 
 
 def _literals(annotation: Any) -> list[Any]:
+    annotation = _without_none(annotation)
     return list(typing.get_args(annotation)) if typing.get_origin(annotation) is typing.Literal else []
+
+
+def _without_none(annotation: Any) -> Any:
+    """``X`` of ``X | None``; everything else as it is."""
+    parts = [part for part in typing.get_args(annotation) if part is not type(None)]
+    return parts[0] if len(parts) == 1 and type(None) in typing.get_args(annotation) else annotation
 
 
 def _metadata(info: FieldInfo, kind: type) -> Any:
@@ -152,8 +173,13 @@ def _model(info: FieldInfo) -> Any:
 
 
 if __name__ == "__main__":
-    schema = json.dumps(experiment_schema(), indent=2) + "\n"
-    for file, text in ((PAGE, page()), (SCHEMA, schema)):
+    texts = {
+        DOCS / "configuration.md": page(ExperimentConfig, INTRODUCTION),
+        DOCS / "measured-configuration.md": page(MeasuredConfig, MEASURED_INTRODUCTION),
+        CONFIGS / "schema.json": json.dumps(experiment_schema(), indent=2) + "\n",
+        CONFIGS / "measured-schema.json": json.dumps(measured_schema(), indent=2) + "\n",
+    }
+    for file, text in texts.items():
         if "--check" not in sys.argv[1:]:
             file.write_text(text, encoding="utf-8")
         elif not file.is_file() or file.read_text(encoding="utf-8") != text:

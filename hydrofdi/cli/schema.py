@@ -2,11 +2,33 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
+from typing import Annotated
 
-def schema() -> int:
-    """Print the JSON Schema of experiment files, for editors."""
+import typer
+
+
+class Kind(StrEnum):
+    """What a YAML describes."""
+
+    EXPERIMENT = "experiment"
+    MEASURED = "measured"
+
+
+def schema(
+    kind: Annotated[Kind, typer.Argument(help="Experiment files, or descriptions of measured files.")] = (
+        Kind.EXPERIMENT
+    ),
+) -> int:
+    """Print the JSON Schema of experiment files, or of descriptions of measured files, for editors."""
     from hydrofdi.cli.rendering import print_json
-    from hydrofdi.config.schema import experiment_schema
 
-    print_json(experiment_schema())
+    if kind is Kind.MEASURED:
+        from hydrofdi.records.measured.schema import measured_schema
+
+        print_json(measured_schema())
+    else:
+        from hydrofdi.config.schema import experiment_schema
+
+        print_json(experiment_schema())
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import Field, field_validator
 
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.sections import (
@@ -15,7 +15,7 @@ from hydrofdi.records.measured.sections import (
     SegmentConfig,
     TimeConfig,
     TrimConfig,
-    as_tuple,
+    one_or_more,
 )
 from hydrofdi.settings.quantities import SI, Section
 
@@ -25,7 +25,7 @@ Frequency = Annotated[float, SI("Hz", above=0.0)]
 class MeasuredConfig(Section):
     """Measured files, what their columns are, and how they become records."""
 
-    files: Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=1)]
+    files: Annotated[tuple[str, ...], one_or_more(str), Field(min_length=1)]
     """Pattern of paths, or a list of them, from the folder of this file, with ``*``, ``?``, ``[…]``,
     ``**``. Blanks need no care. Leading parts that exist as they are written are taken so, with brackets."""
 
@@ -58,7 +58,7 @@ class MeasuredConfig(Section):
 
     path: str = ""
     """Names in the path of a file: a template such as ``{unit}/run {run}.csv``, or a regular expression with
-    ``(?P<unit>…)``. The end of the path has to match."""
+    ``(?P<unit>…)``. The end of the path has to match; a name in braces takes as little as it can."""
 
     columns: dict[str, str] = Field(default_factory=dict)
     """Name → column that holds one value all through a file, such as the day."""

@@ -17,9 +17,12 @@ def _as_text(value: Any) -> Any:
     return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-def as_tuple(value: Any) -> Any:
+def one_or_more(kind: Any) -> BeforeValidator:
     """One entry, or a list of them, as a tuple."""
-    return tuple(value) if isinstance(value, list) else (value,)
+    return BeforeValidator(
+        lambda value: tuple(value) if isinstance(value, list | tuple) else (value,),
+        json_schema_input_type=kind | list[kind],
+    )
 
 
 Column = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | int)]
@@ -51,7 +54,7 @@ class FormatConfig(Section):
     units_row: bool | None = None
     """Whether a line of units follows the header; found from that line where left out."""
 
-    missing: Annotated[tuple[Column, ...], BeforeValidator(as_tuple)] = ()
+    missing: Annotated[tuple[Column, ...], one_or_more(str | int)] = ()
     """Texts that stand for a missing value, such as ``-9999``, beside an empty cell, ``nan``, ``NA`` and
     ``null``."""
 
@@ -156,7 +159,7 @@ class LimitsConfig(Section):
     hum: Share = 0.5
     """Share of a channel's power above 20 Hz at the mains frequency and its harmonics."""
 
-    mains: Annotated[tuple[Annotated[float, SI("Hz", above=0.0)], ...], BeforeValidator(as_tuple)] = (
+    mains: Annotated[tuple[Annotated[float, SI("Hz", above=0.0)], ...], one_or_more(float | str)] = (
         50.0,
         60.0,
     )

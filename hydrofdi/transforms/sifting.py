@@ -1,0 +1,90 @@
+"""Empirical mode decomposition: oscillations about the mean of the envelopes, the fastest first.
+
+Huang et al., Proc. R. Soc. A 454 (1998) 903. Neither the stopping rule nor the treatment of the ends is
+unique. Here each mode takes a fixed number of siftings (Wu and Huang, Adv. Adapt. Data Anal. 2 (2010) 397)
+and extrema are mirrored at the ends (Rilling, Flandrin and Gonçalves, NSIP 2003), so that a record has
+always the same modes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_MIRRORED = 3
+"""So many maxima, and minima, are mirrored at each end."""
+
+Places = NDArray[np.intp]
+
+
+def empirical_modes(signal: Array, n_mode: int, n_sifting: int) -> Array:
+    """The first empirical modes of a record.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n_time,)
+        Finite.
+    n_mode : int
+    n_sifting : int
+        So often the mean of the envelopes is taken off for each mode.
+
+    Returns
+    -------
+    ndarray, shape (n_mode, n_time)
+        In the unit of the signal. A mode is zero where what the ones before it leave does not oscillate.
+    """
+    modes, rest = np.zeros((n_mode, signal.size)), signal
+    for mode in modes:
+        mode[:] = _sifted(rest, n_sifting)
+        rest = rest - mode
+    return modes
+
+
+def _sifted(signal: Array, n_sifting: int) -> Array:
+    mode = signal
+    for sifting in range(n_sifting):
+        mean = _mean_of_envelopes(mode)
+        if mean is None:
+            return mode if sifting else np.zeros_like(signal)
+        mode = mode - mean
+    return mode
+
+
+def _mean_of_envelopes(signal: Array) -> Array | None:
+    """Mean of the splines through the maxima and the minima; None with fewer than two of either."""
+    from scipy.interpolate import CubicSpline
+    from scipy.signal import find_peaks
+
+    maxima, minima = find_peaks(signal)[0], find_peaks(-signal)[0]
+    if min(maxima.size, minima.size) < 2:
+        return None
+    last, instants = signal.size - 1, np.arange(signal.size)
+    starts, first = _before_start(signal, maxima, minima)
+    ends, turned = _before_start(signal[::-1], last - maxima[::-1], last - minima[::-1])
+    envelopes = []
+    for before, inner, after in zip(
+        starts, (maxima, minima), (last - end[::-1] for end in ends), strict=True
+    ):
+        places = np.concatenate([2 * first - before, inner, 2 * (last - turned) - after])
+        heights = signal[np.concatenate([before, inner, after])]
+        envelopes.append(CubicSpline(places, heights)(instants))
+    mean: Array = 0.5 * (envelopes[0] + envelopes[1])
+    return mean
+
+
+def _before_start(signal: Array, maxima: Places, minima: Places) -> tuple[tuple[Places, Places], int]:
+    """The maxima and minima that are mirrored at the start of a record, the farthest first, and where.
+
+    They are mirrored at the first extremum; at the first sample, which then is an extremum itself, where that
+    lies beyond the next extremum, or the mirror image would not reach it.
+    """
+    rises = maxima[0] < minima[0]
+    first, other = (maxima, minima) if rises else (minima, maxima)
+    mirror, near, far = int(first[0]), first[1 : _MIRRORED + 1], other[:_MIRRORED]
+    lies_beyond = signal[0] <= signal[other[0]] if rises else signal[0] >= signal[other[0]]
+    if lies_beyond or 2 * mirror > min(near[-1], far[-1]):
+        mirror, near, far = 0, first[:_MIRRORED], np.append(0, other[: _MIRRORED - 1])
+    near, far = near[::-1], far[::-1]
+    return ((near, far) if rises else (far, near)), mirror

@@ -1,0 +1,95 @@
+"""What is known of an actuator beforehand: areas, volumes and its valve, from data sheets."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI, Section
+
+
+class NominalActuator(Section):
+    """Double-rod actuator with a servovalve of critical lap; the defaults are the paper's nominal values."""
+
+    piston_area: Annotated[float, SI("m^2", above=0)] = 633e-6
+    """Annular area A of the piston in chamber 1 [m²]."""
+
+    piston_area_2: Annotated[float, SI("m^2", above=0)] | None = None
+    """The same in chamber 2 [m²]; without it, that of chamber 1."""
+
+    chamber_volume: Annotated[float, SI("m^3", above=0)] = 280e-6
+    """Volume V of chamber 1 at position zero [m³]."""
+
+    chamber_volume_2: Annotated[float, SI("m^3", above=0)] | None = None
+    """The same of chamber 2 [m³]; without it, that of chamber 1."""
+
+    flow_gain: Annotated[float, SI("m^1.5/kg^0.5", above=0)] = 0.0292
+    """Flow gain K_v of the valve [m^1.5/kg^0.5]."""
+
+    area_gradient: Annotated[float, SI("m", above=0)] = 20.75e-3
+    """Orifice area gradient w [m]."""
+
+    spool: Literal["measured", "command"] = "measured"
+    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
+
+    spool_gain: Annotated[float, SI("m/V", above=0)] = 22e-6
+    """Spool position gain k_v [m/V], for ``spool: command``."""
+
+    natural_frequency: Annotated[float, SI("Hz", above=0)] = 175.0
+    """Undamped natural frequency of the spool [Hz], for ``spool: command``."""
+
+    damping_ratio: Annotated[float, SI("1", above=0)] = 0.7
+    """Damping ratio ξ of the spool [-], for ``spool: command``."""
+
+    supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
+    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the mean of
+    P_1 + P_2 less the return pressure, as a matched valve has it. ``auto``: measured, else nominal."""
+
+    supply_pressure: Annotated[float, SI("Pa", above=0)] = 17.2e6
+    """Nominal supply pressure P_s [Pa]."""
+
+    return_pressure: Annotated[float, SI("Pa", least=0)] = 0.0
+    """Return pressure P_r [Pa]."""
+
+    @property
+    def areas(self) -> tuple[float, float]:
+        """A of both chambers [m²]."""
+        return self.piston_area, self.piston_area if self.piston_area_2 is None else self.piston_area_2
+
+    @property
+    def volumes(self) -> tuple[float, float]:
+        """V of both chambers [m³]."""
+        second = self.chamber_volume_2
+        return self.chamber_volume, self.chamber_volume if second is None else second
+
+    @property
+    def valve_channels(self) -> frozenset[Channel]:
+        """The channels that the flow through the valve needs beside the chamber pressures."""
+        spool = Channel.SPOOL_POSITION if self.spool == "measured" else Channel.INPUT_VOLTAGE
+        supply = {Channel.SUPPLY_PRESSURE} if self.supply == "measured" else set()
+        return frozenset({spool, *supply})
+
+    def spool_position(self, records: RecordBatch) -> Array:
+        """x_v [m], shape (n_record, n_time). A command is held between samples; the spool starts at rest."""
+        if self.spool == "measured":
+            return records[Channel.SPOOL_POSITION]
+        from scipy.signal import cont2discrete, lfilter, lfilter_zi
+
+        rate, command = 2.0 * np.pi * self.natural_frequency, records[Channel.INPUT_VOLTAGE]
+        continuous = np.array([rate**2]), np.array([1.0, 2.0 * self.damping_ratio * rate, rate**2])
+        numerator, denominator, _ = cont2discrete(continuous, 1.0 / records.sampling_frequency)
+        at_rest = lfilter_zi(numerator[0], denominator) * command[:, :1]
+        return self.spool_gain * np.asarray(lfilter(numerator[0], denominator, command, zi=at_rest)[0])
+
+    def supply_of(self, records: RecordBatch) -> Array:
+        """P_s [Pa], shape (n_record, n_time) or (n_record, 1)."""
+        is_there = self.supply == "auto" and Channel.SUPPLY_PRESSURE in records.channels
+        if is_there or self.supply == "measured":
+            return records[Channel.SUPPLY_PRESSURE]
+        if self.supply == "sum":
+            both = records[Channel.CHAMBER_1_PRESSURE] + records[Channel.CHAMBER_2_PRESSURE]
+            mean: Array = np.mean(np.ascontiguousarray(both), axis=1, keepdims=True)
+            return mean - self.return_pressure
+        return np.full((records.n_record, 1), self.supply_pressure)

@@ -1,0 +1,40 @@
+import numpy as np
+
+from hydrofdi.transforms.regression import regress
+
+
+def test_the_estimates_are_those_of_numpy_and_the_condition_that_of_scaled_columns():
+    draw = np.random.default_rng(1)
+    columns, target = (
+        draw.normal(size=(4, 3, 2, 50)) * [[[[1.0]], [[1e6]], [[1e-5]]]],
+        draw.normal(size=(4, 2, 50)),
+    )
+    found = regress(columns, target)
+    for row in range(4):
+        rows = columns[row].reshape(3, -1).T
+        np.testing.assert_allclose(
+            found.values[row], np.linalg.lstsq(rows, target[row].ravel())[0], rtol=1e-9
+        )
+        scaled = rows / np.linalg.norm(rows, axis=0)
+        np.testing.assert_allclose(found.condition[row], np.linalg.cond(scaled), rtol=1e-9)
+
+
+def test_the_deviations_are_those_of_repeats_with_white_errors_and_with_errors_that_go_along():
+    draw = np.random.default_rng(2)
+    columns = np.repeat(np.cumsum(draw.normal(size=(1, 2, 1, 400)), axis=-1), 2000, axis=0)
+    for weights in ([1.0], [0.5, 0.5]):
+        errors = draw.normal(size=(2000, 1, 401))
+        errors = sum(w * errors[..., k : k + 400] for k, w in enumerate(weights))
+        found = regress(columns, 3.0 * columns[:, 0] - 2.0 * columns[:, 1] + errors)
+        np.testing.assert_allclose(found.values.mean(axis=0), [3.0, -2.0], rtol=1e-2)
+        ratio = found.deviations.mean(axis=0) / found.values.std(axis=0)
+        assert (np.abs(ratio - 1.0) < 0.2).all()
+
+
+def test_columns_that_tell_nothing_give_no_estimate():
+    columns = np.ones((3, 2, 1, 30))
+    columns[0, 1], columns[1, 0] = 0.0, np.nan
+    with np.errstate(all="ignore"):
+        found = regress(columns, np.ones((3, 1, 30)))
+    assert np.isnan(found.values[:2]).all()
+    assert not np.isfinite(found.condition[2]) or found.condition[2] > 1e7

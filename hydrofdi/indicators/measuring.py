@@ -58,9 +58,12 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
 
 
 def output_unit(indicator: Indicator[Any], output: Output, relative: frozenset[Channel]) -> str:
-    """Unit of an output; counts where it is that of a channel without a scale."""
+    """Unit of an output; counts, or counts per something, where it is that of a channel without a scale."""
     units = {channel.unit for channel in indicator.channels & relative}
-    return "counts" if output.unit in units else output.unit
+    unit, _, per = output.unit.rpartition("/")
+    if output.unit in units:
+        return "counts"
+    return f"counts/{per}" if unit in units else output.unit
 
 
 def _in_rows(records: RecordBatch) -> RecordBatch:

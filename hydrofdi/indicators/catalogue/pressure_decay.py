@@ -1,0 +1,121 @@
+"""How fast the chamber pressures fall while the actuator rests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.transforms.stretches import stretches_where
+
+_CHAMBERS = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE
+_TOLD_BY = {"command": Channel.INPUT_VOLTAGE, "position": Channel.PISTON_POSITION}
+
+
+class PressureDecayOptions(Section):
+    """Options of `PressureDecay`."""
+
+    rest: Literal["auto", "command", "position", "whole"] = "auto"
+    """When the actuator rests. ``command``: the input voltage is zero. ``position``: the piston stands still.
+    ``auto``: the first of these that the records have. ``whole``: all the time, in a rest test."""
+
+    largest_command: Annotated[float, SI("V", least=0)] = 0.02
+    """Size of the input voltage up to which it counts as zero [V]."""
+
+    largest_speed: Annotated[float, SI("m/s", least=0)] = 1e-3
+    """Speed up to which the piston counts as standing still [m/s], as a mean over ``speed_time``."""
+
+    speed_time: Annotated[float, SI("s", above=0)] = 0.1
+    """Time over which the speed is measured [s]."""
+
+    settling: Annotated[float, SI("s", least=0)] = 0.2
+    """Time at the start of each rest that is left out [s]."""
+
+    least_duration: Annotated[float, SI("s", above=0)] = 0.2
+    """Rests that are shorter after settling do not count [s]."""
+
+
+class PressureDecay(Indicator[PressureDecayOptions]):
+    """Rates of the chamber pressures and of the size of their difference at rest."""
+
+    name = "pressure_decay"
+    version = 1
+    summary = "Rate of the chamber pressures, and of the size of their difference, while the actuator rests."
+    source = "EN 1779 (1999), leak testing: change of pressure; least squares over the rests are a choice"
+    equation = "dP/dt: common slope of all rests; dP_1/dt ≈ −(β/V) q_il where nothing moves or is fed"
+    absence = "there is no rest in it that is long enough"
+    Options = PressureDecayOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Both chamber pressures, and what tells the rests where it is named."""
+        told = _TOLD_BY.get(self.options.rest)
+        return frozenset(_CHAMBERS) | (frozenset() if told is None else {told})
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Rates are negative where a pressure falls, and where the pressures approach each other."""
+        return (
+            Output("chamber_1", "Pa/s", "rate of the chamber-1 pressure at rest"),
+            Output("chamber_2", "Pa/s", "rate of the chamber-2 pressure at rest"),
+            Output(
+                "difference", "Pa/s", "rate of the size of the difference of the chamber pressures at rest"
+            ),
+            Output("duration", "s", "time at rest that was looked at"),
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """Nothing that tells the rests."""
+        if self._told_by(records) is None:
+            return (
+                "neither input_voltage nor piston_position tells when it rests; rest: whole takes all of it"
+            )
+        return None
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """Pa/s; NaN where a record has no rest."""
+        frequency, options = records.sampling_frequency, self.options
+        rests = stretches_where(
+            self._is_resting(records),
+            round(options.settling * frequency),
+            max(2, round(options.least_duration * frequency)),
+        )
+        first, second = (records[channel] for channel in _CHAMBERS)
+        difference = np.ascontiguousarray(first - second)
+        duration = rests.durations(records.n_record) / frequency
+        signs = np.sign(rests.means(difference.reshape(-1)[rests.places]))
+        return {
+            "chamber_1": frequency * rests.drifts(first),
+            "chamber_2": frequency * rests.drifts(second),
+            "difference": frequency * rests.drifts(difference, signs),
+            "duration": np.where(duration > 0.0, duration, np.nan),
+        }
+
+    def _told_by(self, records: RecordBatch) -> str | None:
+        if self.options.rest != "auto":
+            return self.options.rest
+        return next((name for name, channel in _TOLD_BY.items() if channel in records.channels), None)
+
+    def _is_resting(self, records: RecordBatch) -> NDArray[np.bool_]:
+        options = self.options
+        match self._told_by(records):
+            case "command":
+                resting: NDArray[np.bool_] = np.abs(records[Channel.INPUT_VOLTAGE]) <= options.largest_command
+                return resting
+            case "position":
+                return _is_still(records, options.speed_time, options.largest_speed)
+        return np.ones((records.n_record, records.n_time), dtype=bool)
+
+
+def _is_still(records: RecordBatch, time: float, largest_speed: float) -> NDArray[np.bool_]:
+    """Whether the piston has moved little since some time ago."""
+    position, lag = records[Channel.PISTON_POSITION], max(1, round(time * records.sampling_frequency))
+    still = np.zeros(position.shape, dtype=bool)
+    moved = np.abs(position[:, lag:] - position[:, : max(records.n_time - lag, 0)])
+    still[:, lag:] = moved <= largest_speed * lag / records.sampling_frequency
+    return still

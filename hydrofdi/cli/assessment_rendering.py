@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.assessment import Convergence, Inspection, LeakageTarget
-from hydrofdi.cli.rendering import terminal
+from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.wording import labels_text
 from hydrofdi.units import convert
 

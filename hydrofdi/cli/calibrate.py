@@ -29,7 +29,7 @@ def calibrate(
 
     from hydrofdi.assessment import calibrate_flows
     from hydrofdi.cli.assessment_rendering import print_targets
-    from hydrofdi.cli.rendering import print_json
+    from hydrofdi.cli.terminal import print_json
     from hydrofdi.config import load_experiment
 
     targets = calibrate_flows(load_experiment(config, settings or ()), _parsed(flows or ()))

@@ -34,7 +34,8 @@ def check(
     from hydrofdi.assessment import inspect_experiment
     from hydrofdi.assessment.selection import select_runs
     from hydrofdi.cli.assessment_rendering import inspection_record, print_convergence, print_inspection
-    from hydrofdi.cli.rendering import print_json, tell_doubtful_settings
+    from hydrofdi.cli.rendering import tell_doubtful_settings
+    from hydrofdi.cli.terminal import print_json
     from hydrofdi.config import load_experiment
 
     experiment = load_experiment(config, settings or ())

@@ -20,7 +20,7 @@ def status(directory: Directory, json: Json = False) -> int:
     """
     from dataclasses import asdict
 
-    from hydrofdi.cli.rendering import print_json, write_out
+    from hydrofdi.cli.terminal import print_json, write_out
     from hydrofdi.pipeline import sweep_status
 
     state = sweep_status(directory)
@@ -41,7 +41,7 @@ def verify(directory: Directory, json: Json = False) -> int:
 
     Also the index and the experiment file. Exit code 1 when anything is off.
     """
-    from hydrofdi.cli.rendering import print_json, write_out
+    from hydrofdi.cli.terminal import print_json, write_out
     from hydrofdi.pipeline import verify as find_faults
 
     faults = find_faults(directory)
@@ -59,7 +59,8 @@ def why(directory: Directory, run: Run, json: Json = False) -> int:
     """
     from dataclasses import asdict
 
-    from hydrofdi.cli.rendering import print_explanation, print_json
+    from hydrofdi.cli.rendering import print_explanation
+    from hydrofdi.cli.terminal import print_json
     from hydrofdi.pipeline import explain
 
     explanation = explain(directory, run)
@@ -75,7 +76,7 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
 
     Exit code 1 when they differ.
     """
-    from hydrofdi.cli.rendering import print_json, write_out
+    from hydrofdi.cli.terminal import print_json, write_out
     from hydrofdi.pipeline import recompute
 
     run_id, differing = recompute(directory, run)
@@ -93,7 +94,7 @@ def collect(directory: Directory) -> int:
 
     Runs without a result become holes with a reason.
     """
-    from hydrofdi.cli.rendering import tell
+    from hydrofdi.cli.terminal import tell
     from hydrofdi.pipeline import collect as build_file
     from hydrofdi.pipeline import sweep_status
 

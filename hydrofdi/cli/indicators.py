@@ -17,7 +17,7 @@ def indicators(
     json: Json = False,
 ) -> int:
     """List what can be measured of a record, or describe one indicator."""
-    from hydrofdi.cli.rendering import print_json
+    from hydrofdi.cli.terminal import print_json
     from hydrofdi.indicators import indicator_names
     from hydrofdi.indicators.description import describe
 
@@ -41,7 +41,7 @@ def _record(indicator: Description) -> dict[str, Any]:
 def _print_all(indicators: list[Description]) -> None:
     from rich.table import Table
 
-    from hydrofdi.cli.rendering import terminal
+    from hydrofdi.cli.terminal import terminal
 
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column("indicator", no_wrap=True)
@@ -61,7 +61,7 @@ def _print_one(indicator: Description) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from hydrofdi.cli.rendering import terminal
+    from hydrofdi.cli.terminal import terminal
 
     console = terminal()
     console.print(Text(f"{indicator.name}, version {indicator.version}", style="bold"))

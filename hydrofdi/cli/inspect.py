@@ -46,7 +46,7 @@ def inspect(
 
     Exit code 1 where records are rejected.
     """
-    from hydrofdi.cli.rendering import print_json, tell
+    from hydrofdi.cli.terminal import print_json, tell
     from hydrofdi.pipeline.sources import open_source
     from hydrofdi.records.overview import look_at
 
@@ -110,7 +110,7 @@ def _range_record(found: Range) -> dict[str, Any]:
 def _print(overview: Overview) -> None:
     from rich.text import Text
 
-    from hydrofdi.cli.rendering import terminal
+    from hydrofdi.cli.terminal import terminal
 
     console = terminal()
     console.print(Text(overview.name, style="bold"))

@@ -103,14 +103,14 @@ class _Counted:
 
 
 def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _Counted) -> None:
-    from hydrofdi.cli.rendering import write_out
-    from hydrofdi.report.forms.measures import csv_lines, json_parts, write_parquet
-
     if form is Format.table:
         from hydrofdi.cli.measures_table import print_measures
 
         print_measures(columns, records)
         return
+    from hydrofdi.cli.terminal import write_out
+    from hydrofdi.report.forms.measures import csv_lines, json_parts, write_parquet
+
     lines = csv_lines if form is Format.csv else json_parts
     if out is None:
         for line in lines(columns, records):
@@ -127,7 +127,7 @@ def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _
 
 
 def _tell(counted: _Counted, out: Path | None, *, with_reason: bool) -> None:
-    from hydrofdi.cli.rendering import tell
+    from hydrofdi.cli.terminal import tell
 
     if out is not None:
         tell(f"wrote {out}: {_records(counted.n_record)}")

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.cli.rendering import terminal
+from hydrofdi.cli.terminal import terminal
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
 from hydrofdi.units import convert
 

@@ -45,7 +45,8 @@ def show_plan(
     experiment: ExperimentConfig, directory: Path, workers: int | None, *, retry_failed: bool, json: bool
 ) -> int:
     """Print the plan of a sweep."""
-    from hydrofdi.cli.rendering import print_json, tell_doubtful_settings, write_out
+    from hydrofdi.cli.rendering import tell_doubtful_settings
+    from hydrofdi.cli.terminal import print_json, write_out
     from hydrofdi.execution import available_cores
     from hydrofdi.pipeline import plan_sweep, predict
 

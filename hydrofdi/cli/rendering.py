@@ -1,11 +1,8 @@
-"""What the terminal shows. Results go to standard output, everything else to standard error."""
+"""Reports, runs and explanations on the terminal."""
 
 from __future__ import annotations
 
-import json
-import os
 import re
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hydrofdi.cli.terminal import tell, terminal
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
@@ -25,10 +23,6 @@ from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.inspecting import Explanation
-
-_PLAIN_WIDTH = 100
-"""Columns of text where the output is no terminal."""
-
 
 _ANY_WIDTH, _SENTENCE_WIDTH = 10_000, 30
 _UNIT, _WORD, _DOT, _UNDERSCORE = r" (?=\[)", " ", r"(?<=\w\.)", r"(?<=\w_)(?=\w\w)"
@@ -48,44 +42,12 @@ _MOST_ROWS, _FEW_ROWS = 60, 20
 """Rows up to which the terminal shows a whole table, and how many it shows of a longer one."""
 
 
-def tell(message: str) -> None:
-    """A message on standard error."""
-    print(message, file=sys.stderr)
-
-
 def tell_doubtful_settings(experiment: ExperimentConfig, *, with_sweep: bool = True) -> None:
     """Warn of strange values, of a baseline far from its runs, and of parameters without effect."""
     sentences = unusual_values(experiment, with_sweep=with_sweep)
     sentences += distant_baseline(experiment) if with_sweep else []
     for sentence in sentences + idle_parameters(experiment):
         tell(f"warning: {sentence}")
-
-
-def write_out(text: str) -> None:
-    """Text on standard output as it is."""
-    sys.stdout.write(text)
-
-
-def print_json(record: Any) -> None:
-    """A record on standard output."""
-    write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
-
-
-class _PipedConsole(Console):
-    """A console whose reader may leave early, as ``head`` does."""
-
-    def on_broken_pipe(self) -> None:
-        """Leave it to the one place that knows the exit codes."""
-        raise BrokenPipeError
-
-
-def terminal() -> Console:
-    """The console on standard output; where it is no terminal, as wide as ``COLUMNS`` says, or 100."""
-    stated = os.environ.get("COLUMNS", "")
-    width = int(stated) if stated.isdecimal() and int(stated) > 0 else None
-    if width is None and not sys.stdout.isatty():
-        width = _PLAIN_WIDTH
-    return _PipedConsole(width=width, highlight=False, markup=False)
 
 
 def print_run(summary: RunSummary) -> None:

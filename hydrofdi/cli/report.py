@@ -56,7 +56,7 @@ def report(
 
     Says which of its sentences they reproduce, and what the controls say of them.
     """
-    from hydrofdi.cli.rendering import tell
+    from hydrofdi.cli.terminal import tell
     from hydrofdi.papers import make_report
     from hydrofdi.pipeline import read_results
 
@@ -89,7 +89,7 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
 
 
 def _write_page(made: Report, page: Path) -> None:
-    from hydrofdi.cli.rendering import tell
+    from hydrofdi.cli.terminal import tell
     from hydrofdi.report.publication import write_page
 
     write_page(made, page)
@@ -97,7 +97,8 @@ def _write_page(made: Report, page: Path) -> None:
 
 
 def _print(made: Report, form: Format) -> None:
-    from hydrofdi.cli.rendering import print_document, write_out
+    from hydrofdi.cli.rendering import print_document
+    from hydrofdi.cli.terminal import write_out
     from hydrofdi.report.forms.latex import render_latex
     from hydrofdi.report.forms.markdown import render_markdown
     from hydrofdi.report.forms.record import render_json
@@ -118,7 +119,7 @@ def _print(made: Report, form: Format) -> None:
 
 def _check_code(made: Report) -> int:
     """0 where all that the experiment file asks for holds, else 1."""
-    from hydrofdi.cli.rendering import tell
+    from hydrofdi.cli.terminal import tell
 
     checks = made.checks()
     if not checks:

@@ -21,7 +21,7 @@ def schema(
     ),
 ) -> int:
     """Print the JSON Schema of experiment files, or of descriptions of measured files, for editors."""
-    from hydrofdi.cli.rendering import print_json
+    from hydrofdi.cli.terminal import print_json
 
     if kind is Kind.MEASURED:
         from hydrofdi.records.measured.schema import measured_schema

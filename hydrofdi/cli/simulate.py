@@ -38,7 +38,8 @@ def simulate(
     A sweep in the file is left aside.
     """
     from hydrofdi.assessment import plan_warnings as plan_warnings
-    from hydrofdi.cli.rendering import print_json, print_run, tell, tell_doubtful_settings
+    from hydrofdi.cli.rendering import print_run, tell_doubtful_settings
+    from hydrofdi.cli.terminal import print_json, tell
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import simulate_nominal, write_single_run
     from hydrofdi.report.run_summary import run_record, summarize_run

@@ -54,7 +54,8 @@ def sweep(
     from dataclasses import asdict
 
     from hydrofdi.cli.plan import show_plan
-    from hydrofdi.cli.rendering import print_json, tell, tell_doubtful_settings
+    from hydrofdi.cli.rendering import tell_doubtful_settings
+    from hydrofdi.cli.terminal import print_json, tell
     from hydrofdi.cli.watching import SweepWatcher
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline import experiment_directory, run_sweep

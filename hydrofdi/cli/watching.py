@@ -8,7 +8,7 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
-from hydrofdi.cli.rendering import tell
+from hydrofdi.cli.terminal import tell
 
 _SECONDS_BETWEEN_LINES = 30.0
 

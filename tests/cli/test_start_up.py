@@ -38,7 +38,8 @@ def _loaded(folder: Path, *arguments: str) -> set[str]:
     [
         ("--help",), ("report", "--help"), ("schema",), ("report",), ("status", "results/small"),
         ("verify", "results/small"), ("why", "results/small", "1"), ("plan", "experiment.yaml"),
-        ("sweep", "experiment.yaml"),
+        ("sweep", "experiment.yaml"), ("indicators",), ("measure", "results/small", "--json"),
+        ("inspect", "results/small"),
     ],
 )  # fmt: skip
 def test_a_command_that_simulates_nothing_loads_no_compiler(
@@ -47,6 +48,16 @@ def test_a_command_that_simulates_nothing_loads_no_compiler(
     loaded = _loaded(small_sweep.folder, *arguments)
     assert "typer" in loaded
     assert not loaded & (HEAVY | COMPILERS)
+
+
+def test_measuring_a_plain_file_loads_nothing_of_simulated_runs(tmp_path: Path) -> None:
+    (tmp_path / "rig.csv").write_text("time [s],p1 [bar]\n0,1\n0.1,2\n0.2,4\n")
+    code = f"{LOADING}\nsys.stderr.write(' '.join(name for name in sys.modules if 'hydrofdi' in name))"
+    command = [sys.executable, "-c", code, "measure", "rig.csv"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    rooms = {name.split(".")[1] for name in done.stderr.splitlines()[-1].split() if "." in name}
+    assert {"indicators", "records"} <= rooms
+    assert not rooms & {"config", "physics", "simulation", "store", "report"}
 
 
 @pytest.mark.parametrize("command", ["simulate", "check", "plan"])

@@ -1,0 +1,45 @@
+"""The terminal: results go to standard output, everything else to standard error."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import Any
+
+from rich.console import Console
+
+_PLAIN_WIDTH = 100
+"""Columns of text where the output is no terminal."""
+
+
+def tell(message: str) -> None:
+    """A message on standard error."""
+    print(message, file=sys.stderr)
+
+
+def write_out(text: str) -> None:
+    """Text on standard output as it is."""
+    sys.stdout.write(text)
+
+
+def print_json(record: Any) -> None:
+    """A record on standard output."""
+    write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
+
+
+class _PipedConsole(Console):
+    """A console whose reader may leave early, as ``head`` does."""
+
+    def on_broken_pipe(self) -> None:
+        """Leave it to the one place that knows the exit codes."""
+        raise BrokenPipeError
+
+
+def terminal() -> Console:
+    """The console on standard output; where it is no terminal, as wide as ``COLUMNS`` says, or 100."""
+    stated = os.environ.get("COLUMNS", "")
+    width = int(stated) if stated.isdecimal() and int(stated) > 0 else None
+    if width is None and not sys.stdout.isatty():
+        width = _PLAIN_WIDTH
+    return _PipedConsole(width=width, highlight=False, markup=False)

@@ -2,32 +2,34 @@
 
 import numpy as np
 
-from hydrofdi.indicators import make_indicators, measure
-from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.indicators import make_indicators
+from hydrofdi.records import RecordBatch
+from indicators.signals import P1, assert_rows_stand_alone, batch, measured
 
 SAMPLING_FREQUENCY = 500.0
 
 
 def records(samples, **more):
     """Records of the chamber-1 pressure."""
-    samples = np.atleast_2d(samples)
-    ids = tuple(str(row) for row in range(len(samples)))
-    return RecordBatch({Channel.CHAMBER_1_PRESSURE: samples}, SAMPLING_FREQUENCY, ids, **more)
+    return batch({P1: samples}, SAMPLING_FREQUENCY, **more)
 
 
 def values(name, samples, **options):
     """Output → numbers (n_record,) of one indicator."""
-    batch = samples if isinstance(samples, RecordBatch) else records(samples)
-    measures = measure(batch, make_indicators({name: options}))
-    assert measures.obstacles[name] == (None,) * batch.n_record
-    return {key.removeprefix(f"{name}."): array for key, array in measures.values.items()}
+    numbers, obstacles = measured(_as_records(samples), name, **options)
+    assert obstacles == (None,) * len(obstacles)
+    return numbers
 
 
 def obstacle(name, samples, **options):
     """Why one indicator cannot measure; its numbers are then NaN."""
-    measures = measure(records(samples), make_indicators({name: options}))
-    assert all(np.isnan(array).all() for array in measures.values.values())
-    return measures.obstacles[name][0]
+    numbers, (reason,) = measured(_as_records(samples), name, **options)
+    assert all(np.isnan(array).all() for array in numbers.values())
+    return reason
+
+
+def _as_records(samples):
+    return samples if isinstance(samples, RecordBatch) else records(samples)
 
 
 def noise(seed, shape, size=1e5, mean=8e6):
@@ -48,16 +50,7 @@ def ringing(seed, n_record, n_time=4000):
 
 def assert_batch_has_no_effect(name, samples, **options):
     """Each record gives the same bits alone, in company, in another order and another layout of memory."""
-    together = values(name, samples, **options)
-    backwards = values(name, samples[::-1], **options)
-    by_column = values(name, np.asfortranarray(samples), **options)
-    for key, numbers in together.items():
-        np.testing.assert_array_equal(numbers[::-1], backwards[key])
-        np.testing.assert_array_equal(numbers, by_column[key])
-    for row, record in enumerate(samples):
-        alone = values(name, record, **options)
-        for key, numbers in together.items():
-            np.testing.assert_array_equal(numbers[row : row + 1], alone[key], err_msg=key)
+    assert_rows_stand_alone(records(samples), name, **options)
 
 
 def assert_unit_scales(name, samples, **options):

@@ -1,0 +1,77 @@
+"""What every indicator keeps, read from the list of them."""
+
+import numpy as np
+import pytest
+
+from hydrofdi.indicators import indicator_names, make_indicators, measure
+from hydrofdi.indicators.description import describe
+from hydrofdi.records import Channel, RecordBatch
+from indicators.laws import SAMPLING_FREQUENCY, ringing
+from indicators.signals import assert_rows_stand_alone, square_wave
+
+N_TIME = 2000
+
+
+def all_channels(n_record=4):
+    """Records with every channel, moving as those of an actuator do."""
+    pressure, time = ringing(1, n_record, N_TIME), np.arange(N_TIME) / SAMPLING_FREQUENCY
+    draw = np.random.default_rng(2)
+    command = np.tile(square_wave(N_TIME, 500), (n_record, 1))
+    position = 0.02 * np.abs(time % 2.0 - 1.0) + draw.normal(0.0, 1e-5, (n_record, N_TIME))
+    channels = {
+        Channel.CHAMBER_1_PRESSURE: pressure,
+        Channel.CHAMBER_2_PRESSURE: 17e6 - pressure + draw.normal(0.0, 5e3, pressure.shape),
+        Channel.SUPPLY_PRESSURE: np.full_like(pressure, 17.2e6),
+        Channel.RETURN_PRESSURE: np.zeros_like(pressure),
+        Channel.PISTON_POSITION: position,
+        Channel.PISTON_VELOCITY: np.gradient(position, axis=1) * SAMPLING_FREQUENCY,
+        Channel.SPOOL_POSITION: 2.2e-5 * command,
+        Channel.INPUT_VOLTAGE: command,
+    }
+    assert channels.keys() == set(Channel)
+    ids = tuple(str(row) for row in range(n_record))
+    return RecordBatch(channels, SAMPLING_FREQUENCY, ids, drive_period=2.0)
+
+
+@pytest.mark.parametrize("name", indicator_names())
+class TestEachIndicator:
+    def test_gives_what_it_says_and_leaves_the_records_as_they_are(self, name):
+        records = all_channels()
+        before = {channel: samples.copy() for channel, samples in records.channels.items()}
+        (indicator,) = make_indicators([name]).values()
+        values = measure(records, {name: indicator}).values
+        assert values.keys() == {f"{name}.{output.name}" for output in indicator.outputs}
+        for output in indicator.outputs:
+            array = values[f"{name}.{output.name}"]
+            assert array.shape == (records.n_record, *output.dims.values())
+            assert array.dtype == np.float64
+        for channel, samples in records.channels.items():
+            np.testing.assert_array_equal(samples, before[channel])
+
+    def test_measures_a_record_alike_in_any_batch(self, name):
+        assert_rows_stand_alone(all_channels(), name)
+
+    def test_sees_a_gap_in_the_record_that_has_it_and_in_no_other(self, name):
+        whole, gap = all_channels(), all_channels()
+        (indicator,) = make_indicators([name]).values()
+        for channel in indicator.channels:
+            gap.channels[channel][1, 700:] = np.nan
+        one, other = (measure(records, {name: indicator}).values for records in (whole, gap))
+        for key, array in one.items():
+            np.testing.assert_array_equal(np.delete(array, 1, 0), np.delete(other[key], 1, 0), err_msg=key)
+        assert any(np.isnan(array[1]).any() for array in other.values())
+
+    @pytest.mark.parametrize("n_time", [1, 2, 3, 20, 200])
+    def test_of_few_samples_gives_numbers_or_the_reason_why_not(self, name, n_time):
+        (indicator,) = make_indicators([name]).values()
+        measures = measure(all_channels(2).window(0, n_time), {name: indicator})
+        for row, reason in enumerate(measures.obstacles[name]):
+            assert reason or any(np.isfinite(array[row]).any() for array in measures.values.values())
+
+    def test_says_what_it_is_with_a_sentence_for_each_option(self, name):
+        said = describe(name)
+        assert said.summary.endswith(".")
+        assert said.source
+        assert said.equation
+        assert not [option.name for option in said.options if not option.text]
+        assert len({output.long_name for output in said.outputs}) == len(said.outputs)

@@ -112,7 +112,7 @@ def _print(made: Report, form: Format) -> None:
         case Format.latex:
             write_out(render_latex(made.document()))
         case Format.csv:
-            write_out(render_csv(made.analysis.table))
+            write_out(render_csv(made.analysis))
         case Format.json:
             write_out(render_json(made))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hydrofdi.report.external import ExternalStudy, study_external
+from hydrofdi.report.indicators.study import IndicatorStudy, study_indicators
 from hydrofdi.report.replicates import ReplicateStudy, study_replicates
 from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.report.runs.table import SensitivityTable
@@ -21,6 +22,8 @@ class Analysis:
     """What external leakage does to the approximation, where the experiment varies it."""
     replicates: ReplicateStudy | None
     """Rows against healthy replicates, where the experiment asks for any."""
+    indicators: tuple[IndicatorStudy, ...]
+    """Indicators beside the details of P_1, where the experiment measures any."""
 
     @property
     def has_baseline(self) -> bool:
@@ -40,4 +43,4 @@ class Analysis:
 def analyze(data: ExperimentData) -> Analysis:
     """Work out the table of an experiment, and what it is read with."""
     table = summarize_table(data)
-    return Analysis(data, table, study_external(table), study_replicates(table, data))
+    return Analysis(data, table, study_external(table), study_replicates(table, data), study_indicators(data))

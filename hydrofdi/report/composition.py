@@ -13,6 +13,7 @@ from hydrofdi.report.sections.changes import changes_block, settled_block
 from hydrofdi.report.sections.doubts import doubts_block
 from hydrofdi.report.sections.external import external_block
 from hydrofdi.report.sections.holes import holes_block, remarks_block
+from hydrofdi.report.sections.indicators import indicator_blocks
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.replicates import replicates_block
 
@@ -70,6 +71,7 @@ def compose_general(analysis: Analysis) -> Document:
         changes_block(analysis),
         settled_block(analysis),
         replicates_block(analysis),
+        *indicator_blocks(analysis),
         provenance_block(analysis),
     )
     return document_of(analysis, _LEAD, blocks)

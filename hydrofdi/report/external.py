@@ -6,10 +6,10 @@ by the level-4 approximation. Its RMS is the choice made here.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from hydrofdi.report.ranges import Range, range_of
 from hydrofdi.report.runs.rows import LevelChanges, TableRow
 from hydrofdi.report.runs.table import SensitivityTable
 
@@ -17,14 +17,6 @@ _LEVEL = 3
 """Position of a4; the deepest level where there are fewer."""
 
 _D2 = 1
-
-
-@dataclass(frozen=True)
-class Range:
-    """The least and the largest of some numbers; NaN where there is none."""
-
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -44,7 +36,9 @@ class ExternalState:
     @property
     def least_flow(self) -> float:
         """The smallest mean flow out of any of its chambers [m³/s]; NaN where no run ended well."""
-        return _range([row.external.flows[chamber - 1] for row in self.rows for chamber in self.chambers]).low
+        return range_of(
+            [row.external.flows[chamber - 1] for row in self.rows for chamber in self.chambers]
+        ).low
 
 
 @dataclass(frozen=True)
@@ -101,7 +95,7 @@ class ExternalStudy:
 
     def ranges(self, state: ExternalState) -> dict[str, Range]:
         """Each δ over the runs of a state."""
-        return {name: _range([of(row) for row in state.rows]) for name, of in self.indicators.items()}
+        return {name: range_of([of(row) for row in state.rows]) for name, of in self.indicators.items()}
 
     def gaps(self, state: ExternalState) -> dict[str, float]:
         """How far apart each δ keeps a state and the runs without external leakage, in percentage points.
@@ -117,16 +111,16 @@ class ExternalStudy:
     def effect_of_bulk_modulus(self) -> Range:
         """δ of the approximation in runs that do not leak at all, against the fixed normal [%]."""
         rows = [row for row in self.states[0].rows if row.is_sealed]
-        return _range([self.approximations(row).fixed[self.level] for row in rows])
+        return range_of([self.approximations(row).fixed[self.level] for row in rows])
 
     def effect_of_internal_leakage(self) -> Range:
         """δ of the approximation in runs that leak inside alone, against the matched baseline [%]."""
         rows = [row for row in self.states[0].rows if not row.is_sealed]
-        return _range([self.approximations(row).matched[self.level] for row in rows])
+        return range_of([self.approximations(row).matched[self.level] for row in rows])
 
     def mean_shares(self) -> Range:
         """Share of the mean of P_1 in the square of the approximation's RMS, as configured [-]."""
-        return _range(
+        return range_of(
             [(self.gain * row.mean_pressure / row.approximations.rms[self.level]) ** 2 for row in self.rows]
         )
 
@@ -147,8 +141,3 @@ def study_external(table: SensitivityTable) -> ExternalStudy | None:
 
 def _chambers(row: TableRow) -> tuple[int, ...]:
     return tuple(chamber for chamber, value in enumerate(row.external.coefficients, 1) if value > 0.0)
-
-
-def _range(values: Sequence[float]) -> Range:
-    known = [value for value in values if not math.isnan(value)]
-    return Range(min(known, default=math.nan), max(known, default=math.nan))

@@ -47,7 +47,7 @@ def write_all_forms(report: Report, directory: Path) -> Iterator[str]:
     svgs = _svg_texts(drawn)
     texts = {
         "md": render_markdown(document),
-        "csv": render_csv(report.analysis.table),
+        "csv": render_csv(report.analysis),
         "tex": render_latex(document),
         "json": render_json(report),
         "html": _page(report, document, svgs, holes),
@@ -55,7 +55,7 @@ def write_all_forms(report: Report, directory: Path) -> Iterator[str]:
     for suffix, text in texts.items():
         yield _write(directory / f"{name}.{suffix}", text.encode())
     try:
-        yield _write(directory / f"{name}.parquet", render_parquet(report.analysis.table))
+        yield _write(directory / f"{name}.parquet", render_parquet(report.analysis))
     except ReportError as error:
         yield f"left out {name}.parquet: {error}"
     for figure_name, figure in drawn.items():

@@ -40,7 +40,7 @@ def without_configuration(report):
     [
         ("md", lambda report: render_markdown(without_configuration(report))),
         ("tex", lambda report: render_latex(report.document())),
-        ("csv", lambda report: render_csv(report.analysis.table)),
+        ("csv", lambda report: render_csv(report.analysis)),
         ("json", render_json),
         ("html", lambda report: render_page(without_configuration(report), {}, {})),
     ],
@@ -84,14 +84,14 @@ ROWS = st.builds(
 @given(rows=st.lists(ROWS, min_size=1, max_size=3))
 def test_a_table_survives_csv_and_json(made_up, rows):
     report = make_report(made_up)
-    table = replace(report.analysis.table, rows=tuple(rows))
-    columns = tidy_columns(table)
-    read = list(csv.DictReader(io.StringIO(render_csv(table))))
+    analysis = replace(report.analysis, table=replace(report.analysis.table, rows=tuple(rows)))
+    columns = tidy_columns(analysis)
+    read = list(csv.DictReader(io.StringIO(render_csv(analysis))))
     for header, values in columns.items():
         texts = [line[header] for line in read]
         for text, value in zip(texts, values, strict=True):
             assert text == "" if value is None else type(value)(text) == value
-    record = replace(report, analysis=replace(report.analysis, table=table)).record()
+    record = replace(report, analysis=analysis).record()
     assert json.loads(json.dumps(record, allow_nan=False)) == record
     for row, line in zip(rows, record["rows"], strict=True):
         kept = [x for x, y in zip(row.detail_rms, line["detail_rms_Pa"], strict=True) if y is not None]
@@ -100,9 +100,9 @@ def test_a_table_survives_csv_and_json(made_up, rows):
 
 def test_parquet_holds_the_same_columns_as_csv(made_up):
     parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'parquet' is not installed")
-    table = analyze(made_up).table
-    read = parquet.read_table(io.BytesIO(render_parquet(table)))
-    assert read.to_pydict() == tidy_columns(table)
+    analysis = analyze(made_up)
+    read = parquet.read_table(io.BytesIO(render_parquet(analysis)))
+    assert read.to_pydict() == tidy_columns(analysis)
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex here")

@@ -19,6 +19,7 @@ from hydrofdi.report.sections.changes import settled_block
 from hydrofdi.report.sections.doubts import doubts_block
 from hydrofdi.report.sections.external import external_block
 from hydrofdi.report.sections.holes import holes_block, remarks_block
+from hydrofdi.report.sections.indicators import indicator_blocks
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.replicates import replicates_block
 
@@ -49,6 +50,7 @@ def _blocks(study: Study) -> tuple[Block | None, ...]:
         claims_block(study),
         controls_block(study) if study.has_baseline else None,
         reference_block(study),
+        *indicator_blocks(study),
         Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4")),
         provenance_block(study),
     )
@@ -61,5 +63,6 @@ def _ensemble_blocks(study: Study, scenarios: ScenarioStudy) -> tuple[Block | No
         doubts_block(study),
         scenarios_block(scenarios),
         scenario_controls_block(scenarios),
+        *indicator_blocks(study),
         provenance_block(study),
     )

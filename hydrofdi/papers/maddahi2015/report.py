@@ -39,7 +39,7 @@ class StudyReport(Report):
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
-        return study_record(self.analysis, super().record())
+        return study_record(self.analysis)
 
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure."""

@@ -55,6 +55,7 @@ def study_experiment(data: ExperimentData) -> Study:
         table=general.table,
         external=general.external,
         replicates=general.replicates,
+        indicators=general.indicators,
         grid=grid,
         claims=evaluate_claims(grid, data, feasible),
         sealed_alarms=alarms,

@@ -9,27 +9,31 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.external import ExternalStudy
+from hydrofdi.report.forms.indicators_record import indicator_record, output_values
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.replicates_record import replicates_record
 from hydrofdi.report.runs.rows import TableRow, largest_positive, level_name
+from hydrofdi.store import names
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.report.composition import Report
 
 
-def general_record(analysis: Analysis) -> dict[str, Any]:
-    """What is said of any experiment; numbers that do not exist are None."""
+def general_record(analysis: Analysis, *, with_rows: bool = True) -> dict[str, Any]:
+    """What is said of any experiment, with or without its rows; numbers that do not exist are None."""
+    rows = analysis.table.rows if with_rows else ()
     replicates = analysis.replicates
     return (
         {
             "experiment": analysis.table.name,
-            "rows": [_row_record(row) for row in analysis.table.rows],
+            "rows": [_row_record(row) | _measured_record(analysis, row.position) for row in rows],
             "verdicts": _verdict_counts(analysis),
         }
         | ({} if analysis.has_baseline else {"delta_not_known": analysis.missing_baseline})
         | _external_record(analysis.external)
         | ({} if replicates is None else {"replicates": replicates_record(replicates)})
+        | _indicators_record(analysis)
     )
 
 
@@ -96,3 +100,20 @@ def _external_record(study: ExternalStudy | None) -> dict[str, Any]:
         for state in study.states
     ]
     return {"external_leakage": {"approximation": study.name, "states": states}}
+
+
+def _measured_record(analysis: Analysis, row: int) -> dict[str, Any]:
+    """What the indicators measured of a run."""
+    if not analysis.indicators:
+        return {}
+    values: dict[str, Any] = {}
+    for study in analysis.indicators:
+        values |= output_values(study, row)
+    return {"indicators": values}
+
+
+def _indicators_record(analysis: Analysis) -> dict[str, Any]:
+    if not analysis.indicators:
+        return {}
+    run_ids = analysis.data.columns[names.RUN_ID].astype(str).tolist()
+    return {"indicators": [indicator_record(study, run_ids) for study in analysis.indicators]}

@@ -8,20 +8,23 @@ from collections.abc import Iterator
 from typing import Any
 
 from hydrofdi.errors import ReportError
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.forms.indicators_record import output_columns
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.runs.rows import TableRow, largest_positive
-from hydrofdi.report.runs.table import SensitivityTable, label_header
+from hydrofdi.report.runs.table import label_header
 from hydrofdi.units import convert
 
 
-def tidy_columns(table: SensitivityTable) -> dict[str, list[Any]]:
+def tidy_columns(analysis: Analysis) -> dict[str, list[Any]]:
     """Header → values, one per run and level; None where a number is missing."""
-    n_level = table.n_level
+    table, n_level = analysis.table, analysis.table.n_level
     leads, ends = [_row_record(row) for row in table.rows], [_end_record(row) for row in table.rows]
     levels = [record for row in table.rows for record in _level_records(row)]
     return {
         **_repeated(leads, n_level),
         **{header: [record[header] for record in levels] for header in levels[0]},
+        **_repeated([_measured_record(analysis, row) for row in table.rows], n_level),
         **_repeated(ends, n_level),
     }
 
@@ -44,6 +47,14 @@ def _row_record(row: TableRow) -> dict[str, Any]:
         "hydraulic_mode_Hz": finite(row.mode_frequency),
         "hydraulic_mode_damping_ratio": finite(row.mode_damping_ratio),
     }
+
+
+def _measured_record(analysis: Analysis, row: TableRow) -> dict[str, Any]:
+    """What the indicators measured of a run, and its changes."""
+    record: dict[str, Any] = {}
+    for study in analysis.indicators:
+        record |= output_columns(study, row.position)
+    return record
 
 
 def _end_record(row: TableRow) -> dict[str, Any]:
@@ -71,9 +82,9 @@ def _level_records(row: TableRow) -> Iterator[dict[str, Any]]:
         }
 
 
-def render_csv(table: SensitivityTable) -> str:
+def render_csv(analysis: Analysis) -> str:
     """The runs as CSV; numbers in their shortest exact form, an empty field where one is missing."""
-    columns = tidy_columns(table)
+    columns = tidy_columns(analysis)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -81,7 +92,7 @@ def render_csv(table: SensitivityTable) -> str:
     return text.getvalue()
 
 
-def render_parquet(table: SensitivityTable) -> bytes:
+def render_parquet(analysis: Analysis) -> bytes:
     """The runs as Parquet.
 
     Raises
@@ -95,6 +106,6 @@ def render_parquet(table: SensitivityTable) -> bytes:
     except ImportError:
         raise ReportError("Parquet needs the extra: pip install 'hydrofdi[parquet]'") from None
     sink = pyarrow.BufferOutputStream()
-    parquet.write_table(pyarrow.table(tidy_columns(table)), sink)
+    parquet.write_table(pyarrow.table(tidy_columns(analysis)), sink)
     content: bytes = sink.getvalue().to_pybytes()
     return content

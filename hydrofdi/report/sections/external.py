@@ -6,7 +6,8 @@ import math
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.external import ExternalState, ExternalStudy, Range
+from hydrofdi.report.external import ExternalState, ExternalStudy
+from hydrofdi.report.ranges import Range
 from hydrofdi.report.runs.rows import TableRow
 from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note

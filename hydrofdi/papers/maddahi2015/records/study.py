@@ -10,24 +10,26 @@ from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm
 from hydrofdi.papers.maddahi2015.deviations import Deviation
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
 from hydrofdi.papers.maddahi2015.records.scenarios import scenarios_record
+from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy
 from hydrofdi.papers.maddahi2015.standings import PhaseCount
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.forms.record import general_record
 from hydrofdi.report.runs.rows import largest_positive, level_name
 from hydrofdi.report.wording import mode_name
 from hydrofdi.units import convert
 
 
-def study_record(study: Study, general: dict[str, Any]) -> dict[str, Any]:
+def study_record(study: Study) -> dict[str, Any]:
     """The record of any experiment with claims and controls; numbers that do not exist are None.
 
     The thousands of runs, checks and controls of an ensemble are left to the tidy forms; what they come to in
     each scenario stands under ``scenarios``.
     """
     if study.scenarios is not None:
-        return _ensemble_record(study, general)
+        return _ensemble_record(study, study.scenarios)
     return (
-        general
+        general_record(study)
         | {
             "claims": [
                 _claim_record(result)
@@ -52,12 +54,8 @@ def study_record(study: Study, general: dict[str, Any]) -> dict[str, Any]:
     )
 
 
-def _ensemble_record(study: Study, general: dict[str, Any]) -> dict[str, Any]:
-    assert study.scenarios is not None
-    return {
-        "experiment": general["experiment"],
-        "rows": [],
-        "verdicts": general["verdicts"],
+def _ensemble_record(study: Study, scenarios: ScenarioStudy) -> dict[str, Any]:
+    return general_record(study, with_rows=False) | {
         "claims": [
             _claim_record(result) | _claim_standing(study, result.claim.id) | {"checks": []}
             for result in study.claims
@@ -65,7 +63,7 @@ def _ensemble_record(study: Study, general: dict[str, Any]) -> dict[str, Any]:
         "guarded_claims": list(study.data.experiment.claims),
         "controls": {"sealed_alarms": [], "best_level_matched": []},
         "reference": [],
-        "scenarios": scenarios_record(study.scenarios),
+        "scenarios": scenarios_record(scenarios),
     }
 
 

@@ -1,0 +1,103 @@
+"""The outputs of indicators as an experiment stores them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.contract import Output
+from hydrofdi.store import ExperimentData
+
+Array = NDArray[np.float64]
+
+_OF_THE_DETAILS = "dwt"
+"""The indicator whose numbers stand in the tables of the details."""
+
+
+@dataclass(frozen=True)
+class MeasuredOutput:
+    """An output over all runs.
+
+    Attributes
+    ----------
+    output : Output
+    values : ndarray, shape (n_run, *dims)
+        In the unit of the output; NaN where a run has none.
+    """
+
+    output: Output
+    values: Array
+
+    @property
+    def title(self) -> str:
+        """Its name, and what its mean is taken over."""
+        over = " and ".join(self.output.dims)
+        return f"{self.output.name} (mean over {over})" if over else self.output.name
+
+    @property
+    def means(self) -> Array:
+        """The mean over all its dimensions, shape (n_run,); NaN where there is no number."""
+        flat = self.values.reshape(len(self.values), -1)
+        count = np.isfinite(flat).sum(axis=1)
+        with np.errstate(invalid="ignore"):
+            means: Array = np.where(np.isfinite(flat), flat, 0.0).sum(axis=1) / count
+        return means
+
+
+@dataclass(frozen=True)
+class MeasuredIndicator:
+    """An indicator and its outputs over all runs.
+
+    Attributes
+    ----------
+    label : str
+        Its name in the experiment.
+    indicator : Indicator
+    outputs : tuple of MeasuredOutput
+    """
+
+    label: str
+    indicator: Indicator[Any]
+    outputs: tuple[MeasuredOutput, ...]
+
+    def variable(self, output: MeasuredOutput) -> str:
+        """``label.output``."""
+        return f"{self.label}.{output.output.name}"
+
+    @property
+    def has_number(self) -> NDArray[np.bool_]:
+        """Whether a run has any number, shape (n_run,)."""
+        means = np.stack([output.means for output in self.outputs])
+        return np.asarray(np.isfinite(means).any(axis=0))
+
+
+def measured_indicators(data: ExperimentData) -> tuple[MeasuredIndicator, ...]:
+    """The indicators of an experiment beside that of the details, as far as they are stored."""
+    measured = (
+        measured_indicator(label, indicator, data.columns)
+        for label, indicator in _chosen(data).items()
+        if label != _OF_THE_DETAILS
+    )
+    return tuple(indicator for indicator in measured if indicator.outputs)
+
+
+def _chosen(data: ExperimentData) -> Mapping[str, Indicator[Any]]:
+    choice = getattr(data.experiment, "indicator_choice", None)
+    return {} if choice is None else choice.made(data.experiment.wavelet)
+
+
+def measured_indicator(
+    label: str, indicator: Indicator[Any], columns: Mapping[str, Array]
+) -> MeasuredIndicator:
+    """An indicator with those of its outputs that are among the columns."""
+    outputs = (
+        MeasuredOutput(output, columns[f"{label}.{output.name}"])
+        for output in indicator.outputs
+        if f"{label}.{output.name}" in columns
+    )
+    return MeasuredIndicator(label, indicator, tuple(outputs))

@@ -1,0 +1,169 @@
+"""What an indicator says of an experiment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.report.indicators.axes import Axis, Group, varied_axes
+from hydrofdi.report.indicators.changes import Changes, changes, healthy_spread
+from hydrofdi.report.indicators.measured import (
+    MeasuredIndicator,
+    MeasuredOutput,
+    measured_indicators,
+)
+from hydrofdi.report.ranges import Range, range_of
+from hydrofdi.store import ExperimentData, names
+
+
+@dataclass(frozen=True)
+class GroupChange:
+    """Changes of the runs of a group.
+
+    Attributes
+    ----------
+    group : Group
+    n_run : int
+        Runs of the group that have a number.
+    fixed, matched : Range
+        Changes against either baseline [%].
+    fixed_is_healthy, matched_is_healthy : bool
+        Whether all of them lie within those of healthy replicates.
+    """
+
+    group: Group
+    n_run: int
+    fixed: Range
+    matched: Range
+    fixed_is_healthy: bool
+    matched_is_healthy: bool
+
+
+@dataclass(frozen=True)
+class OutputStudy:
+    """An output over an experiment.
+
+    Attributes
+    ----------
+    measured : MeasuredOutput
+    healthy : Range
+        Its values in the fixed baselines; the mean of their replicates where there are any.
+    spread : Range
+        Changes of the replicates of the fixed baselines, each against the mean of the others [%].
+    n_run : int
+        Runs that have a number.
+    fixed, matched : Changes
+        Of all runs.
+    over : dict of str to tuple of GroupChange
+        Axis → changes of its groups.
+    """
+
+    measured: MeasuredOutput
+    healthy: Range
+    spread: Range
+    n_run: int
+    fixed: Changes
+    matched: Changes
+    over: dict[str, tuple[GroupChange, ...]]
+
+
+@dataclass(frozen=True)
+class IndicatorStudy:
+    """An indicator over an experiment.
+
+    Attributes
+    ----------
+    measured : MeasuredIndicator
+    outputs : tuple of OutputStudy
+    axes : tuple of Axis
+    n_run : int
+        Runs of the table; replicates are none of them.
+    unmeasured : dict of int to str
+        Row of a run without any number → why.
+    has_replicates : bool
+        Whether there are healthy replicates.
+    """
+
+    measured: MeasuredIndicator
+    outputs: tuple[OutputStudy, ...]
+    axes: tuple[Axis, ...]
+    n_run: int
+    unmeasured: dict[int, str]
+    has_replicates: bool
+
+    @property
+    def varies(self) -> bool:
+        """Whether any output differs between the runs of the table."""
+        spans = (range_of(output.measured.means.tolist()) for output in self.outputs)
+        return any(span.low < span.high for span in spans)
+
+
+def study_indicators(data: ExperimentData) -> tuple[IndicatorStudy, ...]:
+    """All indicators of an experiment but that of the details."""
+    kept = data.replicate_of == names.NO_BASELINE
+    axes = varied_axes(data, kept)
+    return tuple(study_indicator(measured, data, kept, axes) for measured in measured_indicators(data))
+
+
+def study_indicator(
+    measured: MeasuredIndicator, data: ExperimentData, kept: NDArray[np.bool_], axes: tuple[Axis, ...]
+) -> IndicatorStudy:
+    """One indicator over the runs that are kept."""
+    return IndicatorStudy(
+        measured=measured,
+        outputs=tuple(_study_output(output, data, kept, axes) for output in measured.outputs),
+        axes=axes,
+        n_run=int(kept.sum()),
+        unmeasured=_unmeasured(measured, data, kept),
+        has_replicates=data.has_replicates,
+    )
+
+
+def _study_output(
+    measured: MeasuredOutput, data: ExperimentData, kept: NDArray[np.bool_], axes: tuple[Axis, ...]
+) -> OutputStudy:
+    values, spread = measured.means, healthy_spread(measured.means, data)
+    fixed = changes(values, data.fixed_baseline, spread, data)
+    matched = changes(values, data.matched_baseline, spread, data)
+    baselines = np.unique(data.fixed_baseline[kept & (data.fixed_baseline != names.NO_BASELINE)])
+    healthy = spread.mean if data.has_replicates else values
+    return OutputStudy(
+        measured=measured,
+        healthy=range_of(healthy[baselines].tolist()),
+        spread=range_of([*spread.low[baselines].tolist(), *spread.high[baselines].tolist()]),
+        n_run=int(np.isfinite(values[kept]).sum()),
+        fixed=fixed,
+        matched=matched,
+        over={
+            axis.name: tuple(_group_change(group, values, fixed, matched) for group in axis.groups)
+            for axis in axes
+        },
+    )
+
+
+def _group_change(group: Group, values: NDArray[np.float64], fixed: Changes, matched: Changes) -> GroupChange:
+    rows = group.rows & np.isfinite(values)
+    return GroupChange(
+        group,
+        int(rows.sum()),
+        range_of(fixed.percent[rows].tolist()),
+        range_of(matched.percent[rows].tolist()),
+        _all_healthy(fixed, rows),
+        _all_healthy(matched, rows),
+    )
+
+
+def _all_healthy(changes: Changes, rows: NDArray[np.bool_]) -> bool:
+    known = rows & np.isfinite(changes.percent)
+    return bool(known.any() and changes.is_healthy[known].all())
+
+
+def _unmeasured(measured: MeasuredIndicator, data: ExperimentData, kept: NDArray[np.bool_]) -> dict[int, str]:
+    """Why runs have no number: how they ended, or what the indicator lacks in their records."""
+    reasons = {}
+    for row in np.flatnonzero(kept & ~measured.has_number).tolist():
+        status = str(data.columns[names.STATUS][row])
+        reasons[row] = measured.indicator.absence if status == "ok" else status
+    return reasons

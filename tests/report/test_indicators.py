@@ -1,0 +1,150 @@
+"""A section for each indicator, made from outputs chosen by hand."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrofdi.cli.rendering import print_document
+from hydrofdi.indicators import make_indicators
+from hydrofdi.papers import make_report
+from hydrofdi.report.forms.latex import render_latex
+from hydrofdi.report.forms.markdown import render_markdown
+from hydrofdi.report.forms.page import render_page
+from hydrofdi.report.forms.tidy import render_csv
+from hydrofdi.report.indicators.axes import varied_axes
+from hydrofdi.report.indicators.changes import healthy_spread, relative_change
+from hydrofdi.report.indicators.measured import measured_indicator
+from hydrofdi.report.indicators.study import study_indicator
+from hydrofdi.store import names
+
+FREQUENCIES = [60.0, 66.0, 59.4, 66.0, np.nan, np.nan]
+"""Of the sealed runs at 551 and 689 MPa, with 0.12 L/min, and with 2 L/min, which has none and failed."""
+
+LABEL, KIND = "ring", "ring_down"
+
+
+@pytest.fixture
+def with_ring(made_up):
+    """The experiment of six runs, and its report with an indicator that is measured of the first four."""
+
+    def report(data=made_up, frequencies=FREQUENCIES):
+        (indicator,) = make_indicators({LABEL: {"kind": KIND}}).values()
+        columns = {
+            f"{LABEL}.{output.name}": np.where(np.isnan(frequencies), np.nan, 0.02)
+            for output in indicator.outputs
+        } | {f"{LABEL}.frequency": np.array(frequencies)}
+        kept = data.replicate_of == names.NO_BASELINE
+        measured = measured_indicator(LABEL, indicator, columns)
+        study = study_indicator(measured, data, kept, varied_axes(data, kept))
+        made = make_report(data)
+        return replace(made, analysis=replace(made.analysis, indicators=(study,)))
+
+    return report
+
+
+def block_of(report):
+    (block,) = [block for block in report.document().blocks if block.key == f"indicator-{LABEL}"]
+    return block
+
+
+def changes_of(report, axis):
+    sheet = next(sheet for sheet in block_of(report).sheets if sheet.key.endswith(axis))
+    return [tuple(cell.text for cell in row[1:]) for row in sheet.rows][:3]
+
+
+def test_the_section_names_channels_options_and_healthy_values(with_ring):
+    block = block_of(with_ring())
+    assert block.title == "Indicator ring (ring_down)"
+    assert "chamber 1 pressure" in block.paragraphs[0]
+    assert "the default ones" in block.paragraphs[0]
+    frequency = block.sheets[0].rows[0]
+    assert [cell.text for cell in frequency] == ["frequency", "natural frequency f_h", "Hz", "60", "4"]
+
+
+def test_changes_stand_over_each_axis_against_both_baselines(with_ring):
+    report = with_ring()
+    span = "{}\N{NO-BREAK SPACE}…\N{NO-BREAK SPACE}{}".format
+    assert changes_of(report, "internal_flow") == [
+        ("sealed", "2", span("0.0", "+10.0"), "0.0"),
+        ("0.12", "2", span("-1.0", "+10.0"), span("-1.0", "0.0")),
+        ("2", "0", "–", "–"),
+    ]
+    assert [row[0] for row in changes_of(report, "bulk_modulus")[:2]] == ["551", "689"]
+
+
+def test_runs_without_a_number_are_named_with_the_reason(with_ring):
+    _, lead, absent, failed, *_ = block_of(with_ring()).paragraphs
+    assert lead == "2 of 6 runs could not be measured."
+    assert absent == "2 L/min at 551 MPa: has no finite number."
+    assert failed == "2 L/min at 689 MPa: diverged."
+
+
+def test_an_indicator_that_does_not_vary_says_so_and_has_no_changes(with_ring):
+    block = block_of(with_ring(frequencies=[60.0] * 6))
+    assert "None of its outputs differs" in block.paragraphs[-1]
+    assert len(block.sheets) == 1
+
+
+def replicated(made_up):
+    """Four more runs: healthy replicates of the sealed run at 551 MPa."""
+    rows = [0, 1, 2, 3, 4, 5, 0, 0, 0, 0]
+    columns = {name: values[rows] for name, values in made_up.columns.items()}
+    columns[names.REPLICATE_OF] = np.array([-1] * 6 + [0] * 4)
+    return replace(made_up, columns=columns)
+
+
+def test_changes_within_those_of_healthy_replicates_are_marked(with_ring, made_up):
+    frequencies = [*FREQUENCIES, 59.0, 61.0, 60.0, 60.0]
+    report = with_ring(replicated(made_up), frequencies)
+    _, two, _ = changes_of(report, "internal_flow")
+    assert two[3] == "(-1.0)"
+    assert not two[2].startswith("("), "+10 % at 689 MPa is more than the replicates differ by"
+    assert "no sign of a leak" in block_of(report).paragraphs[-1]
+    (output, *_) = report.record()["indicators"][0]["outputs"]
+    assert output["healthy"] == [60.0, 60.0]
+    low, high = output["healthy_change_percent"]
+    assert (low, high) == pytest.approx((100 * (59 - 181 / 3) / (181 / 3), 100 * (61 - 179 / 3) / (179 / 3)))
+
+
+def test_every_form_has_the_section(with_ring, made_up, capsys):
+    report = with_ring()
+    document = report.document()
+    print_document(document, made_up.path)
+    for text in (
+        capsys.readouterr().out,
+        render_markdown(document),
+        render_latex(document).replace(r"\_", "_"),
+        render_page(document, {}, {}),
+    ):
+        assert "Indicator ring (ring_down)" in text
+        assert "natural frequency f_h" in text
+    record = json.loads(json.dumps(report.record(), allow_nan=False))
+    assert {row["indicators"]["ring.frequency"] for row in record["rows"]} == {60.0, 66.0, 59.4, None}
+    assert record["indicators"][0]["not_measured"][1]["why"] == "diverged"
+    lines = list(csv.DictReader(io.StringIO(render_csv(report.analysis))))
+    by_run = {line["run_id"]: line for line in lines}
+    assert by_run[f"{1:016x}"]["ring.frequency [Hz]"] == "66.0"
+    assert float(by_run[f"{1:016x}"]["ring.frequency change_fixed [%]"]) == pytest.approx(10.0)
+    assert by_run[f"{5:016x}"]["ring.frequency [Hz]"] == ""
+
+
+def test_without_further_indicators_nothing_is_added(made_up):
+    report = make_report(made_up)
+    assert not [block for block in report.document().blocks if block.key.startswith("indicator")]
+    assert "indicators" not in report.record()
+
+
+def test_a_change_is_relative_to_the_size_of_the_healthy_value():
+    values = np.array([-2.0, -1.0, 0.0, 3.0])
+    np.testing.assert_allclose(relative_change(np.full(4, -2.0), values), [0.0, 50.0, 100.0, 250.0])
+    assert np.isnan(relative_change(np.zeros(4), values)).all(), "nothing is relative to zero"
+
+
+def test_a_spread_needs_two_replicates(made_up):
+    data = replicated(made_up)
+    values = np.array([*FREQUENCIES, 60.0, np.nan, np.nan, np.nan])
+    assert np.isnan(healthy_spread(values, data).mean).all()

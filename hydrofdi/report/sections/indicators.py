@@ -59,7 +59,10 @@ def _holes(analysis: Analysis, study: IndicatorStudy) -> Iterator[str]:
 def _against(study: IndicatorStudy) -> str:
     healthy = "the mean of the replicates of the healthy run" if study.has_replicates else "the healthy run"
     null = _NULL if study.has_replicates else _NO_NULL
-    return f"Changes are in percent of {healthy}, above zero where the number rose (δ is above zero where it fell). {null}"
+    return (
+        f"Changes are in percent of {healthy}, above zero where the number rose (δ is above zero where it"
+        f" fell). {null}"
+    )
 
 
 def _outputs_sheet(key: str, study: IndicatorStudy) -> Sheet:

@@ -16,7 +16,9 @@ from hydrofdi.transforms.polynomials import less_polynomials, orthonormal_polyno
 
 Array = NDArray[np.float64]
 
-_ITERATIONS = 6
+_MOST_ITERATIONS = 10
+_SETTLED = 1e-7
+"""A relative change so small is the last one: the next would be its square."""
 _LONGEST_PENCIL = 24
 _LEAST_SPLIT = 1e-3
 """Least size of ((s_1 − s_2)/2)², in windows: closer roots are taken so far apart."""
@@ -65,28 +67,37 @@ def fit_free_motion(
     rest = less_polynomials(pieces, trend)
     power = np.sum(np.square(rest), axis=1)
     a, b = _start(rest, group)
-    for _ in range(_ITERATIONS):
-        products, with_rest = _products(a, b, rest, trend)
-        motion, slopes = _slopes(a, b, products, with_rest)
-        normal = slopes @ products @ slopes.transpose(0, 2, 1)
-        size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
-        normal = normal / (size[:, :, None] * size[:, None, :]) + _RIDGE * np.eye(4)
-        inverse = np.linalg.inv(normal) / (size[:, :, None] * size[:, None, :])
-        left = with_rest - _times(products, motion)
-        change = _times(inverse, _times(slopes, left))
-        residual = power - np.sum(motion * (with_rest + left), axis=1)
-        a, b = _moved(a, b, change[:, 2], change[:, 3])
-    variance = np.maximum(residual, 0.0) / (n_time - degree - 5)
-    covariance = inverse[:, 2:, 2:] * variance[:, None, None]
-    return _in_frequency(a, b, covariance, 1.0 - residual / power, sampling_frequency / n_time)
+    left, covariance = np.empty(a.size), np.empty((a.size, 2, 2))
+    moving = np.arange(a.size)
+    for _ in range(_MOST_ITERATIONS):
+        change, left[moving], covariance[moving] = _improvement(a[moving], b[moving], rest[moving], trend)
+        a[moving], b[moving], is_moving = _moved(a[moving], b[moving], change)
+        moving = moving[is_moving]
+    power = np.sum(np.square(rest), axis=1)
+    left += power
+    covariance *= (np.maximum(left, 0.0) / (n_time - degree - 5))[:, None, None]
+    return _in_frequency(a, b, covariance, 1.0 - left / power, sampling_frequency / n_time)
+
+
+def _improvement(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Array, Array]:
+    """Step of Gauss and Newton for a and b, by how much the best motion lowers the squares, and the inverse
+    of the normal equations for a and b."""
+    products, with_rest = _products(a, b, rest, trend)
+    motion, slopes = _slopes(a, b, products, with_rest)
+    normal = slopes @ products @ slopes.transpose(0, 2, 1)
+    size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
+    sizes = size[:, :, None] * size[:, None, :]
+    inverse = np.linalg.inv(normal / sizes + _RIDGE * np.eye(4)) / sizes
+    left = with_rest - _times(products, motion)
+    change = _times(inverse, _times(slopes, left))
+    return change[:, 2:], -np.sum(motion * (with_rest + left), axis=1), inverse[:, 2:, 2:]
 
 
 def _start(rest: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:
     """a and b from a pencil of rank 2, equal in each group; time counted in windows."""
     n_time = rest.shape[1]
     first = np.flatnonzero(np.diff(group, prepend=-1))
-    hankel = np.lib.stride_tricks.sliding_window_view(rest, min(n_time // 3, _LONGEST_PENCIL) + 1, axis=1)
-    products = np.add.reduceat(hankel.transpose(0, 2, 1) @ hankel, first, axis=0)
+    products = _pencil_products(rest, first, min(n_time // 3, _LONGEST_PENCIL))
     space = np.linalg.eigh(products)[1][:, :, -2:]
     last = space[:, -1]
     step = space[:, :-1].transpose(0, 2, 1) @ space[:, 1:]
@@ -101,10 +112,30 @@ def _start(rest: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:
     return a[of_piece], b[of_piece]
 
 
-def _moved(a: Array, b: Array, by_a: Array, by_b: Array) -> tuple[Array, Array]:
-    """a and b after a change, which is shortened where it would leave the neighbourhood."""
-    share = 1.0 / np.maximum(1.0, np.maximum(np.abs(by_a) / (3.0 * np.sqrt(b)), np.abs(by_b) / (0.9 * b)))
-    return a + share * by_a, b + share * by_b
+def _pencil_products(rest: Array, first: NDArray[np.intp], length: int) -> Array:
+    """Products of the columns of Hankel matrices, summed in each group: (n_group, length + 1, length + 1).
+
+    Each lies on from the one before it along the diagonal, less its first term and with one more.
+    """
+    n_row = rest.shape[1] - length
+    ahead = np.lib.stride_tricks.sliding_window_view(rest[:, : length + n_row], n_row, axis=1)
+    edge = np.add.reduceat(np.sum(ahead * rest[:, None, :n_row], axis=2), first, axis=0)
+    heads, tails = rest[:, :length], rest[:, n_row : n_row + length]
+    change = np.add.reduceat(
+        tails[:, :, None] * tails[:, None, :] - heads[:, :, None] * heads[:, None, :], first, axis=0
+    )
+    products = np.empty((first.size, length + 1, length + 1))
+    products[:, 0] = products[:, :, 0] = edge
+    for row in range(length):
+        products[:, row + 1, 1:] = products[:, row, :-1] + change[:, row]
+    return products
+
+
+def _moved(a: Array, b: Array, change: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """a and b after a change, shortened where it would leave the neighbourhood; whether it is large."""
+    by_a, by_b = np.abs(change[:, 0]) / np.sqrt(b), np.abs(change[:, 1]) / b
+    share = 1.0 / np.maximum(1.0, np.maximum(by_a / 3.0, by_b / 0.9))
+    return a + share * change[:, 0], b + share * change[:, 1], np.maximum(by_a, by_b) > _SETTLED
 
 
 def _products(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Array]:

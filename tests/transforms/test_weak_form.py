@@ -3,11 +3,13 @@ import pytest
 
 from hydrofdi.transforms.weak_form import weak_integrals
 
+KINDS = "value", "rate", "late_rate"
+
 
 @pytest.mark.parametrize("half", [2, 5, 8])
 def test_a_ramp_has_its_slope(half):
     time = np.arange(10 * half + 1) / 200.0
-    level, slope, later = weak_integrals((3.0 + 7.0 * time)[None], 200.0, half)
+    level, slope, later = weak_integrals((3.0 + 7.0 * time)[None], 200.0, half, *KINDS)
     middles = (np.arange(9) + 1) * half / 200.0
     area = half / 200.0
     np.testing.assert_allclose(level[0], (3.0 + 7.0 * middles) * area, rtol=1e-12)
@@ -18,7 +20,7 @@ def test_a_ramp_has_its_slope(half):
 def test_a_slow_sine_gives_the_integrals_of_the_continuum():
     rate, half, frequency = 2 * np.pi * 3.0, 8, 500.0
     time = np.arange(800) / frequency
-    level, slope, later = weak_integrals(np.sin(rate * time)[None], frequency, half)
+    level, slope, later = weak_integrals(np.sin(rate * time)[None], frequency, half, *KINDS)
     fine = np.linspace(0.0, 2 * half / frequency, 20_001)
     weight = np.sin(np.pi * fine * frequency / (2 * half)) ** 2
     for window in (0, 17, 60):

@@ -116,20 +116,21 @@ class FlowBalance(Indicator[FlowBalanceOptions]):
         """Columns (n_record, n_unknown, n_window) and target (n_record, n_window) [m³] of each chamber."""
         options, half = self.options, self.options.half_window
         frequency = records.sampling_frequency
-        place, travel, _ = weak_integrals(records[X], frequency, half)
+        place, travel = weak_integrals(records[X], frequency, half, "value", "rate")
         place, speed = place * frequency / half, travel * frequency / half
-        leak = weak_integrals(signed_root(records[P1] - records[P2]), frequency, half)[0]
+        (leak,) = weak_integrals(signed_root(records[P1] - records[P2]), frequency, half, "value")
         for chamber, gradient in self._valve(records, spool):
             sign = 1.0 if chamber == 0 else -1.0
             area, volume = options.areas[chamber], options.volumes[chamber]
-            flow = weak_integrals(gradient * spool, frequency, half)[0]
-            _, rise, later_rise = weak_integrals(records[(P1, P2)[chamber]], frequency, half)
-            compressed = (volume + sign * area * place) * rise + sign * area * speed * later_rise
+            (flow,) = weak_integrals(gradient * spool, frequency, half, "value")
+            pressure = records[(P1, P2)[chamber]]
+            rise, late_rise = weak_integrals(pressure, frequency, half, "rate", "late_rate")
+            compressed = (volume + sign * area * place) * rise + sign * area * speed * late_rise
             columns = [leak, sign * compressed]
             if "flow_gain" in options.estimate:
                 columns.append(-flow)
             if "offset" in options.estimate:
-                columns.append(weak_integrals(gradient, frequency, half)[0])
+                columns.extend(weak_integrals(gradient, frequency, half, "value"))
             yield np.stack(columns, axis=1), flow - area * travel
 
     def _valve(self, records: RecordBatch, spool: Array) -> Iterator[tuple[int, Array]]:

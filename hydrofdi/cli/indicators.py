@@ -12,6 +12,16 @@ if TYPE_CHECKING:
     from hydrofdi.indicators.description import Description
 
 
+_WIDE = 110
+"""Columns from which the terminal has room for the sources."""
+
+_SYMBOLS = {
+    "chamber_1_pressure": "P1", "chamber_2_pressure": "P2", "supply_pressure": "Ps", "return_pressure": "Pr",
+    "piston_position": "x", "piston_velocity": "v", "spool_position": "xv", "input_voltage": "u",
+}  # fmt: skip
+"""Channel → symbol in the list, which plain files use as well."""
+
+
 def indicators(
     name: Annotated[str | None, typer.Argument(help="One indicator, with its options.")] = None,
     json: Json = False,
@@ -43,17 +53,23 @@ def _print_all(indicators: list[Description]) -> None:
 
     from hydrofdi.cli.terminal import terminal
 
+    console = terminal()
+    has_room = console.width >= _WIDE
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column("indicator", no_wrap=True)
-    for header in ("what it tells", "channels"):
-        table.add_column(header, overflow="fold")
-    table.add_column("numbers", justify="right")
+    table.add_column("what it tells", overflow="fold", ratio=3)
+    table.add_column("of", no_wrap=True)
+    table.add_column("numbers", justify="right", no_wrap=True)
     table.add_column("cost", no_wrap=True)
+    if has_room:
+        table.add_column("source", overflow="fold", ratio=2)
     for each in indicators:
-        channels = "\n".join(each.channels)
-        table.add_row(each.name, each.summary, channels, str(len(each.outputs)), each.cost)
-    console = terminal()
+        channels = " ".join(_SYMBOLS[channel] for channel in each.channels)
+        row = [each.name, each.summary, channels, str(len(each.outputs)), each.cost]
+        table.add_row(*row, *([each.source] if has_room else []))
     console.print(table)
+    used = sorted({channel for each in indicators for channel in each.channels})
+    console.print("\n" + ", ".join(f"{_SYMBOLS[channel]}: {channel}" for channel in used))
     console.print("'hydrofdi indicators NAME' shows equation, source, options and outputs of one.")
 
 

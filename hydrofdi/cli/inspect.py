@@ -158,6 +158,7 @@ def _counts(counted: Any) -> str:
 
 
 def _channel_table(overview: Overview) -> Any:
+    from hydrofdi.cli.measures_table import number_text
     from hydrofdi.units import convert
 
     table = _table("channel", "unit", "min", "mean", "max", "records")
@@ -167,8 +168,7 @@ def _channel_table(overview: Overview) -> Any:
         unit = _READABLE.get(found.unit, found.unit)
         numbers = (found.least, found.mean, found.largest)
         shown = [convert(value, unit) if found.unit in _READABLE else value for value in numbers]
-        texts = [f"{value:.4g}" if math.isfinite(value) else "–" for value in shown]
-        table.add_row(channel.value, unit, *texts, f"{found.n_record:,}")
+        table.add_row(channel.value, unit, *map(number_text, shown), f"{found.n_record:,}")
     return table
 
 

@@ -26,7 +26,10 @@ _LARGE = 9_999.5
 _MOST_TEXT = 28
 """Characters of a text in a row."""
 
-_GAP = 2
+_GAP, _HEADER = 2, 3
+"""Blanks between columns, and lines of a heading: two for the name, one for the unit."""
+
+_LONG_NAME = 10
 
 
 def print_measures(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
@@ -52,13 +55,15 @@ def _print_indicator(
 ) -> None:
     console.print(Text(label, style="bold"))
     lead = [_lead(record) for record in records]
-    shown = [_texts(column, records) for column in columns if not column.output.dims]
+    are_measured = any(label not in record.reasons for record in records)
+    shown = [_texts(column, records) for column in columns if are_measured and not column.output.dims]
     for part in _parts(shown, console.width - _width(lead) - _GAP):
+        first = 0 if any(texts[0] for texts in part) else 1
         table = Table(box=None, pad_edge=False, padding=(0, _GAP, 0, 0))
-        table.add_column("record\n", no_wrap=True)
+        table.add_column("record", no_wrap=True)
         for texts in part:
-            table.add_column("\n".join(texts[:2]), justify="right", no_wrap=True)
-        for row in zip(lead, *(texts[2:] for texts in part), strict=True):
+            table.add_column("\n".join(texts[first:_HEADER]), justify="right", no_wrap=True)
+        for row in zip(lead, *(texts[_HEADER:] for texts in part), strict=True):
             table.add_row(*row)
         console.print(table)
     for column in columns:
@@ -103,10 +108,21 @@ def _texts(column: Column, records: Sequence[RecordMeasures]) -> list[str]:
         factor = convert(1.0, unit) if column.unit in _READABLE else 1.0
         if max(finite, default=0.0) * factor < _LARGE:
             break
-    return [column.output.name, "" if unit == "1" else unit, *(_number(value * factor) for value in values)]
+    name = _two_lines(column.output.name)
+    return [*name, "" if unit == "1" else unit, *(number_text(value * factor) for value in values)]
 
 
-def _number(value: float) -> str:
+def _two_lines(name: str) -> tuple[str, str]:
+    """A name, broken at an underscore where it is long."""
+    breaks = [place for place, sign in enumerate(name) if sign == "_"]
+    if len(name) <= _LONG_NAME or not breaks:
+        return "", name
+    middle = min(breaks, key=lambda place: abs(place - len(name) // 2))
+    return f"{name[:middle]}_", name[middle + 1 :]
+
+
+def number_text(value: float) -> str:
+    """A number with four digits, whole where it is large."""
     if not math.isfinite(value):
         return "–"
     return f"{value:.0f}" if _LARGE <= abs(value) < 1e7 else f"{value:.4g}"

@@ -10,7 +10,9 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from hydrofdi.cli.indicators import _SYMBOLS
 from hydrofdi.indicators import indicator_kind, indicator_names
+from hydrofdi.records import Channel
 from tests.cli.test_measure import FAILING, MUSEUM, vtnsi
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
@@ -126,3 +128,12 @@ def test_every_indicator_is_listed_and_described() -> None:
 
 def test_an_indicator_that_is_misspelt_is_guessed() -> None:
     assert "did you mean 'dwt'?" in run("indicators", "dtw", check=2).stderr
+
+
+def test_the_symbols_of_the_list_are_those_that_plain_files_use(tmp_path: Path) -> None:
+    assert _SYMBOLS.keys() == {channel.value for channel in Channel}
+    header = ",".join(f"{_SYMBOLS[channel]} [{channel.unit}]" for channel in Channel)
+    lines = [",".join(f"{row}.{column}" for column in range(len(Channel))) for row in range(9)]
+    (tmp_path / "rig.csv").write_text("\n".join([header, *lines]) + "\n")
+    found = run_json("inspect", tmp_path / "rig.csv", "--sampling-frequency", "1kHz")["channels"]
+    assert [found[channel]["min"] for channel in Channel] == [float(f"0.{n}") for n in range(len(Channel))]

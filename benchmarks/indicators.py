@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
-from jobs import Job, lane_jobs
+from jobs import AT_REST, Job, lane_jobs
 
 from hydrofdi.indicators import Indicator, indicator_names, make_indicators, measure
 from hydrofdi.records import Channel, RecordBatch
@@ -25,18 +27,18 @@ FEW = 2
 
 @dataclass
 class Cost:
-    """An indicator, and what it took [s per record] in each round."""
+    """An indicator, records that it can measure, and what it took [s per record] in each round."""
 
     indicator: Indicator
-    is_measured: bool = True
+    records: RecordBatch
     together: list[float] = field(default_factory=list)
     alone: list[float] = field(default_factory=list)
     per_kernel: list[float] = field(default_factory=list)
 
 
-def simulated_records() -> RecordBatch:
+def simulated_records(values: Mapping[str, Any] = MappingProxyType({})) -> RecordBatch:
     """As many records of the jobs in the lanes as are measured together."""
-    jobs = lane_jobs(RECORD)
+    jobs = lane_jobs(RECORD, values=values)
     runs = [parameters for parameters, _ in jobs]
     trajectory = simulate_batch(runs, [coefficient for _, coefficient in jobs])
     rows = np.arange(BATCH) % len(jobs)
@@ -55,6 +57,13 @@ def simulated_records() -> RecordBatch:
     )
 
 
+def resting_records() -> RecordBatch:
+    """Records that come to rest, which the position alone tells."""
+    records = simulated_records(AT_REST)
+    untold = {key: samples for key, samples in records.channels.items() if key != Channel.INPUT_VOLTAGE}
+    return replace(records, channels=untold)
+
+
 def measure_indicators(
     rounds: int, advance: Callable[[list[Job]], object]
 ) -> tuple[dict[str, dict[str, float]], float]:
@@ -66,23 +75,21 @@ def measure_indicators(
     advance : callable
         The kernel alone.
     """
-    jobs, records = lane_jobs(RECORD), simulated_records()
-    costs = {name: Cost(make_indicators([name])[name]) for name in indicator_names()}
-    for name, cost in costs.items():
-        cost.is_measured = measure(records.rows([0]), {name: cost.indicator}).obstacles[name] == (None,)
+    jobs, sources = lane_jobs(RECORD), [simulated_records(), resting_records()]
+    indicators = make_indicators(indicator_names())
+    costs = {name: Cost(each, _measurable(each, sources)) for name, each in indicators.items()}
     advance(jobs)
     kernel, sums = [], []
     for _ in range(rounds):
         kernel.append(_seconds(lambda: advance(jobs)) / len(jobs))
         cheap = 0.0
-        for name, cost in costs.items():
-            if cost.is_measured:
-                _measure(name, cost, records)
-                cost.per_kernel.append(cost.together[-1] / kernel[-1])
-                cheap += cost.per_kernel[-1] if cost.indicator.is_cheap else 0.0
+        for cost in costs.values():
+            _measure(cost)
+            cost.per_kernel.append(cost.together[-1] / kernel[-1])
+            cheap += cost.per_kernel[-1] if cost.indicator.is_cheap else 0.0
         sums.append(cheap)
     rows = {"kernel": {"ms_in_batch": 1e3 * float(np.median(kernel))}}
-    rows |= {name: _row(cost) for name, cost in costs.items() if cost.is_measured}
+    rows |= {name: _row(cost) for name, cost in costs.items()}
     return rows, float(np.median(sums))
 
 
@@ -95,10 +102,19 @@ def tell_indicators(rows: dict[str, dict[str, float]], cheap: float) -> None:
     print("\n".join(lines), file=sys.stderr, flush=True)
 
 
-def _measure(name: str, cost: Cost, records: RecordBatch) -> None:
-    chosen = {name: cost.indicator}
-    some = records if cost.indicator.is_cheap else records.rows(range(FEW))
-    single = records.rows([0])
+def _measurable(indicator: Indicator, sources: list[RecordBatch]) -> RecordBatch:
+    """The first records that an indicator can measure: some need a drive, some a rest."""
+    return next(
+        records
+        for records in sources
+        if measure(records.rows([0]), {indicator.name: indicator}).obstacles[indicator.name] == (None,)
+    )
+
+
+def _measure(cost: Cost) -> None:
+    chosen = {cost.indicator.name: cost.indicator}
+    some = cost.records if cost.indicator.is_cheap else cost.records.rows(range(FEW))
+    single = cost.records.rows([0])
     cost.together.append(_seconds(lambda: measure(some, chosen)) / some.n_record)
     cost.alone.append(_seconds(lambda: measure(single, chosen)))
 
@@ -116,3 +132,9 @@ def _seconds(act: Callable[[], object]) -> float:
     start = time.perf_counter()
     act()
     return time.perf_counter() - start
+
+
+if __name__ == "__main__":
+    from kernel import advance_full_lanes
+
+    tell_indicators(*measure_indicators(9, advance_full_lanes))

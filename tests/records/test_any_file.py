@@ -1,0 +1,192 @@
+"""Whatever a file holds: its numbers, or a sentence. Never a traceback, never another number."""
+
+import contextlib
+import gzip
+import io
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.records import Channel
+from hydrofdi.records.measured import measured_source, plain_file_source
+from hydrofdi.units import parse_unit
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64).filter(lambda x: abs(x) < 1e290)
+UNITS = {"Pa": ["Pa", "kPa", "MPa", "bar", "psi"], "m": ["m", "mm", "µm", "in"], "V": ["V", "mV"]}
+USUAL = "sampling_frequency: 1 kHz\nchannels: {chamber_1_pressure: {column: P1, unit: bar}}\n"
+
+
+@contextlib.contextmanager
+def folder_with(files):
+    """A fresh folder for each example."""
+    with tempfile.TemporaryDirectory() as name:
+        for file, content in files.items():
+            (Path(name) / file).write_bytes(content if isinstance(content, bytes) else content.encode())
+        yield Path(name)
+
+
+def read(content, name, description=USUAL):
+    with folder_with({name: content, "m.yaml": f"files: {name}\n{description}"}) as folder:
+        return list(measured_source(folder / "m.yaml").batches())
+
+
+def read_or_told(content, name, description=USUAL):
+    """Read a file by its description and without; a mistake may be told, and everything else is a fault."""
+    with contextlib.suppress(HydrofdiError):
+        return read(content, name, description)
+    with contextlib.suppress(HydrofdiError), folder_with({name: content}) as folder:
+        list(plain_file_source(folder / name, 1000.0).batches())
+    return []
+
+
+@st.composite
+def tables(draw):
+    channels = draw(st.lists(st.sampled_from(list(Channel)), min_size=1, max_size=4, unique=True))
+    channels = [channel for channel in channels if channel.unit in UNITS] or [Channel.CHAMBER_1_PRESSURE]
+    n_row = draw(st.integers(2, 6))
+    columns = {channel: draw(st.lists(FINITE, min_size=n_row, max_size=n_row)) for channel in channels}
+    units = {channel: draw(st.sampled_from(UNITS[channel.unit])) for channel in channels}
+    return columns, units
+
+
+@given(
+    tables(), st.sampled_from([("\t", "tab"), (";", ";"), (",", ","), ("|", "|"), ("  ", "space")]),
+    st.sampled_from(".,"), st.sampled_from(["[]", "()", "row", "yaml"]), st.booleans(), st.booleans(),
+)  # fmt: skip
+def test_any_table_of_numbers_comes_back_in_si(table, delimiter, decimal, unit_place, stated, ends):
+    columns, units = table
+    sign, name = delimiter
+    if sign == decimal or (unit_place == "row" and sign == "  "):
+        return
+    brackets = unit_place if unit_place in ("[]", "()") else ""
+    titles = [
+        f"c{n} {brackets[0]}{units[channel]}{brackets[1]}" if brackets else f"c{n}"
+        for n, channel in enumerate(columns)
+    ]
+    lines = [sign.join(titles)]
+    lines += [sign.join(units.values())] if unit_place == "row" else []
+    rows = np.transpose(list(columns.values())).tolist()
+    lines += [sign.join(repr(value).replace(".", decimal) for value in row) for row in rows]
+    given_units = {
+        channel: f", unit: {units[channel]}" if unit_place == "yaml" else "" for channel in columns
+    }
+    described = ", ".join(
+        f"{channel}: {{column: c{n}{given_units[channel]}}}" for n, channel in enumerate(columns)
+    )
+    form = f'decimal: "{decimal}"' + (f', delimiter: "{name}"' if stated else "")
+    description = f"sampling_frequency: 1 kHz\nformat: {{{form}}}\nchannels: {{{described}}}\n"
+    (batch,) = read("\n".join(lines) + "\n" * ends, "run.txt", description)
+    for channel, values in columns.items():
+        factor = parse_unit(units[channel]).factor
+        exact = min(factor.numerator, factor.denominator) == 1
+        expected = np.array([value * factor.numerator / factor.denominator for value in values])
+        tolerance = 0.0 if exact else 1e-15
+        np.testing.assert_allclose(batch[channel][0], expected, rtol=tolerance, atol=0.0)
+
+
+@settings(max_examples=300)
+@given(st.binary(max_size=200) | st.text(max_size=200), st.sampled_from(["run.csv", "run.txt.gz"]))
+@example("P1\n1\x00\n2\n", "run.csv")
+@example('P1\n"1\n2\n', "run.csv")
+@example("P1,P1\n1,2\n3,4", "run.csv")
+@example("P1\n" + "9" * 5000 + "\n1\n", "run.csv")
+@example("P1\n1e999\n2\n", "run.csv")
+@example("\n\n\n", "run.csv")
+@example("P1\r1\r2\r", "run.csv")
+@example(b"\xff\xfeP\x001\x00", "run.csv")
+def test_any_bytes_are_read_or_told(content, name):
+    data = content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content
+    read_or_told(gzip.compress(data) if name.endswith("gz") else data, name)
+    read_or_told(data, name)
+
+
+CELLS = st.sampled_from(
+    [
+        "1",
+        "2.5",
+        "-3e2",
+        "1,5",
+        "1.000,5",
+        "1'000",
+        "1_0",
+        "",
+        " ",
+        "nan",
+        "inf",
+        "x",
+        "0x1",
+        '"4"',
+        "1e999",
+        "NA",
+    ]
+)
+
+
+@settings(max_examples=300)
+@given(
+    st.lists(st.lists(CELLS, min_size=1, max_size=4), min_size=1, max_size=6),
+    st.sampled_from("\t;,| "), st.sampled_from(["P1{}x\n", "P1 [bar]{}x{}\n", "", "# a\nP1{}P1\n"]),
+    st.sampled_from(".,"),
+)  # fmt: skip
+def test_what_is_read_of_any_cells_is_what_they_say(rows, sign, header, decimal):
+    text = header.replace("{}", sign) + "\n".join(sign.join(row) for row in rows) + "\n"
+    description = f'{USUAL}format: {{decimal: "{decimal}"}}\n'
+    for batch in read_or_told(text, "run.csv", description):
+        if not batch.n_record or not header or sign in (",", " ", decimal):
+            continue
+        kept = [row for row in rows if sign.join(row).strip(" ")]
+        cells = [row[0].strip().strip('"') for row in kept]
+        for value, cell in zip(batch[Channel.CHAMBER_1_PRESSURE][0], cells, strict=True):
+            plain = cell.replace(",", ".") if decimal == "," else cell
+            meant = float(plain) * 1e5 if plain not in ("", "NA") else np.nan
+            np.testing.assert_equal(value, meant)
+        if not np.isfinite(batch[Channel.CHAMBER_1_PRESSURE]).all():
+            assert any(remark.kind == "missing" and remark.is_unusable for remark in batch.remarks[0])
+
+
+def sound(kind):
+    """A sound file of a kind, as bytes."""
+    target, values = io.BytesIO(), np.arange(64.0)
+    if kind == "h5":
+        with h5py.File(target, "w") as file:
+            file["P1"] = values
+            file["P1"].attrs["unit"] = "bar"
+    elif kind == "mat":
+        scipy.io.savemat(target, {"P1": values, "s": {"a": 1.0}}, do_compression=True)
+    elif kind == "npz":
+        np.savez_compressed(target, P1=values)
+    elif kind == "parquet":
+        parquet, pyarrow = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
+        parquet.write_table(pyarrow.table({"P1": values}), target)
+    else:
+        target.write(gzip.compress(("P1\n" + "\n".join(map(str, values)) + "\n").encode()))
+    return target.getvalue()
+
+
+@pytest.mark.parametrize("kind", ["h5", "mat", "npz", "parquet", "csv.gz"])
+@settings(max_examples=120)
+@given(st.data())
+def test_a_broken_file_gives_its_numbers_or_a_reason(kind, data):
+    content = bytearray(sound(kind))
+    for _ in range(data.draw(st.integers(1, 4))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    stop = data.draw(st.integers(0, len(content)))
+    for changed in (bytes(content), bytes(content[:stop])):
+        for batch in read_or_told(changed, f"run.{kind}"):
+            assert batch.n_record + len(batch.rejected) == 1
+            assert all(rejected.remark.text for rejected in batch.rejected)
+
+
+@settings(max_examples=200)
+@given(st.text(alphabet="fileschanp_1:{}[]\"',. \n#*0kHzbr", max_size=120))
+def test_any_description_is_read_or_told(text):
+    files = {"m.yaml": text, "run.csv": "P1\n1\n2\n"}
+    with folder_with(files) as folder, contextlib.suppress(HydrofdiError):
+        list(measured_source(folder / "m.yaml").batches())

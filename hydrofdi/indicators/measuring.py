@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records import Array, RecordBatch
 
 Indicators = Mapping[str, Indicator[Any]]
 """Label → indicator."""
@@ -57,13 +57,13 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     return Measures(values, obstacles)
 
 
-def output_unit(indicator: Indicator[Any], output: Output, relative: frozenset[Channel]) -> str:
-    """Unit of an output; counts, or counts per something, where it is that of a channel without a scale."""
-    units = {channel.unit for channel in indicator.channels & relative}
+def output_unit(indicator: Indicator[Any], output: Output, records: RecordBatch) -> str:
+    """Unit of an output; that of the record, also per something, where a channel has no scale."""
+    units = {channel.unit: records.unit(channel) for channel in sorted(indicator.channels & records.relative)}
     unit, _, per = output.unit.rpartition("/")
     if output.unit in units:
-        return "counts"
-    return f"counts/{per}" if unit in units else output.unit
+        return units[output.unit]
+    return f"{units[unit]}/{per}" if unit in units else output.unit
 
 
 def _in_rows(records: RecordBatch) -> RecordBatch:
@@ -109,7 +109,8 @@ def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | N
         return f"has no {' and no '.join(missing)}"
     relative = sorted(indicator.channels & records.relative)
     if indicator.needs_scale and relative:
-        return f"{relative[0]} is in counts, and {indicator.name} needs it in {relative[0].unit}"
+        found = "is divided by another" if relative[0] in records.normalized else "is in counts"
+        return f"{relative[0]} {found}, and {indicator.name} needs it in {relative[0].unit}"
     return indicator.obstacle(records)
 
 

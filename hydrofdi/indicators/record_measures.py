@@ -23,7 +23,7 @@ class Column:
         Of the indicator.
     output : Output
     unit : str
-        Unit of its numbers: SI, or counts.
+        Unit of its numbers: SI, counts, or 1.
     channels : tuple of Channel
         What the indicator needs, sorted.
     """
@@ -92,14 +92,14 @@ def measure_sources(
     batches = ((source, batch) for source in sources for batch in source.batches(labels=True))
     leading = next(batches, None)
     if leading is None:
-        return _columns(indicators, frozenset()), iter(())
-    columns = _columns(indicators, leading[1].relative)
+        return _columns(indicators, RecordBatch({}, 1.0, ())), iter(())
+    columns = _columns(indicators, leading[1])
     return columns, _measured(chain([leading], batches), indicators, columns)
 
 
-def _columns(indicators: Indicators, relative: frozenset[Channel]) -> tuple[Column, ...]:
+def _columns(indicators: Indicators, records: RecordBatch) -> tuple[Column, ...]:
     return tuple(
-        Column(label, output, output_unit(indicator, output, relative), tuple(sorted(indicator.channels)))
+        Column(label, output, output_unit(indicator, output, records), tuple(sorted(indicator.channels)))
         for label, indicator in indicators.items()
         for output in indicator.outputs
     )
@@ -119,7 +119,7 @@ def _measured(
 def _require_same_units(
     source: RecordSource, batch: RecordBatch, indicators: Indicators, columns: Sequence[Column]
 ) -> None:
-    for first, now in zip(columns, _columns(indicators, batch.relative), strict=True):
+    for first, now in zip(columns, _columns(indicators, batch), strict=True):
         if batch.n_record and first.unit != now.unit:
             raise DataError(
                 f"{source.name}: {now.name} comes out in {now.unit}, and in {first.unit} before;"

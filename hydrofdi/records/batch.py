@@ -53,7 +53,7 @@ class RecordBatch:
     Attributes
     ----------
     channels : mapping of Channel to ndarray, shape (n_record, n_time)
-        In SI; in the unit of the converter where `relative` names the channel.
+        In SI; where `relative` names the channel in counts of a converter, or divided by a reference.
     sampling_frequency : float
         [Hz]
     record_ids : tuple of str, length n_record
@@ -67,7 +67,9 @@ class RecordBatch:
     drive_period : float or None
         Period of the drive [s]; None where it is not known, or there is none.
     relative : frozenset of Channel
-        Channels in counts of a converter whose scale is not known.
+        Channels without a scale.
+    normalized : frozenset of Channel
+        Those among them that were divided by a reference of the same unit; the others are in counts.
     remarks : tuple of tuple of Remark, length n_record
         What was found in each record.
     rejected : tuple of RejectedRecord
@@ -84,6 +86,7 @@ class RecordBatch:
     start_time: float = 0.0
     drive_period: float | None = None
     relative: frozenset[Channel] = frozenset()
+    normalized: frozenset[Channel] = frozenset()
     remarks: tuple[tuple[Remark, ...], ...] = ()
     rejected: tuple[RejectedRecord, ...] = ()
     labels: tuple[str, ...] | None = field(default=None)
@@ -132,6 +135,12 @@ class RecordBatch:
         """Samples in a period of the drive; None where that is no whole number."""
         samples = 0.0 if self.drive_period is None else self.drive_period * self.sampling_frequency
         return round(samples) if samples > 0.5 and abs(samples - round(samples)) < 1e-6 else None
+
+    def unit(self, channel: Channel) -> str:
+        """Unit of a channel as it is held: in SI, ``counts``, or ``1``."""
+        if channel not in self.relative:
+            return channel.unit
+        return "1" if channel in self.normalized else "counts"
 
     def __getitem__(self, channel: Channel) -> Array:
         """Samples of a channel, shape (n_record, n_time)."""

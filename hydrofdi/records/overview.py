@@ -113,8 +113,7 @@ class Overview:
         self.groups.update(filter(None, batch.groups))
         self.labels.update(filter(None, batch.labels or ()))
         for channel, samples in batch.channels.items():
-            unit = "counts" if channel in batch.relative else channel.unit
-            self.channels.setdefault(channel, Range(unit)).add(samples)
+            self.channels.setdefault(channel, Range(batch.unit(channel))).add(samples)
         for record_id, remarks in zip(batch.record_ids, batch.remarks, strict=True):
             for remark in {remark.kind: remark for remark in reversed(remarks)}.values():
                 self.findings.setdefault(remark.kind, Finding()).add(record_id, remark)

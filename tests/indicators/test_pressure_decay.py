@@ -3,7 +3,7 @@ import pytest
 
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.records import Channel
+from hydrofdi.records import Channel, RecordBatch
 from indicators.laws import noise
 from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
 
@@ -104,5 +104,6 @@ def test_a_record_stands_alone():
 
 def test_a_rate_of_counts_is_in_counts_per_second():
     (indicator,) = make_indicators(["pressure_decay"]).values()
-    units = [output_unit(indicator, output, frozenset({P1, P2})) for output in indicator.outputs]
+    records = RecordBatch({}, 1.0, (), relative=frozenset({P1, P2}))
+    units = [output_unit(indicator, output, records) for output in indicator.outputs]
     assert units == ["counts/s"] * 3 + ["s"]

@@ -75,6 +75,7 @@ def _batch(
         groups=tuple(record.group for record in records),
         drive_period=drive_period,
         relative=first.relative,
+        normalized=first.normalized,
         remarks=tuple(record.recording.remarks for record in records),
         rejected=tuple(rejected),
         labels=tuple(record.label for record in records) if labels else None,

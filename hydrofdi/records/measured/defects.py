@@ -12,6 +12,8 @@ from hydrofdi.records.measured.hum import hum_share
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.measured.sections import LimitsConfig
 
+_PILE = 3
+"""Samples pile up at a limit: so many times more than at the next value, where coarse steps have fewer."""
 Ranges = Mapping[Channel, tuple[float, float]]
 """Lowest and highest plausible value, as the channel is held."""
 
@@ -59,11 +61,19 @@ def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float])
 
 
 def _clipped(channel: Channel, samples: Array, limit: float) -> Iterator[Remark]:
-    for kind, end, extreme in (("clipped", "lowest", samples.min()), ("saturated", "highest", samples.max())):
-        share = float(np.mean(samples == extreme))
-        if share > limit:
+    for kind, end, sign in (("clipped", "lowest", 1.0), ("saturated", "highest", -1.0)):
+        extreme = sign * np.min(sign * samples)
+        n_extreme = int(np.count_nonzero(samples == extreme))
+        share = n_extreme / samples.size
+        if share > limit and n_extreme > _PILE * _at_next_value(sign * samples):
             text = f"{share:.1%} of {channel} lie at its {end} value, {extreme:.4g}"
             yield Remark(kind, text, channel)
+
+
+def _at_next_value(samples: Array) -> int:
+    """How many samples have the second lowest value."""
+    above = samples[samples > samples.min()]
+    return int(np.count_nonzero(above == above.min()))
 
 
 def _hum(recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig) -> Iterator[Remark]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from hydrofdi.records.batch import RejectedRecord, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.configuration import MeasuredConfig
@@ -57,7 +59,7 @@ class Forming:
     folder: Path
     config: MeasuredConfig
 
-    def records(self, path: Path) -> Iterator[MeasuredRecord | RejectedRecord]:
+    def records(self, path: Path) -> list[MeasuredRecord | RejectedRecord]:
         """The records of a file, or why there are none.
 
         Raises
@@ -65,6 +67,10 @@ class Forming:
         DataError
             The file is not as described.
         """
+        with np.errstate(all="ignore"):
+            return list(self._records(path))
+
+    def _records(self, path: Path) -> Iterator[MeasuredRecord | RejectedRecord]:
         place, config = place_of(path, self.folder), self.config
         names = names_of_path(place, self._pattern)
         try:

@@ -34,7 +34,7 @@ def reference_pressure(recording: Recording, kind: str) -> float:
 
 def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
     """A recording with its pressures divided; they are relative then."""
-    pressures = {channel for channel in recording.channels if channel.is_pressure}
+    pressures = frozenset(channel for channel in recording.channels if channel.is_pressure)
     text = f"pressures are divided by the {kind} pressure, {pressure:.4g}"
     return replace(
         recording,
@@ -43,5 +43,6 @@ def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
             for channel, samples in recording.channels.items()
         },
         relative=recording.relative | pressures,
+        normalized=pressures,
         remarks=(*recording.remarks, Remark("normalized", text)),
     )

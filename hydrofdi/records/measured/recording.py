@@ -31,6 +31,8 @@ class Recording:
     sampling : Sampling
     relative : frozenset of Channel
         Channels without a scale.
+    normalized : frozenset of Channel
+        Those among them that were divided by a reference pressure.
     remarks : tuple of Remark
     values : dict of str to str
         Names that group and label may use → what they are in this file.
@@ -39,6 +41,7 @@ class Recording:
     channels: dict[Channel, Array]
     sampling: Sampling
     relative: frozenset[Channel] = frozenset()
+    normalized: frozenset[Channel] = frozenset()
     remarks: tuple[Remark, ...] = ()
     values: Mapping[str, str] = field(default_factory=dict)
 
@@ -71,7 +74,8 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
     sampling, remarks = given_sampling(config) if times is None else sampling_of_times(times, config)
     if times is not None and config.resample is not None:
         channels, sampling = resampled(channels, times, config.resample)
-    return Recording(channels, sampling, frozenset(relative), (*table.remarks, *remarks), values)
+    remarks = (*table.remarks, *remarks)
+    return Recording(channels, sampling, frozenset(relative), remarks=remarks, values=values)
 
 
 def _channel(table: Table, channel: Channel, config: ChannelConfig) -> tuple[Array, bool]:

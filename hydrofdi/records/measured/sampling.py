@@ -13,7 +13,7 @@ from hydrofdi.records.measured.rejection import RejectionError
 
 Key = TypeVar("Key")
 
-_GAP = 1.5
+_GAP = 1.75
 """Steps from one sample to the next, from where on one is missing."""
 _DIGITS = 9
 _MOST_SAMPLES = 2**28

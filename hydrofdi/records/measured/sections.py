@@ -154,7 +154,7 @@ class LimitsConfig(Section):
     """From where on something is remarked."""
 
     clipped: Share = 0.02
-    """Share of a pressure's samples at its lowest or highest value."""
+    """Share of a pressure's samples at its lowest or highest value, where far more lie than at the next."""
 
     hum: Share = 0.5
     """Share of a channel's power above 20 Hz at the mains frequency and its harmonics."""

@@ -74,7 +74,8 @@ def _levels(n_time: int) -> int:
 
 
 def _unit(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> str:
-    return "counts" if channel in record.relative else readable[channel.unit]
+    unit = record.unit(channel)
+    return "-" if unit == "1" else readable.get(unit, unit)
 
 
 def _samples(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> Array:

@@ -1,0 +1,297 @@
+"""Sampling, cycles, segments, groups: which samples of a file become which record."""
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.indicators import make_indicators
+from hydrofdi.indicators.measuring import output_unit
+from hydrofdi.records.measured import measured_source, plain_file_source
+from tests.records.measuring import P1, POSITION, USUAL, VOLTAGE, batches, csv_of, described, kinds, one
+
+RNG = np.random.default_rng(5)
+
+
+def timed(times, name="t [s]"):
+    return csv_of((name, times), ("P1", np.asarray(times) * 0.5 + 1))
+
+
+TIMED = 'files: "*.csv"\ntime: {column: t}\nchannels: {chamber_1_pressure: {column: P1, unit: Pa}}\n'
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("s", 1.0), ("ms", 1e3), ("min", 1 / 60)])
+def test_a_column_of_time_gives_frequency_and_start(tmp_path, unit, factor):
+    times = (0.25 + np.arange(500) / 200.0) * factor
+    batch = one(tmp_path, TIMED, run_csv=timed(times, f"t [{unit}]"))
+    assert batch.sampling_frequency == pytest.approx(200.0, rel=1e-9)
+    assert batch.start_time == pytest.approx(0.25)
+    assert not kinds(batch)
+
+
+def test_times_rounded_in_printing_are_even_and_jitter_is_remarked(tmp_path):
+    times = np.arange(400) / 64.0
+    assert not kinds(one(tmp_path, TIMED, run_csv=timed(np.round(times, 3))))
+    jittered = times + RNG.uniform(-0.2, 0.2, times.size) / 64.0
+    batch = one(tmp_path, TIMED, run_csv=timed(jittered))
+    assert kinds(batch) == {"uneven"}
+    np.testing.assert_array_equal(batch[P1][0], jittered * 0.5 + 1), "left as it is"
+
+
+def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
+    times = np.delete(np.arange(100) / 10.0, [40, 41])
+    batch = one(tmp_path, TIMED, run_csv=timed(times))
+    (remark,) = batch.remarks[0]
+    assert (remark.kind, remark.is_unusable) == ("gap", True)
+    batch = one(tmp_path, TIMED + "resample: 20 Hz\n")
+    (remark,) = batch.remarks[0]
+    assert (remark.kind, remark.is_unusable) == ("gap", False)
+    assert batch.sampling_frequency == 20.0
+    np.testing.assert_allclose(batch[P1][0], np.arange(199) / 20.0 * 0.5 + 1, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("times", "sentence"), [
+    ([0, 1, 1, 2], "time does not rise at sample 3"),
+    ([0, 1, np.nan, 2], "1 sampling instants are missing"),
+    ([0, 1, 2, np.inf], "1 sampling instants are missing"),
+    ([-1e308, 0, 1e308, 1.7e308], "goes from -1e+308 s to 1.7e+308 s"),
+])  # fmt: skip
+def test_times_that_are_none_make_no_record(tmp_path, times, sentence):
+    assert one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.text == sentence
+
+
+def test_time_of_another_dimension_and_two_samplings_are_refused(tmp_path):
+    with pytest.raises(DataError, match="the unit bar is not convertible to s"):
+        batches(tmp_path, TIMED, run_csv=timed([0, 1, 2], "t [bar]"))
+    with pytest.raises(ConfigError, match="is given beside 'time'"):
+        batches(tmp_path, TIMED + "sampling_frequency: 1 kHz\n")
+    (tmp_path / "plain.csv").write_text("t [s],P1 [bar]\n0,1\n1,2\n")
+    with pytest.raises(DataError, match="leave the sampling frequency out"):
+        plain_file_source(tmp_path / "plain.csv", 5.0)
+
+
+DRIVEN = """\
+files: "*.csv"
+sampling_frequency: 100 Hz
+channels:
+  chamber_1_pressure: {column: P1, unit: Pa}
+  piston_position: {column: x, unit: mm}
+  input_voltage: {column: u, unit: V}
+"""
+
+
+def driven(n_time=1000, offset=30, period=200):
+    """A square wave with noise, a position that follows it, and samples that count themselves."""
+    time = np.arange(n_time) - offset
+    phase = np.mod(time, period)
+    voltage = np.where(phase < period // 2, 2.0, -2.0) + RNG.normal(0, 0.05, n_time)
+    position = np.where(phase < period // 2, phase, period - phase) + RNG.normal(0, 0.5, n_time)
+    return csv_of(("P1", np.arange(n_time)), ("x", position), ("u", voltage))
+
+
+def first_samples(batch):
+    return batch[P1][:, 0].tolist()
+
+
+def test_cycles_of_a_period(tmp_path):
+    batch = one(
+        tmp_path, DRIVEN + "trim: {start: 0.3 s}\ncycles: {by: period, period: 2 s}\n", run_csv=driven()
+    )
+    assert first_samples(batch) == [30, 230, 430, 630]
+    assert (batch.n_time, batch.drive_period, batch.start_time) == (200, 2.0, 0.0)
+    assert batch.record_ids == ("run.csv#1", "run.csv#2", "run.csv#3", "run.csv#4")
+    assert ["left_out" in kinds(batch, row) for row in range(4)] == [True, False, False, False]
+
+
+def test_a_period_that_is_no_whole_number_of_samples_does_not_drift(tmp_path):
+    batch = one(tmp_path, DRIVEN + "cycles: {by: period, period: 1.004 s}\n", run_csv=driven())
+    assert first_samples(batch) == [round(100.4 * n) for n in range(9)]
+
+
+@pytest.mark.parametrize(("edge", "first"), [
+    ("rising", [30, 230, 430, 630]),
+    ("falling", [130, 330, 530, 730]),
+    ("both", [30, 130, 230, 330, 430, 530, 630, 730, 830]),
+])  # fmt: skip
+def test_cycles_from_edges_of_the_command(tmp_path, edge, first):
+    batch = one(tmp_path, DRIVEN + f"cycles: {{by: edges, edge: {edge}}}\n", run_csv=driven())
+    assert first_samples(batch) == first
+
+
+def test_cycles_from_reversals_of_the_position(tmp_path):
+    found = batches(tmp_path, DRIVEN + "cycles: {by: reversals}\n", run_csv=driven())
+    starts = [start for batch in found for start in first_samples(batch)]
+    np.testing.assert_allclose(starts, np.arange(30, 901, 100)[: len(starts)], atol=3)
+    assert len(starts) == 9
+    kept = one(tmp_path, DRIVEN + "cycles: {by: reversals, length: 0.9 s}\n")
+    assert (kept.n_record, kept.n_time) == (9, 90)
+
+
+def test_cycles_that_are_too_short_and_files_without_any_are_listed(tmp_path):
+    batch = one(tmp_path, DRIVEN + "cycles: {by: edges, length: 3 s}\n", run_csv=driven())
+    assert [record.record_id for record in batch.rejected] == [f"run.csv#{n}" for n in range(1, 5)]
+    assert batch.rejected[0].remark.text == "the cycle lasts 2 s; asked for are 3 s"
+    still = csv_of(("P1", [1, 2, 3]), ("x", [1, 1, 1]), ("u", [0, 0, 0]))
+    batch = one(tmp_path, DRIVEN + "cycles: {by: edges}\n", run_csv=still)
+    assert batch.rejected[0].remark.kind == "no_cycle"
+
+
+STROKES = DRIVEN.replace(
+    "files:", 'path: "{unit} {run}.csv"\ngroup: "{unit}{direction}"\nlabel: "{run}"\nfiles:'
+)
+
+
+def stroke(sign=1.0):
+    """At rest to sample 50, moving to 150, then at rest."""
+    position = sign * np.clip(np.arange(400) - 50.0, 0.0, 100.0)
+    return csv_of(("P1", np.arange(400)), ("x", position), ("u", np.ones(400)))
+
+
+def write(folder, **files):
+    for name, text in files.items():
+        (folder / f"{name.replace('_', ' ')}.csv").write_text(text)
+
+
+def test_direction_group_and_label(tmp_path):
+    still = csv_of(("P1", np.arange(400)), ("x", np.full(400, 3.0)), ("u", np.ones(400)))
+    write(tmp_path, A_1=stroke(), A_2=stroke(-1.0), A_10=still, odd=stroke())
+    (batch,) = measured_source(described(tmp_path, STROKES)).batches(labels=True)
+    assert batch.groups == ("A+", "A-", "A0")
+    assert batch.labels == ("1", "2", "10")
+    assert [record.remark.kind for record in batch.rejected] == ["path"]
+    (batch,) = measured_source(tmp_path / "measured.yaml").batches()
+    assert batch.labels is None
+
+
+@pytest.mark.parametrize(("segment", "first", "n_time"), [
+    ("{part: motion}", 53, 95), ("{part: hold}", 198, 202), ("{part: hold, length: 1 s}", 198, 100),
+    ("{part: impact, length: 0.5 s}", 142, 50), ("{part: impact, before: 0, length: 1 s}", 148, 100),
+])  # fmt: skip
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_segments_of_a_stroke(tmp_path, segment, first, n_time, sign):
+    write(tmp_path, A_1=stroke(sign))
+    (batch,) = measured_source(described(tmp_path, STROKES + f"segment: {segment}\n")).batches()
+    assert (first_samples(batch), batch.n_time) == ([first], n_time)
+    assert batch.groups == ("A+" if sign > 0 else "A-",)
+
+
+def test_a_segment_that_is_not_there_is_a_reason(tmp_path):
+    write(tmp_path, A_1=stroke(), A_2=stroke().replace("100.0", "3.0"))
+    (batch,) = measured_source(
+        described(tmp_path, STROKES + "segment: {part: hold, length: 9 s}\n")
+    ).batches()
+    assert {record.remark.kind for record in batch.rejected} == {"short"}
+    still = csv_of(("P1", np.arange(400)), ("x", np.full(400, 3.0)), ("u", np.ones(400)))
+    write(tmp_path, A_1=still, A_2=still)
+    (batch,) = measured_source(described(tmp_path, STROKES + "segment: {part: motion}\n")).batches()
+    assert {record.remark.kind for record in batch.rejected} == {"no_motion"}
+
+
+def test_a_column_that_does_not_change_gives_a_name(tmp_path):
+    description = """\
+files: "*.csv"
+sampling_frequency: 1 kHz
+channels: {chamber_1_pressure: {column: P1, unit: bar}}
+columns: {day: date, rig: rig}
+group: "{rig} on {day}"
+"""
+    batch = one(tmp_path, description, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-01,B\n")
+    assert batch.groups == ("B on 2024-05-01",)
+    with pytest.raises(
+        DataError, match=r"run.csv:3: column 'date' changes from '2024-05-01' to '2024-05-02'"
+    ):
+        one(tmp_path, description, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-02,B\n")
+
+
+def test_gain_offset_and_sign_are_applied_in_the_unit(tmp_path):
+    description = """\
+files: "*.csv"
+sampling_frequency: 1 kHz
+channels:
+  chamber_1_pressure: {column: I, unit: bar, gain: 15.625, offset: -62.5}
+  piston_position: {column: x, sign: -1, offset: 2, range: [-5 mm, 0 mm]}
+"""
+    batch = one(tmp_path, description, run_csv="I [mA],x [mm]\n4,1\n20,2\n12,4\n")
+    np.testing.assert_allclose(batch[P1], [[0.0, 250e5, 125e5]])
+    np.testing.assert_allclose(batch[POSITION], [[-3e-3, -4e-3, -6e-3]])
+    (remark,) = [remark for remark in batch.remarks[0] if remark.kind == "out_of_range"]
+    assert "33.33%" in remark.text
+
+
+def test_defects_of_channels_are_remarked(tmp_path):
+    time = np.arange(2000) / 1000.0
+    noise = RNG.normal(0, 1, time.size)
+    columns = {
+        "sound": 100 + noise,
+        "clipped": np.maximum(noise, 0.0),
+        "saturated": np.minimum(noise, 0.5),
+        "coarse": np.round(0.7 * noise),
+        "sine": np.round(50 * np.sin(np.arange(time.size))),
+        "hum": 100 + 0.3 * noise + np.sin(2 * np.pi * 50 * time),
+        "stuck": np.full(time.size, 7.0),
+    }
+    text = csv_of(*columns.items())
+    for name in columns:
+        expected = {name} - {"sound", "coarse", "sine"}
+        batch = one(tmp_path, USUAL.replace("P1", name), run_csv=text)
+        assert kinds(batch) == expected
+        assert any(remark.is_unusable for remark in batch.remarks[0]) == (name == "stuck")
+
+
+def test_a_square_wave_is_no_defect_and_a_resting_position_is_usable(tmp_path):
+    text = csv_of(
+        ("P1", 100 + RNG.normal(0, 1, 400)), ("x", np.full(400, 2.0)), ("u", np.arange(400) // 100 % 2)
+    )
+    batch = one(tmp_path, DRIVEN, run_csv=text)
+    assert {(remark.kind, remark.channel) for remark in batch.remarks[0]} == {("stuck", POSITION)}
+    assert not batch.remarks[0][0].is_unusable
+    assert VOLTAGE in batch.channels
+
+
+def test_pressures_that_are_divided_by_the_supply_have_no_unit(tmp_path):
+    description = """\
+files: "*.csv"
+sampling_frequency: 1 kHz
+channels:
+  chamber_1_pressure: {column: P1, unit: bar}
+  supply_pressure: {column: PS, unit: bar}
+  piston_position: {column: x, unit: counts}
+normalize: supply
+"""
+    text = csv_of(("P1", [50, 60, 70]), ("PS", [190, 200, 210]), ("x", [1, 2, 4]))
+    batch = one(tmp_path, description, run_csv=text)
+    np.testing.assert_allclose(batch[P1], [[0.25, 0.3, 0.35]])
+    assert [batch.unit(channel) for channel in (P1, POSITION)] == ["1", "counts"]
+    (remark,) = batch.remarks[0]
+    assert remark.text == "pressures are divided by the supply pressure, 2e+07"
+    statistics = make_indicators(["pressure_statistics"])["pressure_statistics"]
+    assert output_unit(statistics, statistics.outputs[0], batch) == "1"
+    batch = one(tmp_path, description, run_csv=text.replace("2", "-2").replace("190", "-190"))
+    assert batch.rejected[0].remark.kind == "no_reference"
+
+
+def test_a_source_of_many_files_stays_small(tmp_path):
+    np.savez(tmp_path / "run.npz", P1=np.arange(20_000.0), P2=np.arange(20_000.0))
+    description = """\
+files: run.npz
+sampling_frequency: 1 kHz
+channels:
+  chamber_1_pressure: {column: P1, unit: Pa}
+  chamber_2_pressure: {column: P2, unit: Pa}
+"""
+    source = measured_source(described(tmp_path, description), most_samples=200_000)
+    many = replace(source, files=[*source.files] * 300)
+    tracemalloc.start()
+    sizes = [batch.n_record for batch in many.batches()]
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert sizes == [5] * 60
+    assert peak < 12e6, "of 96 MB in all"
+
+
+def test_rejected_files_alone_come_in_a_batch_without_records(tmp_path):
+    batch = one(tmp_path, run_csv="P1\n1\n", walk_csv="")
+    assert (batch.n_record, len(batch.rejected)) == (0, 2)
+    assert [record.remark.kind for record in batch.rejected] == ["short", "empty"]

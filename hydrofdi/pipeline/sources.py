@@ -48,7 +48,7 @@ def open_source(
     if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
         _refuse_frequency(path, sampling_frequency)
         return _stored(path, channels)
-    if _is_settings(head):
+    if path.suffix.lower() in (".yaml", ".yml") or _is_settings(head):
         _refuse_frequency(path, sampling_frequency)
         return _described(path, channels)
     from hydrofdi.records.measured import plain_file_source
@@ -59,12 +59,15 @@ def open_source(
 def _folder(path: Path, channels: Collection[Channel]) -> RecordSource:
     from hydrofdi.store.request import REQUEST_FILE
 
-    if not (path / REQUEST_FILE).exists() and not any(path.glob("[!.]*.h5")):
-        raise DataError(
-            f"{path}: holds no results of hydrofdi; measured files in a folder are described by a YAML"
-            " (docs/measured.md)"
-        )
-    return _stored(path, channels)
+    if (path / REQUEST_FILE).exists() or any(path.glob("[!.]*.h5")):
+        return _stored(path, channels)
+    within = sorted(file.parent for file in path.glob(f"*/{REQUEST_FILE}"))
+    if within:
+        raise DataError(f"{path}: holds folders of results; name them, such as {within[0]}")
+    raise DataError(
+        f"{path}: holds no results of hydrofdi; measured files in a folder are described by a YAML"
+        " (docs/measured.md)"
+    )
 
 
 def _stored(path: Path, channels: Collection[Channel]) -> RecordSource:

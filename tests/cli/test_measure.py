@@ -171,7 +171,9 @@ def test_content_decides_what_a_source_is(tmp_path: Path) -> None:
 MISTAKES: list[tuple[dict[str, str | bytes], tuple[str, ...], str]] = [
     ({}, ("nosuch.csv",), "nosuch.csv: no such file or folder"),
     ({"results/readme.txt": "x"}, ("results",), "results: holds no results of hydrofdi"),
+    ({"results/a/experiment.json": "{}"}, ("results",), "name them, such as results/a"),
     ({"a.csv": ""}, ("a.csv",), "a.csv: is empty"),
+    ({"a.yaml": "# nothing\n"}, ("a.yaml",), "a.yaml: states nothing"),
     ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv",), "no sampling frequency is given (--sampling-frequency 1kHz)"),
     ({"a.csv": "a;b;c\n1;2;3\n"}, ("a.csv", "--sampling-frequency", "1kHz"), "no column is named like"),
     ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv", "--sampling-frequency", "1kBz"), "unknown unit 'kBz'"),
@@ -200,7 +202,7 @@ def test_a_mistake_is_one_helpful_line(
     tmp_path: Path, files: dict[str, str], arguments: tuple[str, ...], sentence: str
 ) -> None:
     for name, text in files.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     done = run("measure", *arguments, cwd=tmp_path, check=2)
     lines = [line for line in done.stderr.splitlines() if sentence in line]

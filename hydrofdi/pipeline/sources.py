@@ -114,10 +114,14 @@ def _head(path: Path) -> bytes:
 
 
 def _is_settings(head: bytes) -> bool:
-    """Whether a file begins as YAML with keys does."""
+    """Whether a file is YAML with keys; measured data may begin with such lines, but do not go on so."""
+    from hydrofdi.settings.yaml_source import parse_yaml
+
+    is_whole = len(head) < _HEAD_BYTES
     try:
-        text = head.decode("utf-8", errors="strict" if len(head) < _HEAD_BYTES else "ignore")
+        text = head.decode("utf-8", errors="strict" if is_whole else "ignore")
     except UnicodeDecodeError:
         return False
     lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
-    return _KEY.match(next(lines, "")) is not None
+    begins_so = _KEY.match(next(lines, "")) is not None
+    return begins_so and (not is_whole or isinstance(parse_yaml(text, "").data, dict))

@@ -158,6 +158,8 @@ def test_content_decides_what_a_source_is(tmp_path: Path) -> None:
     assert [r["label"] for r in run_json("measure", tmp_path / "experiment.txt")["records"]] == [
         "sealed, 551 MPa"
     ]
+    (tmp_path / "vendor.csv").write_text("Rig: 4\nOperator: B\ntime [s],p1 [bar]\n0,1\n0.1,2\n")
+    assert "is this a header or a row?" in run("measure", tmp_path / "vendor.csv", check=2).stderr
     write_csv(tmp_path / "rig.csv")
     with gzip.open(tmp_path / "rig.txt.gz", "wb") as packed:
         packed.write((tmp_path / "rig.csv").read_bytes())

@@ -20,7 +20,10 @@ class SteppingOptions(Section):
     the largest changes of the signal itself. ``auto``: the first of these that the records have."""
 
     jump_time: Annotated[float, SI("s", above=0)] = 10e-3
-    """Time that a jump may take [s]; it is dated where it reaches half of the largest jump."""
+    """Time that a jump may take [s]; it is dated where it exceeds ``least_jump``."""
+
+    least_jump: Annotated[float, SI("1", above=0, most=1)] = 0.5
+    """Size of a jump over the largest in its record [-]; smaller ones do not count."""
 
     spacing: Annotated[float, SI("s", above=0)] = 0.1
     """Jumps that follow another within this time belong to it [s]."""
@@ -53,7 +56,7 @@ def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -
     )
     match _told_by(records, options):
         case "command":
-            return jumps(records[Channel.INPUT_VOLTAGE], lag, spacing, _LEAST_RATIO)
+            return jumps(records[Channel.INPUT_VOLTAGE], lag, spacing, _LEAST_RATIO, options.least_jump)
         case "period" if records.drive_period is not None:
             return half_periods(
                 records.n_record,
@@ -62,7 +65,7 @@ def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -
                 records.drive_period,
                 records.start_time,
             )
-    return jumps(signal, lag, spacing)
+    return jumps(signal, lag, spacing, least_share=options.least_jump)
 
 
 def _told_by(records: RecordBatch, options: SteppingOptions) -> str:

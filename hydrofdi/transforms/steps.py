@@ -60,8 +60,8 @@ class Steps:
         return counts
 
 
-def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0) -> Steps:
-    """Where a signal jumps: it changes within `lag` samples by more than half of its largest such change.
+def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0, least_share: float = 0.5) -> Steps:
+    """Where a signal jumps: it changes within `lag` samples by some share of its largest such change.
 
     Parameters
     ----------
@@ -73,13 +73,15 @@ def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0) -> St
     least_ratio : float
         A record whose largest change is not so many times its mean change has no jumps: noise does not
         jump, a square wave does.
+    least_share : float
+        Share of the largest change that a jump has to exceed.
     """
     n_change = max(signal.shape[1] - lag, 0)
     change = signal[:, lag:] - signal[:, :n_change]
     np.abs(change, out=change)
     largest = change.max(axis=1, initial=0.0)
     is_jumping = np.isfinite(largest) & (largest * n_change > least_ratio * change.sum(axis=1))
-    least = np.where(is_jumping, 0.5 * largest, np.inf)
+    least = np.where(is_jumping, least_share * largest, np.inf)
     record, first = np.divmod(np.flatnonzero(change > least[:, None]), max(n_change, 1))
     apart = (np.diff(first, prepend=-1) > spacing) | (np.diff(record, prepend=-1) != 0)
     return Steps(record[apart], first[apart] + lag)

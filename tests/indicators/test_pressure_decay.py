@@ -102,6 +102,14 @@ def test_a_record_stands_alone():
     assert_rows_stand_alone(batch(channels), "pressure_decay")
 
 
+def test_a_position_in_counts_tells_the_rest_by_its_range():
+    channels = falling(-3e4, 2e4)
+    del channels[U]
+    counts = batch({**channels, X: 1e5 * channels[X]}, relative=frozenset({X}))
+    for name, value in measured(batch(channels), "pressure_decay")[0].items():
+        np.testing.assert_allclose(measured(counts, "pressure_decay")[0][name], value, rtol=1e-9)
+
+
 def test_a_rate_of_counts_is_in_counts_per_second():
     (indicator,) = make_indicators(["pressure_decay"]).values()
     records = RecordBatch({}, 1.0, (), relative=frozenset({P1, P2}))

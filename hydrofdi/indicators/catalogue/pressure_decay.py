@@ -30,6 +30,9 @@ class PressureDecayOptions(Section):
     largest_speed: Annotated[float, SI("m/s", least=0)] = 1e-3
     """Speed up to which the piston counts as standing still [m/s], as a mean over ``speed_time``."""
 
+    largest_relative_speed: Annotated[float, SI("1/s", least=0)] = 0.02
+    """The same over the range of the position in the record [1/s], for a position in counts."""
+
     speed_time: Annotated[float, SI("s", above=0)] = 0.1
     """Time over which the speed is measured [s]."""
 
@@ -108,14 +111,18 @@ class PressureDecay(Indicator[PressureDecayOptions]):
                 resting: NDArray[np.bool_] = np.abs(records[Channel.INPUT_VOLTAGE]) <= options.largest_command
                 return resting
             case "position":
-                return _is_still(records, options.speed_time, options.largest_speed)
+                return _is_still(records, options)
         return np.ones((records.n_record, records.n_time), dtype=bool)
 
 
-def _is_still(records: RecordBatch, time: float, largest_speed: float) -> NDArray[np.bool_]:
+def _is_still(records: RecordBatch, options: PressureDecayOptions) -> NDArray[np.bool_]:
     """Whether the piston has moved little since some time ago."""
-    position, lag = records[Channel.PISTON_POSITION], max(1, round(time * records.sampling_frequency))
+    position, frequency = records[Channel.PISTON_POSITION], records.sampling_frequency
+    largest = np.full(records.n_record, options.largest_speed)
+    if Channel.PISTON_POSITION in records.relative:
+        largest = options.largest_relative_speed * np.ptp(position, axis=1)
+    lag = max(1, round(options.speed_time * frequency))
     still = np.zeros(position.shape, dtype=bool)
     moved = np.abs(position[:, lag:] - position[:, : max(records.n_time - lag, 0)])
-    still[:, lag:] = moved <= largest_speed * lag / records.sampling_frequency
+    still[:, lag:] = moved <= largest[:, None] * lag / frequency
     return still

@@ -42,6 +42,9 @@ class RingDownOptions(SteppingOptions):
     trend_degree: Annotated[int, Field(strict=True, ge=0, le=6)] = 2
     """Degree of the polynomial that the pressure rings about."""
 
+    largest_damping: Annotated[float, SI("1", above=0, most=1)] = 0.7
+    """Damping ratio up to which a motion counts as ringing [-]; beyond it, there is no resonance."""
+
     least_explained: Annotated[float, SI("1", least=0, most=1)] = 0.5
     """Share of the pressure less its polynomial that the ringing has to explain [-]; white noise stays
     below 0.2."""
@@ -111,6 +114,7 @@ class RingDown(Indicator[RingDownOptions]):
         """Whether a piece has an oscillation that explains it, and at least one period of it."""
         damped = motion.frequency * np.sqrt(np.maximum(1.0 - motion.damping_ratio**2, 0.0))
         rings: NDArray[np.bool_] = damped * self.options.window >= 1.0
+        rings &= motion.damping_ratio <= self.options.largest_damping
         return rings & (motion.explained >= self.options.least_explained)
 
 

@@ -44,6 +44,13 @@ class MeasuredRecord:
     recording: Recording
     stroke: float = 0.0
 
+    def remarked(self, remarks: tuple[Remark, ...]) -> MeasuredRecord:
+        """The record with more remarks."""
+        if not remarks:
+            return self
+        found = (*self.recording.remarks, *remarks)
+        return replace(self, recording=replace(self.recording, remarks=found))
+
 
 @dataclass(frozen=True)
 class Forming:

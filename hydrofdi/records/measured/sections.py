@@ -173,3 +173,8 @@ class LimitsConfig(Section):
 
     shortest_stroke: Annotated[float, SI("m", above=0.0)] | None = None
     """Distance between the first and the last piston position; in counts where the position is."""
+
+    outliers: Annotated[float, SI("1", above=0.0)] | None = None
+    """Distance of a stroke, or of the changes of a pressure from sample to sample, from the median of the
+    group, in robust standard deviations, such as 5. All files are read twice then; groups of eight and more
+    are judged. Off where left out."""

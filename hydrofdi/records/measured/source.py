@@ -13,6 +13,7 @@ from hydrofdi.records.measured.checks import contradictions
 from hydrofdi.records.measured.configuration import MeasuredConfig
 from hydrofdi.records.measured.files import in_natural_order, matching_files
 from hydrofdi.records.measured.forming import Forming, MeasuredRecord
+from hydrofdi.records.measured.outliers import outliers
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
 
@@ -49,7 +50,15 @@ class MeasuredSource:
         """
         cycles = self.config.cycles
         period = self.config.drive_period or (None if cycles is None else cycles.period)
-        yield from batched(self._records(), period, labels, self.most_samples)
+        yield from batched(self._judged(), period, labels, self.most_samples)
+
+    def _judged(self) -> Iterator[MeasuredRecord | RejectedRecord]:
+        """The records, those that differ from their group remarked where that is asked for."""
+        limit = self.config.limits.outliers
+        found = {} if limit is None else outliers(self._records(), limit)
+        for record in self._records():
+            remarks = found.get(record.record_id, ())
+            yield record.remarked(remarks) if isinstance(record, MeasuredRecord) else record
 
     def _records(self) -> Iterator[MeasuredRecord | RejectedRecord]:
         forming = Forming(self.folder, self.config)

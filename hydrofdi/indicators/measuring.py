@@ -47,7 +47,7 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     for label, indicator in indicators.items():
         reasons = _obstacles(unlabelled, indicator)
         fit = [row for row, reason in enumerate(reasons) if reason is None]
-        numbers = _numbers(unlabelled, indicator, fit)
+        numbers = _finite(_numbers(unlabelled, indicator, fit))
         values |= {f"{label}.{name}": array for name, array in numbers.items()}
         absent = indicator.absence
         obstacles[label] = tuple(
@@ -86,6 +86,11 @@ def _numbers(records: RecordBatch, indicator: Indicator[Any], fit: list[int]) ->
         for name, array in numbers.items():
             array[fit] = measured[name]
     return numbers
+
+
+def _finite(numbers: Mapping[str, Array]) -> dict[str, Array]:
+    """NaN for what overflows."""
+    return {name: np.where(np.isfinite(array), array, np.nan) for name, array in numbers.items()}
 
 
 def _found(numbers: dict[str, Array], n_record: int) -> NDArray[np.bool_]:

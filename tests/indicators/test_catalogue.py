@@ -61,6 +61,17 @@ class TestEachIndicator:
             np.testing.assert_array_equal(np.delete(array, 1, 0), np.delete(other[key], 1, 0), err_msg=key)
         assert any(np.isnan(array[1]).any() for array in other.values())
 
+    @pytest.mark.parametrize("sample", [np.inf, 1e200])
+    def test_has_no_infinite_numbers(self, name, sample):
+        records = all_channels(2)
+        (indicator,) = make_indicators([name]).values()
+        for channel in indicator.channels:
+            records.channels[channel][1, 700:900] = sample
+        measures = measure(records, {name: indicator})
+        assert not any(np.isinf(array).any() for array in measures.values.values())
+        has_numbers = any(np.isfinite(array[1]).any() for array in measures.values.values())
+        assert has_numbers or measures.obstacles[name][1]
+
     @pytest.mark.parametrize("n_time", [1, 2, 3, 20, 200])
     def test_of_few_samples_gives_numbers_or_the_reason_why_not(self, name, n_time):
         (indicator,) = make_indicators([name]).values()

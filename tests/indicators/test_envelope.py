@@ -40,6 +40,13 @@ def test_the_decay_after_steps_is_found(rate):
     assert found["steps"] == 9
 
 
+def test_the_decay_is_that_of_the_poles_of_the_ring_down():
+    batch = records(ringing(7, 6), drive_period=2.0)
+    poles = values("ring_down", batch, delay=30e-3, window=0.1)
+    rate = 2 * np.pi * poles["frequency"] * poles["damping_ratio"]
+    np.testing.assert_allclose(values("envelope", batch)["decay_rate"], rate, rtol=0.06)
+
+
 def test_steps_come_from_the_command_where_it_is_known():
     pressure = decaying(10.0)[None]
     command = np.where(np.arange(5000) % 1000 < 500, 2.0, -2.0)[None]

@@ -85,11 +85,11 @@ class NominalActuator(Section):
 
     def supply_of(self, records: RecordBatch) -> Array:
         """P_s [Pa], shape (n_record, n_time) or (n_record, 1)."""
-        is_there = self.supply == "auto" and Channel.SUPPLY_PRESSURE in records.channels
-        if is_there or self.supply == "measured":
+        in_pascal = records.channels.keys() - records.relative
+        if self.supply == "measured" or (self.supply == "auto" and Channel.SUPPLY_PRESSURE in in_pascal):
             return records[Channel.SUPPLY_PRESSURE]
         if self.supply == "sum":
             both = records[Channel.CHAMBER_1_PRESSURE] + records[Channel.CHAMBER_2_PRESSURE]
-            mean: Array = np.mean(np.ascontiguousarray(both), axis=1, keepdims=True)
+            mean: Array = np.mean(both, axis=1, keepdims=True)
             return mean - self.return_pressure
         return np.full((records.n_record, 1), self.supply_pressure)

@@ -43,13 +43,6 @@ class Steps:
         windows: Array = signal[self.record[:, None], starts[:, None] + np.arange(length)]
         return windows
 
-    def by_record(self, values: Array, n_record: int) -> Array:
-        """Values of the steps (n_step,) in rows (n_record, most steps of a record); NaN behind the last."""
-        counts = self.counts(n_record)
-        rows = np.full((n_record, int(counts.max(initial=0))), np.nan)
-        rows[np.arange(rows.shape[1]) < counts[:, None]] = values
-        return rows
-
     def sums(self, values: Array, n_record: int) -> Array:
         """Sums of values of the steps (n_step,) over the steps of each record, shape (n_record,)."""
         return np.bincount(self.record, values, n_record).astype(np.float64)

@@ -53,7 +53,7 @@ def test_another_unit_scales_the_peak():
     np.testing.assert_allclose(other["coefficient"], values["coefficient"], rtol=1e-9)
 
 
-@pytest.mark.parametrize("level", [0.0, 8.1e6])
+@pytest.mark.parametrize("level", [0.0, 0.1, 8.1e6])
 def test_a_pressure_that_does_not_move_correlates_with_nothing(level):
     values, obstacles = measured(batch({P1: noise(9, N), P2: np.full(N, level)}), "cross_correlation")
     assert all(np.isnan(value).all() for value in values.values())

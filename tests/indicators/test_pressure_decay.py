@@ -102,6 +102,23 @@ def test_a_record_stands_alone():
     assert_rows_stand_alone(batch(channels), "pressure_decay")
 
 
+def test_what_settles_after_the_motion_is_left_out():
+    channels = falling(-3e4, 2e4)
+    since = np.where(TIME < 7.0, TIME - 3.0, TIME - 8.0)
+    channels[P1] = channels[P1] + np.where(moving_then_resting(), 0.0, 1e6 * np.exp(-since / 0.05))
+    early, late = (measured(batch(channels), "pressure_decay", settling=s)[0] for s in (0.05, 1.0))
+    assert early["chamber_1"] < -3.5e4
+    np.testing.assert_allclose(late["chamber_1"], -3e4, rtol=1e-3)
+
+
+def test_a_command_in_counts_tells_no_rest():
+    channels = falling(-3e4, 2e4)
+    counts = batch(channels, relative=frozenset({U}))
+    by_position, _ = measured(counts, "pressure_decay")
+    assert by_position["duration"] == measured(counts, "pressure_decay", rest="position")[0]["duration"]
+    assert "has no scale" in measured(counts, "pressure_decay", rest="command")[1][0]
+
+
 def test_a_position_in_counts_tells_the_rest_by_its_range():
     channels = falling(-3e4, 2e4)
     del channels[U]

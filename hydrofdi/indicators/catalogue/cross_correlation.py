@@ -77,7 +77,7 @@ class CrossCorrelation(Indicator[CrossCorrelationOptions]):
 
 
 def _centred(signal: Array) -> Array:
-    moved = np.ascontiguousarray(signal - signal[:, :1])
+    moved = signal - signal[:, :1]
     centred: Array = moved - moved.mean(axis=1)[:, None]
     return centred
 

@@ -21,8 +21,9 @@ class PressureDecayOptions(Section):
     """Options of `PressureDecay`."""
 
     rest: Literal["auto", "command", "position", "whole"] = "auto"
-    """When the actuator rests. ``command``: the input voltage is zero. ``position``: the piston stands still.
-    ``auto``: the first of these that the records have. ``whole``: all the time, in a rest test."""
+    """When the actuator rests. ``command``: the input voltage, if it has a scale, is zero. ``position``: the
+    piston stands still. ``auto``: the first of these that the records have. ``whole``: all the time, in a
+    rest test."""
 
     largest_command: Annotated[float, SI("V", least=0)] = 0.02
     """Size of the input voltage up to which it counts as zero [V]."""
@@ -73,7 +74,9 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """Nothing that tells the rests."""
+        """Nothing tells the rests."""
+        if self.options.rest == "command" and Channel.INPUT_VOLTAGE in records.relative:
+            return "input_voltage has no scale: where it is zero is not known"
         if self._told_by(records) is None:
             return (
                 "neither input_voltage nor piston_position tells when it rests; rest: whole takes all of it"
@@ -89,7 +92,7 @@ class PressureDecay(Indicator[PressureDecayOptions]):
             max(2, round(options.least_duration * frequency)),
         )
         first, second = (records[channel] for channel in _CHAMBERS)
-        difference = np.ascontiguousarray(first - second)
+        difference = first - second
         duration = rests.durations(records.n_record) / frequency
         signs = np.sign(rests.means(difference.reshape(-1)[rests.places]))
         return {
@@ -102,7 +105,8 @@ class PressureDecay(Indicator[PressureDecayOptions]):
     def _told_by(self, records: RecordBatch) -> str | None:
         if self.options.rest != "auto":
             return self.options.rest
-        return next((name for name, channel in _TOLD_BY.items() if channel in records.channels), None)
+        known = records.channels.keys() - (records.relative & {Channel.INPUT_VOLTAGE})
+        return next((name for name, channel in _TOLD_BY.items() if channel in known), None)
 
     def _is_resting(self, records: RecordBatch) -> NDArray[np.bool_]:
         options = self.options

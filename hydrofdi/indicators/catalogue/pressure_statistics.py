@@ -39,7 +39,7 @@ class PressureStatistics(SingleChannelIndicator[ChannelOptions]):
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Numbers of each record; kurtosis and crest factor are NaN where the signal does not move."""
-        signal = np.ascontiguousarray(self.signal(records))
+        signal = self.signal(records)
         moved = signal - signal[:, :1]
         offset = moved.mean(axis=1)
         increments = np.diff(moved, axis=1)

@@ -14,10 +14,10 @@ from hydrofdi import __version__
 from hydrofdi.cli.calibrate import calibrate
 from hydrofdi.cli.check import check
 from hydrofdi.cli.experiment_folder import collect, rerun, status, verify, why
-from hydrofdi.cli.indicators import indicators
-from hydrofdi.cli.inspect import inspect
-from hydrofdi.cli.measure import measure
 from hydrofdi.cli.plan import plan
+from hydrofdi.cli.records.indicators import indicators
+from hydrofdi.cli.records.inspect import inspect
+from hydrofdi.cli.records.measure import measure
 from hydrofdi.cli.report import report
 from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate

@@ -12,6 +12,9 @@ from hydrofdi.records.channels import Channel
 
 Array = NDArray[np.float64]
 
+INFERRED_SAMPLING = "inferred_sampling"
+"""Kind of the remark of records whose sampling frequency nobody documented."""
+
 
 @dataclass(frozen=True)
 class Remark:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array, RecordBatch, Remark
+from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.source import RecordSource
 
@@ -100,6 +100,11 @@ class Overview:
     channels: dict[Channel, Range] = field(default_factory=dict)
     findings: dict[str, Finding] = field(default_factory=dict)
     example: RecordBatch | None = None
+
+    @property
+    def is_inferred(self) -> bool:
+        """Whether a sampling frequency is inferred, not documented."""
+        return INFERRED_SAMPLING in self.findings
 
     def add(self, batch: RecordBatch) -> None:
         """Take in a batch."""

@@ -10,7 +10,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from hydrofdi.cli.indicators import _SYMBOLS
+from hydrofdi.cli.records.indicators import _SYMBOLS
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.records import Channel
 from tests.cli.test_measure import FAILING, MUSEUM, vtnsi

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from hydrofdi.records.batch import Array, Remark
+from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Remark
 from hydrofdi.records.measured.configuration import MeasuredConfig
 from hydrofdi.records.measured.rejection import RejectionError
 
@@ -42,7 +42,7 @@ def given_sampling(config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]
     if config.sampling_frequency_is == "given":
         return sampling, ()
     text = f"the sampling frequency of {sampling.frequency:g} Hz is inferred, not documented"
-    return sampling, (Remark("inferred_sampling", text),)
+    return sampling, (Remark(INFERRED_SAMPLING, text),)
 
 
 def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]]:

@@ -104,7 +104,7 @@ class _Counted:
 
 def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _Counted) -> None:
     if form is Format.table:
-        from hydrofdi.cli.measures_table import print_measures
+        from hydrofdi.cli.records.measures_table import print_measures
 
         print_measures(columns, records)
         return

@@ -10,7 +10,8 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.papers.maddahi2015.claims import ClaimResult, evaluate_claims
 from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm, best_levels, sealed_alarms
 from hydrofdi.papers.maddahi2015.deviations import Deviation, compare_reference
-from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid, arrange_modes
+from hydrofdi.papers.maddahi2015.grid.arrangement import arrange_modes
+from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
 from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy, study_scenarios
 from hydrofdi.papers.maddahi2015.standings import Standing, standings
 from hydrofdi.report import Analysis, analyze

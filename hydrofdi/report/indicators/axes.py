@@ -10,14 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.report.fifths import MOST_VALUES, fifths
 from hydrofdi.report.runs.table import label_header
 from hydrofdi.report.wording import litres_per_minute, megapascal, plain
 from hydrofdi.store import ExperimentData
-
-_MOST_VALUES = 12
-"""Different values up to which an axis is shown value by value; beyond, in fifths."""
-
-_FIFTHS = 5
 
 _FLOW, _COEFFICIENT = "leakage.internal_flow", "leakage.internal_coefficient"
 _MODULUS = "fluid.bulk_modulus"
@@ -77,7 +73,7 @@ def _groups(values: list[Any], kept: NDArray[np.bool_], text: Callable[[Any], st
     found = dict.fromkeys(value for value, is_kept in zip(values, kept, strict=True) if is_kept)
     if all(isinstance(value, int | float) for value in found):
         numbers = np.array(values, dtype=float)
-        if len(found) > _MOST_VALUES:
+        if len(found) > MOST_VALUES:
             return _fifths(numbers, kept, text)
         return tuple(Group(value, text(value), kept & (numbers == value)) for value in sorted(found))
     return tuple(
@@ -89,9 +85,9 @@ def _groups(values: list[Any], kept: NDArray[np.bool_], text: Callable[[Any], st
 def _fifths(
     values: NDArray[np.float64], kept: NDArray[np.bool_], text: Callable[[Any], str]
 ) -> tuple[Group, ...]:
-    edges = np.quantile(values[kept], np.linspace(0.0, 1.0, _FIFTHS + 1))
-    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _FIFTHS - 1)
-    groups = (
-        Group(None, f"{text(edges[k])} … {text(edges[k + 1])}", kept & (place == k)) for k in range(_FIFTHS)
-    )
+    groups = []
+    for part in fifths(values[kept]):
+        rows = kept.copy()
+        rows[kept] = part.members
+        groups.append(Group(None, f"{text(part.low)} … {text(part.high)}", rows))
     return tuple(group for group in groups if group.rows.any())

@@ -27,6 +27,9 @@ def draw_scenarios(study: Study) -> Figure:
     top, bottom = figure.subplots(2, 1, height_ratios=heights)
     _draw_claims(top, scenarios)
     _draw_values(bottom, scenarios)
+    handles, labels = bottom.get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
 
 
@@ -74,8 +77,6 @@ def _draw_values(axis: Any, study: ScenarioStudy) -> None:
     axis.invert_yaxis()
     axis.grid(color=RULE, axis="y")
     axis.set_title("the same by parameter value [% of the feasible scenarios with it]\ndotted: over all")
-    if axis.get_legend_handles_labels()[0]:
-        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
     axis.set_xlim(left=0.0)
 
 

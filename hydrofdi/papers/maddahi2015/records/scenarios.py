@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy, ValueShare
+from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
+from hydrofdi.papers.maddahi2015.scenarios.values import ValueShare
 from hydrofdi.report.forms.numbers import finite
 
 

@@ -14,6 +14,7 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS, Margin
 from hydrofdi.papers.maddahi2015.controls import best_level_matrix
 from hydrofdi.papers.maddahi2015.grid.modes import ABSENT, ModeGrid
 from hydrofdi.papers.maddahi2015.scenarios.phases import ScenarioPhases, scenario_phases
+from hydrofdi.papers.maddahi2015.scenarios.values import ValueShare, value_shares
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.intervals import Share, clustered_share
 from hydrofdi.store import ExperimentData, names
@@ -24,32 +25,6 @@ Mask = NDArray[np.bool_]
 
 CORE = ("C1", "C2", "C3", "C4")
 """The claims that carry the paper's conclusion."""
-
-_MOST_VALUES = 12
-"""Different values up to which a parameter is shown value by value; beyond, in fifths."""
-
-_FIFTHS = 5
-
-
-@dataclass(frozen=True)
-class ValueShare:
-    """The scenarios with one value, or one range of values, of a parameter.
-
-    Attributes
-    ----------
-    parameters : tuple of str
-        Dotted names; several where they vary together.
-    values : tuple
-        A value in SI for each, or the ends of a range of a single parameter.
-    is_range : bool
-        Whether `values` are the ends of a range.
-    members : ndarray of bool, shape (n_scenario,)
-    """
-
-    parameters: tuple[str, ...]
-    values: tuple[Any, ...]
-    is_range: bool
-    members: Mask
 
 
 @dataclass(frozen=True)
@@ -149,7 +124,7 @@ class ScenarioStudy:
     @cached_property
     def value_shares(self) -> tuple[ValueShare, ...]:
         """The scenarios by the values of each parameter."""
-        return tuple(share for group in _varying_together(self.grid) for share in _shares(self.grid, group))
+        return value_shares(self.grid)
 
 
 def study_scenarios(grid: ModeGrid, data: ExperimentData) -> ScenarioStudy:
@@ -203,32 +178,3 @@ def _outcome(statuses: NDArray[Any], positions: NDArray[np.int64]) -> str:
     found = [str(statuses[position]) for position in positions.ravel() if position != ABSENT]
     bad = [status for status in found if status != "ok"]
     return MISSING if MISSING in bad else next(iter(bad), "ok")
-
-
-def _varying_together(grid: ModeGrid) -> list[tuple[str, ...]]:
-    """Parameters, those of which one determines the other taken together."""
-    groups: dict[tuple[int, ...], list[str]] = {}
-    for name in grid.scenarios[0]:
-        order: dict[Any, int] = {}
-        codes = tuple(order.setdefault(scenario[name], len(order)) for scenario in grid.scenarios)
-        groups.setdefault(codes if len(order) <= _MOST_VALUES else (len(groups), -1), []).append(name)
-    return [tuple(group) for group in groups.values()]
-
-
-def _shares(grid: ModeGrid, group: tuple[str, ...]) -> list[ValueShare]:
-    rows = [tuple(scenario[name] for name in group) for scenario in grid.scenarios]
-    different = sorted(set(rows), key=_order)
-    if len(different) <= _MOST_VALUES:
-        return [ValueShare(group, row, False, np.array([r == row for r in rows])) for row in different]
-    values = np.array([row[0] for row in rows], dtype=float)
-    edges = np.quantile(values, np.linspace(0.0, 1.0, _FIFTHS + 1))
-    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _FIFTHS - 1)
-    return [
-        ValueShare(group, (float(edges[k]), float(edges[k + 1])), True, place == k) for k in range(_FIFTHS)
-    ]
-
-
-def _order(row: tuple[Any, ...]) -> tuple[bool, float, str]:
-    first = row[0]
-    is_text = first is None or isinstance(first, str)
-    return is_text, 0.0 if is_text else float(first), str(first)

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
-from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy, ValueShare
+from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
+from hydrofdi.papers.maddahi2015.scenarios.values import ValueShare
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.runs.table import label_header
 from hydrofdi.report.wording import HOLE, counted, joined, plain, share_text

@@ -13,32 +13,31 @@ Places = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Stretches:
-    """Samples of records that lie in stretches, one after another.
+    """Stretches of records, and their samples one stretch after another.
 
     Attributes
     ----------
+    record, first, length : ndarray of int, shape (n_stretch,)
+        Row of the record that a stretch lies in, its first sample among all, and how many it has.
     places : ndarray of int, shape (n_sample,)
         Of the samples in records (n_record, n_time) laid end to end.
-    stretch : ndarray of int, shape (n_sample,)
-        Number of the stretch that a sample lies in, ascending from 0.
-    record : ndarray of int, shape (n_stretch,)
-        Row of the record that a stretch lies in.
     time : ndarray, shape (n_sample,)
         Time of the samples, counted from the middle of their stretch, in samples.
     """
 
-    places: Places
-    stretch: Places
     record: Places
+    first: Places
+    length: Places
+    places: Places
     time: Array
 
-    def means(self, values: Array) -> Array:
-        """Mean of values of the samples over each stretch, shape (n_stretch,)."""
-        return np.bincount(self.stretch, values) / np.bincount(self.stretch)
+    def means(self, signal: Array) -> Array:
+        """Mean of a signal (n_record, n_time) in each stretch, shape (n_stretch,)."""
+        return self._sums(signal.reshape(-1)[self.places]) / self.length
 
-    def durations(self, n_record: int) -> Array:
+    def n_sample(self, n_record: int) -> Array:
         """Number of samples of each record that lie in stretches."""
-        return np.bincount(self.record[self.stretch], minlength=n_record).astype(np.float64)
+        return np.bincount(self.record, self.length, n_record).astype(np.float64)
 
     def drifts(self, signal: Array, signs: Array | None = None) -> Array:
         """Common slope of a signal in the stretches of each record, by least squares.
@@ -55,13 +54,19 @@ class Stretches:
             Per sample; NaN where a record has no stretch.
         """
         samples = signal.reshape(-1)[self.places]
-        centred = samples - samples[np.searchsorted(self.stretch, self.stretch)]
-        products = self.time * (centred if signs is None else signs[self.stretch] * centred)
-        record, n_record = self.record[self.stretch], len(signal)
-        slopes: Array = np.bincount(record, products, n_record) / np.bincount(
-            record, np.square(self.time), n_record
+        samples -= np.repeat(samples[self.first], self.length)
+        samples *= self.time
+        products, squares = self._sums(samples), self.length * (np.square(self.length) - 1.0) / 12.0
+        if signs is not None:
+            products *= signs
+        slopes: Array = np.bincount(self.record, products, len(signal)) / np.bincount(
+            self.record, squares, len(signal)
         )
         return slopes
+
+    def _sums(self, samples: Array) -> Array:
+        sums: Array = np.add.reduceat(samples, self.first) if self.first.size else np.zeros(0)
+        return sums
 
 
 def stretches_where(holds: NDArray[np.bool_], settling: int, least: int) -> Stretches:
@@ -75,17 +80,19 @@ def stretches_where(holds: NDArray[np.bool_], settling: int, least: int) -> Stre
     least : int
         Stretches with fewer samples after these do not count; at least 2.
     """
-    n_time = holds.shape[1]
-    edges = np.diff(holds.astype(np.int8), axis=1, prepend=0, append=0)
-    record, first = np.nonzero(edges == 1)
-    length = np.nonzero(edges == -1)[1] - first - settling
+    n_record, n_time = holds.shape
+    framed = np.zeros((n_record, n_time + 2), dtype=bool)
+    framed[:, 1:-1] = holds
+    row, edge = np.divmod(np.flatnonzero(framed[:, 1:] != framed[:, :-1]), n_time + 1)
+    record, start, length = row[::2], edge[::2] + settling, edge[1::2] - edge[::2] - settling
     long = length >= least
-    record, first, length = record[long], first[long] + settling, length[long]
-    stretch = np.repeat(np.arange(record.size), length)
-    place = np.arange(stretch.size) - np.repeat(np.cumsum(length) - length, length)
+    record, start, length = record[long], start[long], length[long]
+    first = np.cumsum(length) - length
+    within = np.arange(length.sum()) - np.repeat(first, length)
     return Stretches(
-        places=(record * n_time + first)[stretch] + place,
-        stretch=stretch,
         record=record,
-        time=place - 0.5 * (length[stretch] - 1.0),
+        first=first,
+        length=length,
+        places=within + np.repeat(record * n_time + start, length),
+        time=within - np.repeat(0.5 * (length - 1.0), length),
     )

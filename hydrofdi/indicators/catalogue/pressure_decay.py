@@ -93,8 +93,8 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         )
         first, second = (records[channel] for channel in _CHAMBERS)
         difference = first - second
-        duration = rests.durations(records.n_record) / frequency
-        signs = np.sign(rests.means(difference.reshape(-1)[rests.places]))
+        duration = rests.n_sample(records.n_record) / frequency
+        signs = np.sign(rests.means(difference))
         return {
             "chamber_1": frequency * rests.drifts(first),
             "chamber_2": frequency * rests.drifts(second),

@@ -21,8 +21,8 @@ from pydantic.fields import FieldInfo
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.parameters import parameter_unit
 from hydrofdi.config.schema import experiment_schema
-from hydrofdi.records.measured.configuration import MeasuredConfig
-from hydrofdi.records.measured.schema import measured_schema
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.schema import measured_schema
 from hydrofdi.settings.docstrings import field_texts
 from hydrofdi.settings.quantities import SI
 from hydrofdi.units import convert, parse_quantity

@@ -24,7 +24,7 @@ def schema(
     from hydrofdi.cli.terminal import print_json
 
     if kind is Kind.MEASURED:
-        from hydrofdi.records.measured.schema import measured_schema
+        from hydrofdi.records.measured.description.schema import measured_schema
 
         print_json(measured_schema())
     else:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from hydrofdi.records.measured import measured_source
-from hydrofdi.records.measured.schema import measured_schema
+from hydrofdi.records.measured.description.schema import measured_schema
 from tests.commands import run
 from tests.conftest import REPOSITORY
 from tests.records.measuring import P1, SUPPLY, described

@@ -179,10 +179,12 @@ def test_segments_of_a_stroke(tmp_path, segment, first, n_time, sign):
 
 def test_a_segment_that_is_not_there_is_a_reason(tmp_path):
     write(tmp_path, A_1=stroke(), A_2=stroke().replace("100.0", "3.0"))
-    (batch,) = measured_source(
-        described(tmp_path, STROKES + "segment: {part: hold, length: 9 s}\n")
-    ).batches()
+    file = described(tmp_path, STROKES + "segment: {part: hold, length: 9 s}\n")
+    (batch,) = measured_source(file).batches(labels=True)
     assert {record.remark.kind for record in batch.rejected} == {"short"}
+    assert [(record.group, record.label) for record in batch.rejected] == [("A+", "1"), ("A+", "2")]
+    (batch,) = measured_source(file).batches()
+    assert [(record.group, record.label) for record in batch.rejected] == [("A+", ""), ("A+", "")]
     still = csv_of(("P1", np.arange(400)), ("x", np.full(400, 3.0)), ("u", np.ones(400)))
     write(tmp_path, A_1=still, A_2=still)
     (batch,) = measured_source(described(tmp_path, STROKES + "segment: {part: motion}\n")).batches()
@@ -265,9 +267,11 @@ normalize: supply
     np.testing.assert_allclose(batch[P1], [[0.25, 0.3, 0.35]])
     assert [batch.unit(channel) for channel in (P1, POSITION)] == ["1", "counts"]
     (remark,) = batch.remarks[0]
-    assert remark.text == "pressures are divided by the supply pressure, 2e+07"
+    assert remark.text == "pressures are divided by the supply pressure, 2e+07 Pa"
     statistics = make_indicators(["pressure_statistics"])["pressure_statistics"]
     assert output_unit(statistics, statistics.outputs[0], batch) == "1"
+    with pytest.raises(DataError, match="pressures in counts and in Pa cannot be divided by one another"):
+        one(tmp_path, description.replace("PS, unit: bar", "PS, unit: counts"))
     batch = one(tmp_path, description, run_csv=text.replace("2", "-2").replace("190", "-190"))
     assert batch.rejected[0].remark.kind == "no_reference"
 

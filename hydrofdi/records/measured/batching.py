@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,7 +36,7 @@ def batched(
     rejected: list[RejectedRecord] = []
     for record in records:
         if isinstance(record, RejectedRecord):
-            rejected.append(record)
+            rejected.append(record if labels else replace(record, label=""))
             continue
         if waiting and (_shape(record) != _shape(waiting[0]) or _is_full(waiting, most_samples)):
             yield _batch(waiting, rejected, drive_period, labels)

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.sections import ChannelConfig
+from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.units import Unit, parse_unit
 
 COUNTS = "counts"

@@ -12,16 +12,16 @@ import numpy as np
 
 from hydrofdi.records.batch import RejectedRecord, Remark
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.configuration import MeasuredConfig
-from hydrofdi.records.measured.cutting import cycles_of, segment_of, trimmed
-from hydrofdi.records.measured.defects import Ranges, defects
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.ranges import plausible_range
 from hydrofdi.records.measured.files import place_of
+from hydrofdi.records.measured.findings.defects import Ranges, defects
 from hydrofdi.records.measured.naming import filled, names_of_path, path_pattern
-from hydrofdi.records.measured.normalizing import normalized, reference_pressure
-from hydrofdi.records.measured.ranges import plausible_range
+from hydrofdi.records.measured.parts.cutting import cycles_of, segment_of, trimmed
+from hydrofdi.records.measured.parts.normalizing import normalized, reference_pressure
+from hydrofdi.records.measured.parts.stroke import Stroke, find_stroke, short_stroke
 from hydrofdi.records.measured.recording import Recording, read_recording
 from hydrofdi.records.measured.rejection import RejectionError
-from hydrofdi.records.measured.stroke import Stroke, find_stroke, short_stroke
 
 
 @dataclass(frozen=True)
@@ -90,30 +90,33 @@ class Forming:
             return
         for number, cycle in enumerate(cycles, 1):
             record_id = place if config.cycles is None else f"{place}#{number}"
-            try:
-                yield self._record(record_id, place, names, cycle)
-            except RejectionError as rejection:
-                yield RejectedRecord(record_id, place, "", rejection.remark)
+            if isinstance(cycle, RejectionError):
+                yield RejectedRecord(record_id, place, "", cycle.remark)
+            else:
+                yield self._record(record_id, place, names | dict(cycle.values), cycle)
 
     def _record(
-        self, record_id: str, place: str, names: dict[str, str], cycle: Recording | RejectionError
-    ) -> MeasuredRecord:
-        if isinstance(cycle, RejectionError):
-            raise cycle
+        self, record_id: str, place: str, names: dict[str, str], cycle: Recording
+    ) -> MeasuredRecord | RejectedRecord:
         config, stroke = self.config, self._stroke(cycle)
-        values = names | dict(cycle.values) | {"direction": stroke.direction if stroke else "0"}
-        recording = cycle if config.segment is None else segment_of(cycle, config.segment)
-        found = (*short_stroke(stroke, config.limits.shortest_stroke), *self._defects(recording))
-        recording = replace(recording, remarks=(*recording.remarks, *found))
-        if config.normalize != "none":
-            pressure = reference_pressure(cycle, config.normalize)
-            recording = normalized(recording, config.normalize, pressure)
-        group, label = (filled(template, values) for template in (config.group, config.label))
-        distance = stroke.distance if stroke else 0.0
-        return MeasuredRecord(record_id, place, group, label, recording, distance)
+        names |= {"direction": stroke.direction if stroke else "0"}
+        group, label = (filled(template, names) for template in (config.group, config.label))
+        try:
+            recording = self._part(cycle, stroke)
+        except RejectionError as rejection:
+            return RejectedRecord(record_id, place, group, rejection.remark, label)
+        return MeasuredRecord(record_id, place, group, label, recording, stroke.distance if stroke else 0.0)
 
-    def _defects(self, recording: Recording) -> tuple[Remark, ...]:
-        return tuple(defects(recording, self.config.limits, self._ranges))
+    def _part(self, cycle: Recording, stroke: Stroke | None) -> Recording:
+        """What is asked for of a cycle, with what was found in it."""
+        config = self.config
+        recording = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
+        found = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
+        found += defects(recording, config.limits, self._ranges)
+        recording = replace(recording, remarks=(*recording.remarks, *found))
+        if config.normalize == "none":
+            return recording
+        return normalized(recording, config.normalize, reference_pressure(cycle, config.normalize))
 
     def _stroke(self, recording: Recording) -> Stroke | None:
         position = recording.channels.get(Channel.PISTON_POSITION)

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table, split_title
 from hydrofdi.records.measured.rejection import RejectionError
-from hydrofdi.records.measured.sections import FormatConfig
 from hydrofdi.records.measured.source import MeasuredSource, described
 from hydrofdi.settings.yaml_source import Source
 

@@ -12,12 +12,12 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_units import agreed_unit, in_si, is_counts
-from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.records.measured.sampling import Sampling, given_sampling, resampled, sampling_of_times
-from hydrofdi.records.measured.sections import ChannelConfig
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,10 @@ class Recording:
     normalized: frozenset[Channel] = frozenset()
     remarks: tuple[Remark, ...] = ()
     values: Mapping[str, str] = field(default_factory=dict)
+
+    def unit(self, channel: Channel) -> str:
+        """Unit of a channel: SI, or ``counts``."""
+        return "counts" if channel in self.relative else channel.unit
 
     @property
     def n_time(self) -> int:

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Remark
-from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.rejection import RejectionError
 
 Key = TypeVar("Key")

@@ -9,11 +9,11 @@ from pathlib import Path
 from hydrofdi.errors import ConfigError
 from hydrofdi.records.batch import RecordBatch, RejectedRecord
 from hydrofdi.records.measured.batching import MOST_SAMPLES, batched
-from hydrofdi.records.measured.checks import contradictions
-from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.checks import contradictions
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.files import in_natural_order, matching_files
+from hydrofdi.records.measured.findings.outliers import outliers
 from hydrofdi.records.measured.forming import Forming, MeasuredRecord
-from hydrofdi.records.measured.outliers import outliers
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
 

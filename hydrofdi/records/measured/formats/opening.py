@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from hydrofdi.errors import DataError
+from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.content import Content, content_of, file_bytes
 from hydrofdi.records.measured.formats.hdf5 import hdf5_table
 from hydrofdi.records.measured.formats.mat import mat_table
@@ -14,7 +15,6 @@ from hydrofdi.records.measured.formats.npz import npz_table
 from hydrofdi.records.measured.formats.parquet import parquet_table
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
-from hydrofdi.records.measured.sections import FormatConfig
 from hydrofdi.settings.mistakes import nearest
 
 _KINDS = {

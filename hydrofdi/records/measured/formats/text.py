@@ -5,10 +5,10 @@ from __future__ import annotations
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.measured.column_units import is_unit
+from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text_cells import Cells
 from hydrofdi.records.measured.formats.text_numbers import CellError, column_numbers, is_number
-from hydrofdi.records.measured.sections import FormatConfig
 
 
 class TextTable(Table):

@@ -6,7 +6,7 @@ import csv
 import re
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.measured.sections import FormatConfig
+from hydrofdi.records.measured.description.sections import FormatConfig
 
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " "}
 _UNIT_APART = re.compile(r"(?<=\S)\s+(?=[\[(])")

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from hydrofdi.errors import Mistake
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_units import is_counts, known_unit
-from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.ranges import plausible_range
 from hydrofdi.records.measured.naming import OWN_NAMES, fields_of, path_pattern
-from hydrofdi.records.measured.ranges import plausible_range
 from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.yaml_source import Source
 from hydrofdi.units import parse_unit

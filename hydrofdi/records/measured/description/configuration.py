@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.sections import (
+from hydrofdi.records.measured.description.sections import (
     ChannelConfig,
     CyclesConfig,
     FormatConfig,

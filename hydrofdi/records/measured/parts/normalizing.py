@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.recording import Recording
@@ -18,9 +19,17 @@ def reference_pressure(recording: Recording, kind: str) -> float:
 
     Raises
     ------
+    DataError
+        Some pressures have a scale and some have none.
     RejectionError
         It is not above zero.
     """
+    units = {recording.unit(channel) for channel in recording.channels if channel.is_pressure}
+    if len(units) > 1:
+        raise DataError(
+            f"normalize: pressures in {' and in '.join(sorted(units, reverse=True))}"
+            " cannot be divided by one another"
+        )
     if kind == "supply":
         pressure = float(recording.channels[Channel.SUPPLY_PRESSURE].mean())
     else:
@@ -35,7 +44,8 @@ def reference_pressure(recording: Recording, kind: str) -> float:
 def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
     """A recording with its pressures divided; they are relative then."""
     pressures = frozenset(channel for channel in recording.channels if channel.is_pressure)
-    text = f"pressures are divided by the {kind} pressure, {pressure:.4g}"
+    unit = recording.unit(Channel.CHAMBER_1_PRESSURE)
+    text = f"pressures are divided by the {kind} pressure, {pressure:.4g} {unit}"
     return replace(
         recording,
         channels={

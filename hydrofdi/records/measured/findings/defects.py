@@ -8,9 +8,9 @@ import numpy as np
 
 from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.hum import hum_share
+from hydrofdi.records.measured.description.sections import LimitsConfig
+from hydrofdi.records.measured.findings.hum import hum_share
 from hydrofdi.records.measured.recording import Recording
-from hydrofdi.records.measured.sections import LimitsConfig
 
 _PILE = 3
 """Samples pile up at a limit: so many times more than at the next value, where coarse steps have fewer."""
@@ -50,7 +50,7 @@ def _of_channel(
         yield Remark("stuck", f"{channel} never changes", channel, is_unusable=changes)
         return
     if channel.is_pressure:
-        yield from _clipped(channel, samples, limits.clipped)
+        yield from _clipped(recording, channel, samples, limits.clipped)
     yield from _hum(recording, channel, samples, limits)
 
 
@@ -60,13 +60,13 @@ def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float])
         yield Remark("out_of_range", f"{outside:.2%} of {channel} lie outside its range", channel)
 
 
-def _clipped(channel: Channel, samples: Array, limit: float) -> Iterator[Remark]:
+def _clipped(recording: Recording, channel: Channel, samples: Array, limit: float) -> Iterator[Remark]:
     for kind, end, sign in (("clipped", "lowest", 1.0), ("saturated", "highest", -1.0)):
         extreme = sign * np.min(sign * samples)
         n_extreme = int(np.count_nonzero(samples == extreme))
         share = n_extreme / samples.size
         if share > limit and n_extreme > _PILE * _at_next_value(sign * samples):
-            text = f"{share:.1%} of {channel} lie at its {end} value, {extreme:.4g}"
+            text = f"{share:.1%} of {channel} lie at its {end} value, {extreme:.4g} {recording.unit(channel)}"
             yield Remark(kind, text, channel)
 
 

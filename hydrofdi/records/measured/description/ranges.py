@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_units import is_counts
-from hydrofdi.records.measured.sections import ChannelConfig
+from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.units import parse_quantity
 
 

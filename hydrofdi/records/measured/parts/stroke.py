@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrofdi.records.batch import Array, Remark
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.recording import Recording
 
 _MARGIN = 0.02
 """Share of the stroke that is left out at either end of the motion."""
@@ -54,9 +56,10 @@ def find_stroke(position: Array) -> Stroke | None:
     return Stroke(distance, int(np.argmax(progress > _MARGIN)), int(np.argmax(progress >= 1.0 - _MARGIN)))
 
 
-def short_stroke(stroke: Stroke | None, shortest: float | None) -> tuple[Remark, ...]:
+def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | None) -> tuple[Remark, ...]:
     """A remark where a stroke is shorter than it should be."""
     distance = 0.0 if stroke is None else abs(stroke.distance)
     if shortest is None or distance >= shortest:
         return ()
-    return (Remark("short_stroke", f"the stroke is {distance:.4g}, less than {shortest:.4g}"),)
+    unit = recording.unit(Channel.PISTON_POSITION)
+    return (Remark("short_stroke", f"the stroke is {distance:.4g} {unit}, less than {shortest:.4g} {unit}"),)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hydrofdi.records.measured.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.settings.schema import described_schema
 
 

@@ -8,12 +8,12 @@ from itertools import pairwise
 
 from hydrofdi.records.batch import Remark
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.events import edges, reversals
+from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
+from hydrofdi.records.measured.parts.events import edges, reversals
+from hydrofdi.records.measured.parts.stroke import Stroke
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.records.measured.sampling import Sampling
-from hydrofdi.records.measured.sections import CyclesConfig, SegmentConfig, TrimConfig
-from hydrofdi.records.measured.stroke import Stroke, find_stroke
 
 
 def part(recording: Recording, first: int, stop: int, start_time: float | None = None) -> Recording:
@@ -63,7 +63,7 @@ def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording 
             yield rejection
 
 
-def segment_of(recording: Recording, segment: SegmentConfig) -> Recording:
+def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConfig) -> Recording:
     """The part of a stroke that is asked for.
 
     Raises
@@ -71,7 +71,6 @@ def segment_of(recording: Recording, segment: SegmentConfig) -> Recording:
     RejectionError
         The piston does not move, or the part is too short.
     """
-    stroke = find_stroke(recording.channels[Channel.PISTON_POSITION])
     if stroke is None:
         raise RejectionError("no_motion", "the piston does not move from one place to another")
     first, stop = _segment_span(stroke, segment, recording)

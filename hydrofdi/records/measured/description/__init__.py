@@ -1,0 +1,1 @@
+"""The description of measured files: its keys, what they may not say, its schema."""

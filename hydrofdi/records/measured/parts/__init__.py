@@ -1,0 +1,1 @@
+"""The parts of a file that become records, and pressures as shares of a reference."""

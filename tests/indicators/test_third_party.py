@@ -60,3 +60,7 @@ def test_one_that_cannot_be_loaded_is_named_in_a_line(environment: dict[str, str
     assert done.returncode == 2
     assert done.stderr.startswith("hydrofdi: swing: indicator 'swing': swing:Swing cannot be loaded")
     assert "nothing_of_this_name" in done.stderr
+    listed = run_process("indicators", env=environment)
+    assert listed.returncode == 0
+    assert "dwt" in listed.stdout
+    assert "warning: indicator 'swing'" in listed.stderr

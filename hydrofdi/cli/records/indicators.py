@@ -28,10 +28,9 @@ def indicators(
 ) -> int:
     """List what can be measured of a record, or describe one indicator."""
     from hydrofdi.cli.terminal import print_json
-    from hydrofdi.indicators import indicator_names
     from hydrofdi.indicators.description import describe
 
-    described = [describe(each) for each in ([name] if name else indicator_names())]
+    described = [describe(name)] if name else _all_that_load()
     if json:
         records = [_record(each) for each in described]
         print_json(records[0] if name else {"indicators": records})
@@ -40,6 +39,22 @@ def indicators(
     else:
         _print_all(described)
     return 0
+
+
+def _all_that_load() -> list[Description]:
+    """All indicators; a package that cannot be loaded is told of and hides no other."""
+    from hydrofdi.cli.terminal import tell
+    from hydrofdi.errors import ConfigError
+    from hydrofdi.indicators import indicator_names
+    from hydrofdi.indicators.description import describe
+
+    described = []
+    for name in indicator_names():
+        try:
+            described.append(describe(name))
+        except ConfigError as error:
+            tell(f"warning: {error}")
+    return described
 
 
 def _record(indicator: Description) -> dict[str, Any]:

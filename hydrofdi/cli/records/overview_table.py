@@ -63,7 +63,7 @@ def _counts(counted: Mapping[Any, int]) -> str:
         return str(next(iter(counted)))
     shown = [f"{name} ({count:,})" for name, count in list(counted.items())[:_MOST_SHOWN]]
     more = [f"and {len(counted) - _MOST_SHOWN:,} more"] if len(counted) > _MOST_SHOWN else []
-    return ", ".join(shown + more)
+    return "; ".join(shown + more)
 
 
 def _channel_table(overview: Overview) -> Table:

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, SETTINGS
+from hydrofdi.report.figures.style import BLUE, GREEN, INK, LINES, ORANGE, SETTINGS
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients
@@ -130,11 +130,11 @@ def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels
     unit = _unit(record, pressures[0], _DETAIL_UNIT)
     alike = [channel for channel in pressures if _unit(record, channel, _DETAIL_UNIT) == unit]
     axis = figure.subplots()
-    for channel, color in zip(alike, _COLORS, strict=False):
+    for channel, color, line in zip(alike, _COLORS, (*LINES, "-"), strict=False):
         samples = _samples(record, channel, _DETAIL_UNIT)
         frequency, density = power_spectrum(samples, record.sampling_frequency)
         if np.ptp(samples) > 1e-12 * np.abs(samples).max():
-            axis.loglog(frequency[1:], density[1:], color=color, linewidth=0.8, label=_place(channel))
+            axis.loglog(frequency[1:], density[1:], color=color, linestyle=line, label=_place(channel))
     _mark_bands(axis, record.sampling_frequency, levels)
     axis.set_ylabel(f"PSD [{unit}²/Hz]")
     axis.set_xlabel("frequency [Hz]")

@@ -45,7 +45,7 @@ def test_nominal_calibrations_leave_all_but_the_flow_at_the_nominal_actuator():
             assert run.calibration.leakage.law == "orifice"
 
 
-def test_every_reading_has_its_own_nominal_actuator():
+def test_every_scenario_has_its_own_nominal_actuator():
     runs = runs_of(FLOWS, DRAWN, NOMINAL, "ensemble.grid.supply.pressure=[16 MPa, 18 MPa]")
     assert vars(runs.solutions()) == {"flows": 2, "conditions": 2, "total": 4}
     for run in runs:

@@ -52,9 +52,9 @@ def report(
     ] = False,
     json: Json = False,
 ) -> int:
-    """Rebuild the paper's tables from stored results.
+    """Show stored results as tables and figures.
 
-    Says which of its sentences they reproduce, and what the controls say of them.
+    The study of the paper has also its tables, its claims, and controls of them.
     """
     from hydrofdi.cli.terminal import tell
     from hydrofdi.papers import make_report

@@ -66,7 +66,7 @@ def test_the_healthy_actuator_differs_in_nothing_from_itself(modes):
         assert modes[0.0, beta]["delta_matched_percent"] == [0.0] * 5
 
 
-def test_the_nominal_reading_passes_the_sentences_of_the_paper(modes):
+def test_the_nominal_scenario_passes_the_sentences_of_the_paper(modes):
     delta = {mode: row["delta_fixed_percent"] for mode, row in modes.items()}
     for leakage in LEAKAGES:
         normal, *raised = (delta[leakage, beta] for beta in BULK_MODULI)

@@ -26,7 +26,7 @@ def _groups(study: ScenarioStudy) -> dict[str, Mask]:
     """Name → scenarios that the controls are counted over."""
     groups = {"all feasible": study.feasible}
     if study.doubts:
-        groups["all runs ok"] = study.sound
+        groups["all runs are ok"] = study.sound
     if not study.is_open(("C4",)):
         fourth = study.reproducing(("C4",))
         groups |= {"C4 holds": fourth, "C4 fails": study.decided(("C4",)) & ~fourth}

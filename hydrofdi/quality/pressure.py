@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.quality.settling import Settling, samples_per_period
 from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.phases import phase_rms
 from hydrofdi.transforms.undecimated import (
     boundary_length,
     phase_detail_rms,
     undecimated_coefficients,
     undecimated_rms,
 )
-from hydrofdi.transforms.wavelet import CoefficientRms, coefficient_rms, n_phase, phase_rms, root_mean_square
+from hydrofdi.transforms.wavelet import CoefficientRms, coefficient_rms, n_phase, root_mean_square
 
 Array = NDArray[np.float64]
 

@@ -43,28 +43,11 @@ def coefficient_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
 
     details, approximations = [], []
     approximation = signal
-    for inside in _counted(signal.shape[-1], wavelet):
+    for inside in counted_coefficients(signal.shape[-1], wavelet):
         approximation, detail = dwt(approximation, wavelet.name, mode=wavelet.extension, axis=-1)
         details.append(root_mean_square(detail[..., inside]))
         approximations.append(root_mean_square(approximation[..., inside]))
     return CoefficientRms(np.stack(details, axis=-1), np.stack(approximations, axis=-1))
-
-
-def phase_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[np.float64]:
-    """RMS of the details at every start phase.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-    wavelet : WaveletConfig
-
-    Returns
-    -------
-    ndarray, shape (..., n_phase, n_level)
-        Phase p is the record from its sample p on.
-    """
-    phases = range(n_phase(wavelet.levels))
-    return np.stack([detail_rms(signal[..., phase:], wavelet) for phase in phases], axis=-2)
 
 
 def n_phase(levels: int) -> int:
@@ -154,20 +137,20 @@ def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
     from pywt import Wavelet, dwt_coeff_len
 
     taps, length, shares = Wavelet(wavelet.name).dec_len, n_sample, []
-    for inside in _inner_coefficients(n_sample, wavelet):
+    for inside in inner_coefficients(n_sample, wavelet):
         length = dwt_coeff_len(length, taps, wavelet.extension)
         shares.append(1.0 - max(0, inside.stop - inside.start) / length)
     return shares
 
 
-def _counted(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
+def counted_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
     """Which coefficients of each level count."""
     if wavelet.boundary == "kept":
         return [slice(None)] * wavelet.levels
-    return _inner_coefficients(n_sample, wavelet)
+    return inner_coefficients(n_sample, wavelet)
 
 
-def _inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
+def inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
     """The coefficients of each level that look at nothing but the record."""
     from pywt import Wavelet
 

@@ -7,13 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.phases import phase_rms
 from hydrofdi.transforms.undecimated import (
     boundary_length,
     phase_detail_rms,
     undecimated_coefficients,
     undecimated_rms,
 )
-from hydrofdi.transforms.wavelet import detail_rms, n_phase, phase_rms
+from hydrofdi.transforms.wavelet import detail_rms, n_phase
 
 ORTHOGONAL = st.sampled_from(["db8", "db2", "haar", "coif1", "sym4"])
 

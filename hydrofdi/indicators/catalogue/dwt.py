@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import coefficient_rms, n_phase, phase_rms, shortage
+from hydrofdi.transforms.phases import phase_rms
+from hydrofdi.transforms.wavelet import coefficient_rms, n_phase, shortage
 
 
 class DwtOptions(WaveletConfig):

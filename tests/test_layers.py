@@ -20,7 +20,7 @@ LAYERS = [
     {"report", "quality", "sensing", "store", "simulation"},
     {"config"},
     {"indicators"},
-    {"transforms", "records"},
+    {"evaluation", "transforms", "records"},
     {"physics"},
     {"settings"},
     {"units"},

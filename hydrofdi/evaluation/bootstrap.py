@@ -1,0 +1,128 @@
+"""Intervals by drawing whole groups."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydrofdi.evaluation.auc import Area, area_under_curve, share_below
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+
+FEWEST_GROUPS = 5
+
+
+def group_bootstrap(
+    statistic: Callable[[NDArray[np.intp]], float],
+    groups: Sequence[str],
+    *,
+    confidence: float = 0.95,
+    n_draw: int = 1000,
+    seed: int = 0,
+) -> tuple[float, float]:
+    """Interval of any statistic of the records: groups are drawn with replacement, with all of their records.
+
+    Davison and Hinkley, Bootstrap Methods and their Application (1997), section 3.8; percentiles widened for
+    few groups after Hesterberg, The American Statistician 69 (2015) 371. Draws without a value, such as
+    those without a faulty record, are drawn again.
+
+    Parameters
+    ----------
+    statistic : callable
+        From the positions of records, shape (n_drawn,), to a number; NaN or NotStatedError where it has none.
+    groups : sequence of str, length n_record
+        A group each where records are independent.
+    confidence : float
+    n_draw : int
+    seed : int
+
+    Raises
+    ------
+    NotStatedError
+        Fewer than five groups, or most draws have no value.
+    """
+    _, places = np.unique(np.asarray(groups), return_inverse=True)
+    n_group = _enough(int(places.max(initial=-1)) + 1)
+    order = np.argsort(places, kind="stable")
+    members = np.split(order, np.cumsum(np.bincount(places))[:-1])
+    draw = np.random.default_rng(seed)
+    values: list[float] = []
+    for _ in range(2 * n_draw):
+        value = _value(statistic, np.concatenate([members[g] for g in draw.integers(n_group, size=n_group)]))
+        values += [] if math.isnan(value) else [value]
+        if len(values) == n_draw:
+            return _percentiles(np.array(values), n_group, confidence)
+    raise NotStatedError("most draws of the groups leave nothing to compute: too few groups of one kind")
+
+
+def grouped_area(
+    healthy: ArrayLike,
+    faulty: ArrayLike,
+    healthy_groups: Sequence[str],
+    faulty_groups: Sequence[str],
+    *,
+    confidence: float = 0.95,
+    n_draw: int = 2000,
+    seed: int = 0,
+) -> Area:
+    """Area under the ROC curve, its interval by drawing groups; a group may hold records of both kinds.
+
+    The wins between each two groups are counted once, so that a draw costs no sorting.
+
+    Parameters
+    ----------
+    healthy, faulty : array_like, shape (n_record,)
+    healthy_groups, faulty_groups : sequence of str, length n_record
+    confidence : float
+    n_draw : int
+    seed : int
+
+    Raises
+    ------
+    NotStatedError
+        Fewer than five groups, or no scores of one kind.
+    """
+    area = area_under_curve(healthy, faulty, confidence=confidence)
+    below, above = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
+    is_below, is_above = ~np.isnan(below), ~np.isnan(above)
+    order = np.flatnonzero(is_above)[np.argsort(above[is_above])]
+    names = np.concatenate((np.asarray(healthy_groups)[is_below], np.asarray(faulty_groups)[order]))
+    below, above = below[is_below], above[order]
+    _, places = np.unique(names, return_inverse=True)
+    n_group = _enough(int(places.max()) + 1)
+    mine, theirs = places[: below.size], places[below.size :]
+    sizes, others = np.bincount(mine, minlength=n_group), np.bincount(theirs, minlength=n_group)
+    wins = np.zeros((n_group, n_group))
+    for group in np.flatnonzero(sizes):
+        share = share_below(below[mine == group], above)
+        wins[group] = sizes[group] * np.bincount(theirs, share, minlength=n_group)
+    counts = np.random.default_rng(seed).multinomial(n_group, np.full(n_group, 1.0 / n_group), size=n_draw)
+    pairs = (counts @ sizes) * (counts @ others)
+    drawn = np.einsum("bi,ij,bj->b", counts, wins, counts, optimize=True)[pairs > 0] / pairs[pairs > 0]
+    low, high = _percentiles(drawn, n_group, confidence)
+    return replace(area, low=low, high=high)
+
+
+def _enough(n_group: int) -> int:
+    if n_group < FEWEST_GROUPS:
+        raise NotStatedError(f"an interval over groups needs {FEWEST_GROUPS} of them, not {n_group}")
+    return n_group
+
+
+def _value(statistic: Callable[[NDArray[np.intp]], float], rows: NDArray[np.intp]) -> float:
+    try:
+        return statistic(rows)
+    except NotStatedError:
+        return math.nan
+
+
+def _percentiles(values: Array, n_group: int, confidence: float) -> tuple[float, float]:
+    from scipy.special import ndtr, stdtrit
+
+    wide = math.sqrt(n_group / (n_group - 1)) * stdtrit(n_group - 1, (1.0 + confidence) / 2.0)
+    low, high = np.quantile(values, [ndtr(-wide), ndtr(wide)])
+    return float(low), float(high)

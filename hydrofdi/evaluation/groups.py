@@ -1,0 +1,101 @@
+"""Records in groups: units, days, directions. Records of a group depend on each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.evaluation.auc import Area, area_under_curve
+from hydrofdi.evaluation.rates import Rate, alarm_rate
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.threshold import Threshold
+
+Rule = Callable[[Array], Threshold]
+"""Sets a threshold from healthy scores, such as a partial `tolerance_threshold`."""
+
+
+@dataclass(frozen=True)
+class HealthyPair:
+    """What one healthy group says of another: nothing, where groups do not differ.
+
+    Attributes
+    ----------
+    fit_group, test_group : str
+    area : Area
+        Area under the ROC curve of the test group against the fit group; 0.5 where nothing differs.
+    rate : Rate or None
+        False alarms of the test group at the threshold of the fit group; None where there is no threshold.
+    refusal : str
+        Why there is none.
+    """
+
+    fit_group: str
+    test_group: str
+    area: Area
+    rate: Rate | None
+    refusal: str = ""
+
+
+def left_out_outcomes(healthy: ArrayLike, groups: Sequence[str], rule: Rule) -> Array:
+    """Alarms of each group at the threshold of all others: cross-validation by group, Stone (1974).
+
+    Journal of the Royal Statistical Society B 36, 111. The rates of the groups, and that of all with `groups`
+    given, follow from `alarm_rates` and `alarm_rate`.
+
+    Parameters
+    ----------
+    healthy : array_like, shape (n_record,)
+    groups : sequence of str, length n_record
+    rule : callable
+
+    Returns
+    -------
+    outcomes : ndarray, shape (n_record,)
+
+    Raises
+    ------
+    NotStatedError
+        There is one group only, or the others hold too few records for the rule.
+    """
+    scores, names = np.asarray(healthy, dtype=float), np.asarray(groups)
+    distinct = np.unique(names)
+    if distinct.size < 2:
+        raise NotStatedError("leaving a group out needs two groups or more")
+    outcomes = np.empty(scores.size)
+    for name in distinct:
+        outcomes[names == name] = rule(scores[names != name]).outcomes(scores[names == name])
+    return outcomes
+
+
+def healthy_against_healthy(
+    healthy: ArrayLike, groups: Sequence[str], rule: Rule, *, confidence: float = 0.95
+) -> tuple[HealthyPair, ...]:
+    """Every healthy group against every other, as if it were faulty.
+
+    Where this tells groups apart, it is not the fault alone that does so elsewhere. Pairs with a group that
+    has no scores are left out.
+
+    Parameters
+    ----------
+    healthy : array_like, shape (n_record,)
+    groups : sequence of str, length n_record
+    rule : callable
+    confidence : float
+    """
+    scores, names = np.asarray(healthy, dtype=float), np.asarray(groups)
+    parts = {str(name): scores[names == name] for name in dict.fromkeys(groups)}
+    known = [name for name, own in parts.items() if not np.all(np.isnan(own))]
+    pairs = []
+    for fit, test in permutations(known, 2):
+        area = area_under_curve(parts[fit], parts[test], confidence=confidence)
+        try:
+            rate = alarm_rate(rule(parts[fit]).outcomes(parts[test]), confidence=confidence)
+            pairs.append(HealthyPair(fit, test, area, rate))
+        except NotStatedError as refusal:
+            pairs.append(HealthyPair(fit, test, area, None, str(refusal)))
+    return tuple(pairs)

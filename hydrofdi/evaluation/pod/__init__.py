@@ -1,0 +1,1 @@
+"""Probability of detection (POD) over the severity of a fault."""

@@ -1,0 +1,126 @@
+"""Probability of detection over the severity of a fault: curves fitted by maximum likelihood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.evaluation.pod.likelihood import (
+    Link,
+    inverse_cumulative,
+    log_cumulative,
+    log_likelihood,
+    maximise,
+)
+from hydrofdi.evaluation.pod.tally import Tally, tally
+from hydrofdi.evaluation.scores import Array
+
+
+@dataclass(frozen=True, eq=False)
+class PodCurve:
+    """POD(a) = α + (1 - α) F((lg a - µ)/s), with F the logistic or the normal distribution.
+
+    Attributes
+    ----------
+    tally : Tally
+        The hits and misses that it is fitted to.
+    false_alarm_rate : float
+        α, the floor.
+    link : str
+        ``logit`` or ``probit``.
+    intercept, slope : float
+        -µ/s and 1/s; the slope is 0 where detection does not rise with severity.
+    log_likelihood : float
+    """
+
+    tally: Tally
+    false_alarm_rate: float
+    link: Link
+    intercept: float
+    slope: float
+    log_likelihood: float
+
+    @property
+    def location(self) -> float:
+        """µ, the decimal logarithm of the severity half-way between the floor and 1."""
+        return -self.intercept / self.slope if self.slope else np.inf * np.sign(-self.intercept)
+
+    @property
+    def spread(self) -> float:
+        """s, in decades of severity."""
+        return 1.0 / self.slope if self.slope else np.inf
+
+    @property
+    def is_step(self) -> bool:
+        """Whether fewer than two tested severities lie on the rise: hits and misses are apart, as good as.
+
+        The slope then has no estimate (Albert and Anderson, Biometrika 71 (1984) 1), and bounds from the
+        likelihood promise too much: what is stated comes from the tested levels alone.
+        """
+        if self.slope == 0.0 and self.tally.severity.size > 1:
+            return not self.tally.hits.any() or not self.tally.misses.any()
+        rise = np.exp(log_cumulative(self.predictor(self.tally.severity), self.link))
+        return int(np.sum((rise > 0.01) & (rise < 0.99))) < 2
+
+    def predictor(self, severity: ArrayLike) -> Array:
+        """(lg a - µ)/s of each severity."""
+        return np.asarray(self.intercept + self.slope * np.log10(np.asarray(severity, dtype=float)))
+
+    def probability(self, severity: ArrayLike) -> Array:
+        """Probability of detection of each severity."""
+        rise = np.exp(log_cumulative(self.predictor(severity), self.link))
+        return np.asarray(self.false_alarm_rate + (1.0 - self.false_alarm_rate) * rise)
+
+    def quantile_of_rise(self, probability: float) -> float:
+        """F⁻¹((p - α)/(1 - α)); -∞ where the floor alone reaches p."""
+        share = (probability - self.false_alarm_rate) / (1.0 - self.false_alarm_rate)
+        return inverse_cumulative(share, self.link) if share > 0.0 else -np.inf
+
+
+def probability_of_detection(
+    severity: ArrayLike, outcomes: ArrayLike, *, false_alarm_rate: float = 0.0, link: Link = "logit"
+) -> PodCurve:
+    """A curve of the probability of detection, fitted by maximum likelihood on log severity.
+
+    Berens, NDE Reliability Data Analysis, ASM Handbook 17 (1989) 689; MIL-HDBK-1823A (2009), appendix G. The
+    floor keeps false alarms from counting as detections.
+
+    Parameters
+    ----------
+    severity : array_like, shape (n_record,)
+        Of faulty records, positive [unit of the severity].
+    outcomes : array_like, shape (n_record,)
+        1 detected, 0 not, NaN not measurable.
+    false_alarm_rate : float
+        α, as measured on healthy records; below 1.
+    link : str
+
+    Raises
+    ------
+    ValueError
+        A severity is not positive, or the false-alarm rate is no rate.
+    NotStatedError
+        No record has a score.
+    """
+    if not 0.0 <= false_alarm_rate < 1.0:
+        raise ValueError(f"the false-alarm rate lies from 0 to 1, not at {false_alarm_rate}")
+    counted = tally(severity, outcomes)
+    intercept, slope = _coefficients(counted, false_alarm_rate, link)
+    predictor = intercept + slope * np.log10(counted.severity)
+    largest = log_likelihood(predictor, counted, false_alarm_rate, link)
+    return PodCurve(counted, false_alarm_rate, link, intercept, slope, largest)
+
+
+def _coefficients(counted: Tally, floor: float, link: Link) -> tuple[float, float]:
+    """Intercept and slope; the slope is not negative."""
+    places = np.log10(counted.severity)
+    nothing, ones = np.zeros_like(places), np.ones_like(places)
+    if places.size > 1:
+        centre = float(np.average(places, weights=counted.total))
+        level, slope = maximise(np.stack((ones, places - centre), axis=1), nothing, counted, floor, link)
+        if slope > 0.0:
+            return float(level - slope * centre), float(slope)
+    (level,) = maximise(ones[:, None], nothing, counted, floor, link)
+    return float(level), 0.0

@@ -1,0 +1,91 @@
+"""Probability of detection at the tested severities, without a curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.evaluation.pod.detectable import DetectableSeverity
+from hydrofdi.evaluation.pod.tally import Tally
+from hydrofdi.evaluation.rates import Rate, clopper_pearson
+from hydrofdi.evaluation.scores import Array
+
+MOST_LEVELS = 10
+"""Severities that are measured, and so all distinct, are pooled into this many levels."""
+
+
+@dataclass(frozen=True, eq=False)
+class MonotonePod:
+    """Detections at each level, and the rising sequence of probabilities nearest to them.
+
+    Attributes
+    ----------
+    tally : Tally
+    rates : tuple of Rate, length n_level
+        Two-sided Clopper–Pearson intervals.
+    probability : ndarray, shape (n_level,)
+        Isotonic estimate.
+    """
+
+    tally: Tally
+    rates: tuple[Rate, ...]
+    probability: Array
+
+
+def monotone_detection(counted: Tally, *, confidence: float = 0.95) -> MonotonePod:
+    """Detections at each level with binomial bounds, and their isotonic regression.
+
+    Ayer, Brunk, Ewing, Reid and Silverman, Annals of Mathematical Statistics 26 (1955) 641: the maximum of
+    the likelihood among all curves that do not fall.
+
+    Parameters
+    ----------
+    counted : Tally
+        More than thirty distinct severities are pooled into ten levels.
+    confidence : float
+    """
+    from scipy.optimize import isotonic_regression
+
+    levels = _levels(counted)
+    rates = tuple(
+        Rate(int(hits), int(total), 0, *clopper_pearson(hits, total, confidence), confidence)
+        for hits, total in zip(levels.hits, levels.total, strict=True)
+    )
+    rising = isotonic_regression(levels.hits / levels.total, weights=levels.total).x
+    return MonotonePod(levels, rates, np.asarray(rising, dtype=float))
+
+
+def detected_level(
+    counted: Tally, *, probability: float = 0.9, confidence: float | None = 0.95
+) -> DetectableSeverity:
+    """The smallest tested level from which on all are detected with a probability.
+
+    With a confidence, levels are tested from the largest downwards by the one-sided binomial bound (29 of 29
+    show 90 % with 95 % confidence) until the first fails; a sequence fixed beforehand needs no correction for
+    their number: Maurer, Hothorn and Lehmacher (1995); Hsu and Berger, JASA 94 (1999) 468.
+
+    Parameters
+    ----------
+    counted : Tally
+    probability : float
+    confidence : float or None
+        None for the isotonic estimate.
+    """
+    levels = _levels(counted)
+    if confidence is None:
+        shown = monotone_detection(levels).probability >= probability
+    else:
+        two_sided = 2.0 * confidence - 1.0
+        bounds = [clopper_pearson(h, n, two_sided)[0] for h, n in zip(levels.hits, levels.total, strict=True)]
+        shown = np.array(bounds) >= probability
+    n_shown = int(np.cumprod(shown[::-1]).sum())
+    if not n_shown:
+        return DetectableSeverity("above", levels.span[1], probability, confidence)
+    place = levels.severity.size - n_shown
+    severity = float(levels.severity[place])
+    return DetectableSeverity("within" if place else "below", severity, probability, confidence)
+
+
+def _levels(counted: Tally) -> Tally:
+    return counted.pooled(MOST_LEVELS) if counted.severity.size > 3 * MOST_LEVELS else counted

@@ -1,0 +1,132 @@
+"""Rates of alarms, with binomial intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.evaluation.scores import Array
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A rate of alarms, with its two-sided interval.
+
+    Attributes
+    ----------
+    count, total : int
+        Alarms, and records with a score.
+    not_measurable : int
+        Number of records beside them that have none.
+    low, high : float
+        0 and 1 where there are no records.
+    confidence : float
+    n_group : int or None
+        Number of groups whose records may depend on each other; None where all are independent.
+    """
+
+    count: int
+    total: int
+    not_measurable: int
+    low: float
+    high: float
+    confidence: float
+    n_group: int | None = None
+
+    @property
+    def value(self) -> float:
+        """The rate; NaN where there are no records."""
+        return self.count / self.total if self.total else math.nan
+
+
+def clopper_pearson(count: float, total: float, confidence: float = 0.95) -> tuple[float, float]:
+    """The exact interval of a rate: each end leaves out (1 - confidence)/2.
+
+    Clopper and Pearson, Biometrika 26 (1934) 404. An end at level γ by itself has confidence (1 + γ)/2.
+
+    Parameters
+    ----------
+    count, total : float
+        Need not be whole: an effective number of records does as well.
+    confidence : float
+    """
+    from scipy.special import betaincinv
+
+    each = (1.0 - confidence) / 2.0
+    low = float(betaincinv(count, total - count + 1.0, each)) if count > 0.0 else 0.0
+    high = float(betaincinv(count + 1.0, total - count, 1.0 - each)) if count < total else 1.0
+    return low, high
+
+
+def alarm_rate(outcomes: ArrayLike, *, groups: Sequence[str] | None = None, confidence: float = 0.95) -> Rate:
+    """The rate of alarms of one population.
+
+    With groups, the interval is that of the effective number of records: the number of independent ones that
+    would give the variance seen between groups, with Student's quantile for the number of groups; at most the
+    number of records, and the number of groups where all agree. After Korn and Graubard, Survey Methodology
+    24 (1998) 193.
+
+    Parameters
+    ----------
+    outcomes : array_like, shape (n_record,)
+        1 alarm, 0 none, NaN not measurable.
+    groups : sequence of str, length n_record, optional
+        Equal for records that depend on each other, such as those of one unit or day.
+    confidence : float
+    """
+    values = np.asarray(outcomes, dtype=float)
+    is_known = ~np.isnan(values)
+    known, missing = values[is_known], int((~is_known).sum())
+    total, count = known.size, int(known.sum())
+    if not total:
+        return Rate(0, 0, missing, 0.0, 1.0, confidence)
+    effective, n_group = float(total), None
+    if groups is not None:
+        effective, n_group = _effective_number(known, np.asarray(groups)[is_known], confidence)
+    low, high = clopper_pearson(count * effective / total, effective, confidence)
+    return Rate(count, total, missing, low, high, confidence, n_group)
+
+
+def alarm_rates(
+    outcomes: ArrayLike,
+    populations: Sequence[str],
+    *,
+    groups: Sequence[str] | None = None,
+    confidence: float = 0.95,
+) -> dict[str, Rate]:
+    """The rate of alarms of each population, such as the test records, a shift, a confusion.
+
+    Parameters
+    ----------
+    outcomes : array_like, shape (n_record,)
+    populations : sequence of str, length n_record
+    groups : sequence of str, length n_record, optional
+    confidence : float
+    """
+    values, names = np.asarray(outcomes, dtype=float), np.asarray(populations)
+    clusters = None if groups is None else np.asarray(groups)
+    rates = {}
+    for name in dict.fromkeys(populations):
+        rows = names == name
+        own = None if clusters is None else clusters[rows].tolist()
+        rates[name] = alarm_rate(values[rows], groups=own, confidence=confidence)
+    return rates
+
+
+def _effective_number(outcomes: Array, groups: np.ndarray, confidence: float) -> tuple[float, int]:
+    from scipy.special import stdtrit
+
+    _, places = np.unique(groups, return_inverse=True)
+    sizes, total, share = np.bincount(places), outcomes.size, float(outcomes.mean())
+    n_group = sizes.size
+    departures = np.bincount(places, outcomes) - share * sizes
+    if n_group == 1 or share in (0.0, 1.0):
+        return float(n_group), n_group
+    variance = n_group / (n_group - 1) * float(np.sum(departures**2)) / total**2
+    quantile = (1.0 + confidence) / 2.0
+    fewer = float(stdtrit(total - 1, quantile) / stdtrit(n_group - 1, quantile)) ** 2
+    return min(float(total), fewer * share * (1.0 - share) / max(variance, 1e-300)), n_group

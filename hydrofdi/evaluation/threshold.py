@@ -1,0 +1,117 @@
+"""A threshold, and the plain one: an order statistic of healthy scores."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array, measurable, share_between_0_and_1
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """Limits beyond which a score is an alarm.
+
+    Attributes
+    ----------
+    low, high : float
+        Scores below `low` or above `high` are alarms, those on a limit are not; infinite where the direction
+        has no such limit.
+    false_alarm_rate : float
+        The rate that it is set for.
+    interval : tuple of float
+        Where the true rate lies, with `confidence`.
+    confidence : float
+    n_healthy : int
+        Number of healthy records that it rests on.
+    not_measurable : int
+        Number of healthy records beside them that have no score.
+    method : str
+        ``quantile``, ``tolerance limit`` or ``tail model``.
+    """
+
+    low: float
+    high: float
+    false_alarm_rate: float
+    interval: tuple[float, float]
+    confidence: float
+    n_healthy: int
+    not_measurable: int
+    method: str
+
+    def outcomes(self, scores: ArrayLike) -> Array:
+        """1 where a score is an alarm, 0 where it is none, NaN where it cannot be measured."""
+        values = np.asarray(scores, dtype=float)
+        alarms = (values < self.low) | (values > self.high)
+        return np.where(np.isnan(values), np.nan, alarms.astype(float))
+
+
+def limits_at_rank(ordered: Array, rank: int, direction: Direction) -> tuple[float, float]:
+    """Limits that leave `rank` - 1 scores outside, or `rank` - 2 in two halves where both directions alarm.
+
+    Parameters
+    ----------
+    ordered : ndarray, shape (n,)
+        Ascending.
+    rank : int
+        From 1; even for both directions.
+    direction : Direction
+    """
+    each = rank // direction.n_side
+    low = -math.inf if direction is Direction.RISING else float(ordered[each - 1])
+    high = math.inf if direction is Direction.FALLING else float(ordered[-each])
+    return low, high
+
+
+def quantile_threshold(
+    healthy: ArrayLike,
+    false_alarm_rate: float,
+    *,
+    direction: Direction = Direction.RISING,
+    confidence: float = 0.95,
+) -> Threshold:
+    """The k-th largest of n healthy scores, with k the largest whole number up to α (n + 1).
+
+    The rate of false alarms of the next record is then k/(n + 1) ≤ α on average over fit sets; that of the
+    one at hand is distributed as Beta(k, n + 1 - k), whatever the distribution of the scores: David and
+    Nagaraja, Order Statistics (2003), section 2.1. Equal scores only lower it.
+
+    Parameters
+    ----------
+    healthy : array_like, shape (n_record,)
+        Scores of independent fit records.
+    false_alarm_rate : float
+        α.
+    direction : Direction
+        Both directions take k/2 from each end.
+    confidence : float
+        Of the two-sided interval of the true rate.
+
+    Raises
+    ------
+    NotStatedError
+        Too few records: α (n + 1) is less than 1, or than 2 for both directions.
+    """
+    from scipy.special import betaincinv
+
+    share_between_0_and_1("the false-alarm rate", false_alarm_rate)
+    known, missing = measurable(healthy)
+    sides = direction.n_side
+    rank = math.floor(false_alarm_rate * (known.size + 1) / sides + 1e-9) * sides
+    if not rank:
+        needed = math.ceil(sides / false_alarm_rate - 1e-9) - 1
+        raise NotStatedError(
+            f"a false-alarm rate of {false_alarm_rate:.3g} needs {needed} healthy records, not {known.size}",
+            needed,
+        )
+    tails = np.array([1.0 - confidence, 1.0 + confidence]) / 2.0
+    low, high = betaincinv(rank, known.size + 1 - rank, tails)
+    limits = limits_at_rank(np.sort(known), rank, direction)
+    return Threshold(
+        *limits, false_alarm_rate, (float(low), float(high)), confidence, known.size, missing, "quantile"
+    )

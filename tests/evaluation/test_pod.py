@@ -1,0 +1,310 @@
+"""Curves of the probability of detection: what is recovered, what is bounded, what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+from scipy.special import expit, logit, ndtr, ndtri
+
+from hydrofdi.evaluation.pod.curve import probability_of_detection
+from hydrofdi.evaluation.pod.lack_of_fit import lack_of_fit
+from hydrofdi.evaluation.pod.likelihood import log_likelihood
+from hydrofdi.evaluation.pod.monotone import detected_level, monotone_detection
+from hydrofdi.evaluation.pod.smallest import curve_bounds, smallest_detectable
+from hydrofdi.evaluation.pod.tally import tally
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.threshold import quantile_threshold
+from tests.evaluation.repeats import holds_at_least, holds_in
+
+LEVELS = np.logspace(-2.0, 0.0, 9)
+SEVERITY = np.repeat(LEVELS, 100)
+RISE = {"logit": expit, "probit": ndtr}
+INVERSE = {"logit": logit, "probit": ndtri}
+LINKS = pytest.mark.parametrize("link", ["logit", "probit"])
+
+
+def pod(severity, location, spread, floor, link):
+    return floor + (1.0 - floor) * RISE[link]((np.log10(severity) - location) / spread)
+
+
+def true_severity(probability, location, spread, floor, link):
+    return 10.0 ** (location + spread * INVERSE[link]((probability - floor) / (1.0 - floor)))
+
+
+def hits(draw, severity, location=-1.2, spread=0.15, floor=0.01, link="logit"):
+    return (draw.random(severity.size) < pod(severity, location, spread, floor, link)).astype(float)
+
+
+@LINKS
+@pytest.mark.parametrize("floor", [0.0, 0.05])
+def test_a_known_curve_is_recovered(link, floor):
+    severity = 10.0 ** np.random.default_rng(1).uniform(-2.0, 0.0, size=20_000)
+    outcomes = hits(np.random.default_rng(2), severity, -1.2, 0.15, floor, link)
+    curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=link)
+    assert (curve.location, curve.spread) == pytest.approx((-1.2, 0.15), abs=0.01)
+    for probability in (0.5, 0.9):
+        found = smallest_detectable(curve, probability=probability, confidence=None).value
+        assert found == pytest.approx(true_severity(probability, -1.2, 0.15, floor, link), rel=0.03)
+        assert curve.probability(found) == pytest.approx(probability)
+
+
+@LINKS
+@pytest.mark.parametrize("floor", [0.0, 0.02])
+def test_the_fit_is_the_maximum_that_a_general_search_finds(link, floor):
+    draw = np.random.default_rng(3)
+    for spread in (0.1, 0.4):
+        outcomes = hits(draw, SEVERITY, -1.1, spread, floor, link)
+        curve = probability_of_detection(SEVERITY, outcomes, false_alarm_rate=floor, link=link)
+        places = np.log10(curve.tally.severity)
+
+        def negative(x, counted=curve.tally, places=places):
+            return -log_likelihood(x[0] + x[1] * places, counted, floor, link)
+
+        best = minimize(negative, [3.0, 2.0], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-11})
+        assert curve.log_likelihood == pytest.approx(-best.fun, abs=1e-6)
+        assert (curve.intercept, curve.slope) == pytest.approx(tuple(best.x), rel=1e-3)
+
+
+def test_the_curve_is_that_of_statsmodels():
+    models = pytest.importorskip("statsmodels.api")
+    outcomes = hits(np.random.default_rng(4), SEVERITY, floor=0.0)
+    design = models.add_constant(np.log10(SEVERITY))
+    for link, model in (("logit", models.Logit), ("probit", models.Probit)):
+        expected = model(outcomes, design).fit(disp=0)
+        curve = probability_of_detection(SEVERITY, outcomes, link=link)
+        np.testing.assert_allclose([curve.intercept, curve.slope], expected.params, rtol=1e-5)
+        assert curve.log_likelihood == pytest.approx(expected.llf)
+
+
+def covered(repeats, n, link, floor, spread, probability, seed):
+    """How often the bound lies at or above the truth."""
+    draw, severity, count = np.random.default_rng(seed), np.repeat(LEVELS, n), 0
+    truth = true_severity(probability, -1.2, spread, floor, link)
+    for _ in range(repeats):
+        outcomes = hits(draw, severity, -1.2, spread, floor, link)
+        curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=link)
+        bound = smallest_detectable(curve, probability=probability)
+        count += bound.place == "above" or bound.severity >= truth
+    return count
+
+
+@LINKS
+def test_q90_95_covers_in_95_of_100_repeats(link):
+    assert holds_in(covered(150, 100, link, 0.01, 0.2, 0.9, seed=5), 150, 0.95)
+
+
+@pytest.mark.parametrize("spread", [0.02, 0.05])
+def test_q90_95_holds_where_hits_and_misses_are_nearly_apart(spread):
+    assert holds_at_least(covered(150, 40, "logit", 0.01, spread, 0.9, seed=6), 150, 0.95)
+
+
+@pytest.mark.long
+@LINKS
+@pytest.mark.parametrize("floor", [0.0, 0.01])
+@pytest.mark.parametrize("probability", [0.5, 0.9])
+def test_bounds_cover_in_95_plus_or_minus_2_of_100_repeats(link, floor, probability):
+    assert abs(covered(1500, 250, link, floor, 0.2, probability, seed=7) / 1500 - 0.95) < 0.02
+
+
+def test_bounds_of_the_curve_hold_it_and_agree_with_the_severity_that_they_bound():
+    draw, held = np.random.default_rng(8), 0
+    for _ in range(60):
+        curve = probability_of_detection(SEVERITY, hits(draw, SEVERITY), false_alarm_rate=0.01)
+        low, high = curve_bounds(curve, [0.08])
+        held += low[0] <= pod(0.08, -1.2, 0.15, 0.01, "logit") <= high[0]
+    assert holds_in(held, 60, 0.95)
+    bound = smallest_detectable(curve, probability=0.9, confidence=0.95)
+    low, high = curve_bounds(curve, LEVELS, confidence=0.9)
+    assert np.all((low <= curve.probability(LEVELS)) & (curve.probability(LEVELS) <= high))
+    assert curve_bounds(curve, [bound.value], confidence=0.9)[0][0] == pytest.approx(0.9, abs=1e-5)
+
+
+def test_more_confidence_and_more_probability_ask_for_more():
+    curve = probability_of_detection(
+        SEVERITY, hits(np.random.default_rng(9), SEVERITY), false_alarm_rate=0.01
+    )
+    estimate = smallest_detectable(curve, confidence=None).severity
+    bounds = [
+        smallest_detectable(curve, confidence=confidence).severity for confidence in (0.6, 0.9, 0.95, 0.99)
+    ]
+    assert estimate < bounds[0]
+    assert bounds == sorted(bounds)
+    by_probability = [smallest_detectable(curve, probability=p).severity for p in (0.3, 0.5, 0.9, 0.95)]
+    assert by_probability == sorted(by_probability)
+
+
+def test_nothing_is_extrapolated():
+    draw = np.random.default_rng(10)
+    weak = probability_of_detection(SEVERITY, hits(draw, SEVERITY, location=0.3, spread=0.3))
+    assert smallest_detectable(weak).place == "above"
+    assert smallest_detectable(weak).value is None
+    assert smallest_detectable(weak, confidence=None).place == "above"
+    words = smallest_detectable(weak).sentence("L/min")
+    assert words == "not detectable up to 1 L/min"
+    strong = probability_of_detection(SEVERITY, hits(draw, SEVERITY, location=-3.5, spread=0.5))
+    assert smallest_detectable(strong).place == "below"
+    assert smallest_detectable(strong).sentence("L/min", 1.0) == "at most 0.01 L/min"
+
+
+def test_an_estimate_within_reach_may_have_a_bound_beyond_it():
+    severity = np.repeat(LEVELS, 12)
+    outcomes = hits(np.random.default_rng(11), severity, location=-0.35, spread=0.12, floor=0.0)
+    curve = probability_of_detection(severity, outcomes)
+    assert smallest_detectable(curve, confidence=None).place == "within"
+    assert smallest_detectable(curve).place == "above"
+
+
+def test_a_detector_that_sees_nothing_finds_nothing_at_any_severity():
+    draw = np.random.default_rng(12)
+    for floor in (0.0, 0.01):
+        outcomes = (draw.random(SEVERITY.size) < 0.01).astype(float)
+        curve = probability_of_detection(SEVERITY, outcomes, false_alarm_rate=floor)
+        assert smallest_detectable(curve).place == "above"
+    falling = probability_of_detection(SEVERITY, hits(draw, SEVERITY)[::-1])
+    assert falling.slope == 0.0
+    assert smallest_detectable(falling).place == "above"
+
+
+def test_separated_hits_and_misses_give_a_tested_level():
+    outcomes = (SEVERITY > 0.1001).astype(float)
+    curve = probability_of_detection(SEVERITY, outcomes, false_alarm_rate=0.01)
+    assert curve.is_step
+    for confidence in (None, 0.95):
+        assert smallest_detectable(curve, confidence=confidence).severity == pytest.approx(LEVELS[5])
+    assert smallest_detectable(curve, probability=0.99).place == "above"  # 100 of 100 do not show it
+
+
+@pytest.mark.parametrize("n", [1, 28, 29])
+def test_hits_alone_show_no_more_than_their_number(n):
+    curve = probability_of_detection(np.repeat([0.1, 0.2], n), np.ones(2 * n))
+    bound = smallest_detectable(curve)
+    assert bound.place == ("below" if n == 29 else "above")
+    assert smallest_detectable(curve, confidence=None).place == "below"
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(st.sampled_from([0.01, 0.03, 0.1, 0.5]), st.booleans()), min_size=1, max_size=40),
+    st.sampled_from([0.0, 0.01, 0.3]),
+    st.sampled_from(["logit", "probit"]),
+)
+def test_any_hits_and_misses_are_judged(records, floor, link):
+    severity, outcomes = np.array(records, dtype=float).T
+    curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=link)
+    assert np.isfinite(curve.log_likelihood)
+    rates = curve.probability(np.sort(severity))
+    assert np.all((rates >= floor - 1e-12) & (rates <= 1.0))
+    assert np.all(np.diff(rates) >= -1e-12)
+    estimate, bound = (smallest_detectable(curve, confidence=confidence) for confidence in (None, 0.95))
+    order = ["below", "within", "above"]
+    assert order.index(estimate.place) <= order.index(bound.place)
+    assert estimate.severity <= bound.severity * (1.0 + 1e-9)
+    assert severity.min() <= bound.severity <= severity.max()
+
+
+def test_severities_in_another_unit_give_the_same_in_it():
+    outcomes = hits(np.random.default_rng(13), SEVERITY)
+    one, other = (
+        probability_of_detection(scale * SEVERITY, outcomes, false_alarm_rate=0.01) for scale in (1, 1e-5)
+    )
+    assert smallest_detectable(other).severity == pytest.approx(
+        1e-5 * smallest_detectable(one).severity, rel=1e-5
+    )
+
+
+def test_monotone_transforms_of_the_scores_change_no_curve():
+    draw = np.random.default_rng(14)
+    healthy, faulty = draw.normal(size=300), draw.normal(3.0 + 2.0 * np.log10(SEVERITY))
+    curves = [
+        probability_of_detection(SEVERITY, quantile_threshold(bend(healthy), 0.05).outcomes(bend(faulty)))
+        for bend in (np.asarray, np.exp, np.arctan)
+    ]
+    assert len({(curve.intercept, curve.slope) for curve in curves}) == 1
+
+
+def test_the_floor_keeps_false_alarms_from_counting_as_detections():
+    severity = np.repeat(LEVELS, 400)
+    outcomes = hits(np.random.default_rng(15), severity, location=-0.8, spread=0.1, floor=0.1)
+    truth = true_severity(0.5, -0.8, 0.1, 0.1, "logit")
+    right = probability_of_detection(severity, outcomes, false_alarm_rate=0.1)
+    wrong = probability_of_detection(severity, outcomes)
+    assert lack_of_fit(right).p_value > 0.01
+    assert lack_of_fit(wrong).p_value < 1e-6
+    estimate = smallest_detectable(right, probability=0.5, confidence=None)
+    assert estimate.value == pytest.approx(truth, rel=0.05)
+
+
+def test_a_right_curve_seldom_lacks_fit_and_a_wrong_one_does():
+    draw, told = np.random.default_rng(16), 0
+    for _ in range(200):
+        curve = probability_of_detection(SEVERITY, hits(draw, SEVERITY, spread=0.25), false_alarm_rate=0.01)
+        told += lack_of_fit(curve).p_value < 0.05
+    assert holds_in(told, 200, 0.05)
+    plateau = (draw.random(SEVERITY.size) < np.where(SEVERITY > 0.1, 0.6, 0.01)).astype(float)
+    assert lack_of_fit(probability_of_detection(SEVERITY, plateau)).p_value < 1e-6
+    assert np.isnan(lack_of_fit(probability_of_detection([0.1, 0.2], [0.0, 1.0])).p_value)
+
+
+def test_lack_of_fit_of_measured_severities_is_told_in_cells():
+    draw = np.random.default_rng(17)
+    severity = 10.0 ** draw.uniform(-2.0, 0.0, size=3000)
+    curve = probability_of_detection(severity, hits(draw, severity), false_alarm_rate=0.01)
+    result = lack_of_fit(curve)
+    assert 3 <= result.degrees <= 8
+    assert result.p_value > 0.001
+
+
+def test_29_of_29_show_90_percent_with_95_percent_confidence_and_28_of_28_do_not():
+    assert detected_level(tally(np.full(29, 0.3), np.ones(29))).severity == 0.3
+    assert detected_level(tally(np.full(28, 0.3), np.ones(28))).place == "above"
+    assert detected_level(tally(np.full(46, 0.3), np.r_[0.0, np.ones(45)])).place == "below"
+    assert detected_level(tally(np.full(45, 0.3), np.r_[0.0, np.ones(44)])).place == "above"
+
+
+def test_levels_count_only_from_the_largest_downwards():
+    severity = np.repeat([0.1, 0.2, 0.4], 40)
+    outcomes = np.repeat([1.0, 0.5, 1.0], 40)
+    outcomes[40:80] = np.tile([0.0, 1.0], 20)
+    assert detected_level(tally(severity, outcomes)).severity == 0.4
+
+
+def test_a_level_is_wrongly_shown_in_at_most_5_of_100_repeats():
+    draw, wrong = np.random.default_rng(18), 0
+    rates = np.repeat([0.3, 0.85, 0.899, 0.93], 60)
+    for _ in range(1000):
+        counted = tally(np.repeat([0.1, 0.2, 0.4, 0.8], 60), (draw.random(240) < rates).astype(float))
+        wrong += detected_level(counted).severity < 0.8
+    assert wrong <= 50 + 20
+
+
+def test_the_isotonic_estimate_never_falls_and_keeps_the_mean():
+    draw = np.random.default_rng(19)
+    counted = tally(SEVERITY, hits(draw, SEVERITY, spread=0.6))
+    result = monotone_detection(counted)
+    assert np.all(np.diff(result.probability) >= 0.0)
+    assert np.sum(result.probability * counted.total) == pytest.approx(counted.hits.sum())
+    assert all(rate.low <= rate.value <= rate.high for rate in result.rates)
+
+
+def test_measured_severities_are_pooled_without_losing_a_record():
+    draw = np.random.default_rng(20)
+    severity = 10.0 ** draw.uniform(-2.0, 0.0, size=5000)
+    counted = tally(severity, hits(draw, severity))
+    assert counted.severity.size <= 1000
+    pooled = counted.pooled(10)
+    assert pooled.severity.size == 10
+    assert (pooled.total.sum(), pooled.hits.sum()) == (5000, counted.hits.sum())
+    assert pooled.total.min() > 400
+    assert pooled.span[1] == severity.max()
+
+
+def test_records_without_a_score_or_a_fault_are_no_misses():
+    curve = probability_of_detection([0.1, 0.2, 0.2, 0.4], [0.0, 1.0, np.nan, 1.0])
+    assert (curve.tally.total.sum(), curve.tally.not_measurable) == (3, 1)
+    with pytest.raises(NotStatedError, match="no faulty record"):
+        probability_of_detection([0.1], [np.nan])
+    with pytest.raises(ValueError, match="positive"):
+        probability_of_detection([0.0, 0.1], [0.0, 1.0])
+    with pytest.raises(ValueError, match="false-alarm rate"):
+        probability_of_detection([0.1], [1.0], false_alarm_rate=1.0)

@@ -1,0 +1,168 @@
+"""Rates and their intervals, of independent records and of groups."""
+
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.evaluation.bootstrap import group_bootstrap, grouped_area
+from hydrofdi.evaluation.groups import healthy_against_healthy, left_out_outcomes
+from hydrofdi.evaluation.rates import alarm_rate, alarm_rates, clopper_pearson
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.threshold import quantile_threshold
+from hydrofdi.evaluation.tolerance import tolerance_threshold
+from tests.evaluation.repeats import holds_at_least
+
+RULE = partial(quantile_threshold, false_alarm_rate=0.05)
+
+
+@pytest.mark.parametrize(("count", "total"), [(0, 1), (1, 1), (0, 300), (3, 300), (29, 29), (150, 300)])
+def test_the_exact_interval_is_that_of_scipy(count, total):
+    expected = binomtest(count, total).proportion_ci(0.9, method="exact")
+    np.testing.assert_allclose(clopper_pearson(count, total, 0.9), expected, rtol=1e-9)
+
+
+def test_the_interval_holds_the_rate_in_at_least_95_of_100_repeats():
+    counts = np.random.default_rng(1).binomial(200, 0.01, size=2000)
+    intervals = {count: clopper_pearson(count, 200) for count in np.unique(counts)}
+    assert holds_at_least(sum(intervals[c][0] <= 0.01 <= intervals[c][1] for c in counts), 2000, 0.95)
+
+
+def test_records_without_a_score_are_counted_apart():
+    rate = alarm_rate([1.0, 0.0, np.nan, np.nan])
+    assert (rate.count, rate.total, rate.not_measurable, rate.value) == (1, 2, 2, 0.5)
+    nothing = alarm_rate([np.nan])
+    assert (nothing.total, nothing.low, nothing.high, nothing.not_measurable) == (0, 0.0, 1.0, 1)
+    assert math.isnan(nothing.value)
+    assert alarm_rate([0.0]).high == pytest.approx(0.975)
+
+
+def test_each_population_has_its_own_rate():
+    rates = alarm_rates([1, 0, 0, np.nan], ["test", "test", "stiffer", "stiffer"], groups=list("abab"))
+    assert list(rates) == ["test", "stiffer"]
+    assert (rates["test"].count, rates["test"].total, rates["test"].n_group) == (1, 2, 2)
+    assert (rates["stiffer"].total, rates["stiffer"].not_measurable) == (1, 1)
+
+
+def test_groups_that_agree_count_as_one_record_each():
+    outcomes, groups = np.repeat([0.0, 1.0, 0.0, 0.0], 25), np.repeat(list("abcd"), 25)
+    rate = alarm_rate(outcomes, groups=list(groups))
+    plain = alarm_rate(outcomes)
+    assert rate.low < plain.low
+    assert rate.high > clopper_pearson(1, 4)[1]
+    silent = alarm_rate(np.zeros(100), groups=list(groups))
+    assert silent.high == clopper_pearson(0, 4)[1]
+
+
+def test_independent_records_in_many_groups_lose_little():
+    draw = np.random.default_rng(2)
+    outcomes = draw.random(4000) < 0.1
+    rate, plain = alarm_rate(outcomes, groups=[str(i % 200) for i in range(4000)]), alarm_rate(outcomes)
+    assert 0.8 < (rate.high - rate.low) / (plain.high - plain.low) < 1.3
+
+
+@pytest.mark.parametrize("n_group", [10, 30])
+def test_clustered_intervals_hold_where_plain_ones_do_not(n_group):
+    draw = np.random.default_rng(3)
+    groups = [str(number) for number in np.repeat(np.arange(n_group), 40)]
+    held = plainly = 0
+    for _ in range(300):
+        shares = np.repeat(draw.beta(0.5, 4.5, size=n_group), 40)
+        outcomes = draw.random(shares.size) < shares
+        rate, plain = alarm_rate(outcomes, groups=groups), alarm_rate(outcomes)
+        held += rate.low <= 0.1 <= rate.high
+        plainly += plain.low <= 0.1 <= plain.high
+    assert holds_at_least(held, 300, 0.93)
+    assert plainly < 0.75 * 300
+
+
+def test_a_group_is_judged_by_the_others_alone():
+    healthy = np.concatenate((np.random.default_rng(4).normal(size=200), np.full(20, 50.0)))
+    groups = ["a"] * 100 + ["b"] * 100 + ["strange"] * 20
+    outcomes = left_out_outcomes(healthy, groups, RULE)
+    assert alarm_rates(outcomes, groups)["strange"].value == 1.0
+    assert alarm_rates(outcomes, groups)["a"].value < 0.1
+    with pytest.raises(NotStatedError, match="two groups"):
+        left_out_outcomes(healthy, ["a"] * 220, RULE)
+
+
+def test_leaving_groups_out_keeps_the_rate_where_groups_do_not_differ():
+    healthy = np.random.default_rng(5).normal(size=4000)
+    groups = [str(i % 8) for i in range(4000)]
+    rate = alarm_rate(left_out_outcomes(healthy, groups, RULE), groups=groups)
+    assert rate.low <= 0.05 <= rate.high
+
+
+def test_healthy_groups_are_set_against_each_other():
+    draw = np.random.default_rng(6)
+    healthy = np.concatenate(
+        (draw.normal(size=300), draw.normal(size=300), draw.normal(3.0, size=40), [np.nan])
+    )
+    groups = ["a"] * 300 + ["b"] * 300 + ["warm"] * 40 + ["lost"]
+    pairs = {(p.fit_group, p.test_group): p for p in healthy_against_healthy(healthy, groups, RULE)}
+    assert len(pairs) == 6
+    assert pairs["a", "b"].area.low < 0.5 < pairs["a", "b"].area.high
+    assert pairs["a", "b"].area.value == pytest.approx(1.0 - pairs["b", "a"].area.value)
+    assert pairs["a", "warm"].area.low > 0.9
+    assert pairs["a", "warm"].rate.low > 0.5
+    strict = healthy_against_healthy(healthy, groups, partial(tolerance_threshold, false_alarm_rate=0.01))
+    refused = next(pair for pair in strict if pair.fit_group == "warm")
+    assert refused.rate is None
+    assert "299" in refused.refusal
+
+
+def test_a_bootstrap_over_single_records_agrees_with_delong():
+    draw = np.random.default_rng(7)
+    healthy, faulty = draw.normal(size=150), draw.normal(1.0, size=150)
+    scores, is_faulty = np.append(healthy, faulty), np.repeat([False, True], 150)
+
+    def area(rows):
+        return area_under_curve(scores[rows][~is_faulty[rows]], scores[rows][is_faulty[rows]]).value
+
+    low, high = group_bootstrap(area, [str(i) for i in range(300)], n_draw=500)
+    delong = area_under_curve(healthy, faulty)
+    assert low == pytest.approx(delong.low, abs=0.01)
+    assert high == pytest.approx(delong.high, abs=0.01)
+
+
+def test_the_fast_bootstrap_of_areas_is_the_general_one():
+    draw = np.random.default_rng(8)
+    shifts = draw.normal(size=12)
+    places = np.repeat(np.arange(12), 20)
+    healthy, faulty = draw.normal(shifts[places]), draw.normal(shifts[places] + 1.0)
+    names = [str(number) for number in places]
+    scores, is_faulty = np.append(healthy, faulty), np.repeat([False, True], places.size)
+
+    def area(rows):
+        return area_under_curve(scores[rows][~is_faulty[rows]], scores[rows][is_faulty[rows]]).value
+
+    fast = grouped_area(np.append(healthy, np.nan), faulty, [*names, "0"], names)
+    low, high = group_bootstrap(area, names + names, n_draw=1000)
+    assert fast.not_measurable == 1
+    assert fast.value == area_under_curve(healthy, faulty).value
+    assert (fast.low, fast.high) == pytest.approx((low, high), abs=0.02)
+
+
+def test_grouped_areas_hold_the_truth_where_groups_shift_the_scores():
+    draw = np.random.default_rng(9)
+    names, places = [str(i) for i in np.repeat(np.arange(20), 10)], np.repeat(np.arange(20), 10)
+    truth, held, plainly = 0.691462, 0, 0  # Φ(1/√4): unit shifts of independent groups beside unit noise
+    for _ in range(200):
+        healthy = draw.normal(draw.normal(size=20)[places])
+        faulty = draw.normal(draw.normal(1.0, size=20)[places])
+        area = grouped_area(healthy, faulty, names, [f"faulty {name}" for name in names], n_draw=300)
+        plain = area_under_curve(healthy, faulty)
+        held += area.low <= truth <= area.high
+        plainly += plain.low <= truth <= plain.high
+    assert holds_at_least(held, 200, 0.93)
+    assert plainly < 0.75 * 200
+
+
+def test_few_groups_give_no_interval():
+    with pytest.raises(NotStatedError, match="5 of them, not 4"):
+        group_bootstrap(lambda rows: float(rows.size), list("aabbccdd"))
+    with pytest.raises(NotStatedError, match="most draws"):
+        group_bootstrap(lambda rows: math.nan, list("abcdef"), n_draw=10)

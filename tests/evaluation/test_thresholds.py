@@ -1,0 +1,166 @@
+"""Thresholds keep the false-alarm rate that they state, and are refused where the records do not carry it."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+from scipy.stats import beta, binom
+
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.evaluation.direction import Direction, learned_direction, suspicion
+from hydrofdi.evaluation.rates import alarm_rate
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.threshold import quantile_threshold
+from hydrofdi.evaluation.tolerance import records_needed, tolerance_threshold
+from tests.evaluation.repeats import holds_in
+
+
+@pytest.mark.parametrize(("rank", "needed"), [(1, 299), (2, 473), (3, 628), (5, 913), (10, 1568), (20, 2784)])
+def test_published_numbers_of_records_for_one_percent_with_95_percent(rank, needed):
+    assert records_needed(0.01, 0.95, rank) == needed
+
+
+def test_the_number_of_records_is_the_smallest_by_the_binomial_distribution():
+    for rate, confidence, rank in ((0.05, 0.9, 1), (0.1, 0.99, 4), (0.001, 0.95, 1), (0.5, 0.5, 1)):
+        n = records_needed(rate, confidence, rank)
+        assert binom.sf(rank - 1, n, rate) >= confidence > binom.sf(rank - 1, n - 1, rate)
+
+
+def test_too_few_records_are_refused_with_the_number_that_would_do():
+    with pytest.raises(NotStatedError, match="299 healthy records, not 298") as refused:
+        tolerance_threshold(np.arange(298.0), 0.01)
+    assert refused.value.records_needed == 299
+    assert isinstance(refused.value, HydrofdiError)
+    assert tolerance_threshold(np.arange(299.0), 0.01).high == 298.0
+    with pytest.raises(NotStatedError, match="473"):
+        tolerance_threshold(np.arange(400.0), 0.01, direction=Direction.BOTH)
+    with pytest.raises(NotStatedError, match="99 healthy records, not 98"):
+        quantile_threshold(np.arange(98.0), 0.01)
+    assert quantile_threshold(np.arange(99.0), 0.01).high == 98.0
+    with pytest.raises(NotStatedError):
+        quantile_threshold([], 0.5)
+
+
+def test_a_thousand_records_take_the_tenth_largest():
+    threshold = quantile_threshold(np.arange(1000.0), 0.01, confidence=0.9)
+    assert threshold.high == 990.0
+    np.testing.assert_allclose(threshold.interval, beta(10, 991).ppf([0.05, 0.95]))
+    assert [f"{100 * end:.1f}" for end in threshold.interval] == ["0.5", "1.6"]
+
+
+def test_the_quantile_keeps_its_rate_on_average_and_its_interval_in_repeats():
+    draw = np.random.default_rng(11)
+    thresholds = [quantile_threshold(scores, 0.01) for scores in draw.normal(size=(1000, 300))]
+    rates = ndtr([-threshold.high for threshold in thresholds])
+    assert abs(rates.mean() - 3 / 301) < 4 * rates.std() / math.sqrt(1000)
+    inside = sum(t.interval[0] <= rate <= t.interval[1] for t, rate in zip(thresholds, rates, strict=True))
+    assert holds_in(inside, 1000, 0.95)
+
+
+def test_the_rate_of_fresh_healthy_records_contains_the_true_one_in_95_of_100_repeats():
+    draw = np.random.default_rng(12)
+    inside = 0
+    for _ in range(1000):
+        threshold = quantile_threshold(draw.normal(size=1000), 0.01)
+        rate = alarm_rate(threshold.outcomes(draw.normal(size=1000)))
+        inside += rate.low <= ndtr(-threshold.high) <= rate.high
+    assert inside >= 950 - 20
+
+
+@pytest.mark.parametrize("direction", Direction)
+@pytest.mark.parametrize("n", [473, 700])
+def test_the_tolerance_limit_keeps_its_confidence(direction, n):
+    draw = np.random.default_rng(13)
+    kept = 0
+    for scores in draw.exponential(size=(1000, n)):
+        threshold = tolerance_threshold(scores, 0.01, direction=direction)
+        rate = math.exp(-threshold.high) - math.expm1(-max(threshold.low, 0.0))
+        kept += rate <= 0.01
+    sides = direction.n_side
+    rank = max(k for k in range(sides, 30, sides) if beta.cdf(0.01, k, n + 1 - k) >= 0.95)
+    assert holds_in(kept, 1000, beta.cdf(0.01, rank, n + 1 - rank))
+
+
+def test_both_directions_leave_half_on_each_side():
+    threshold = quantile_threshold(np.arange(199.0), 0.01, direction=Direction.BOTH)
+    assert (threshold.low, threshold.high) == (0.0, 198.0)
+    assert threshold.outcomes([-1.0, 0.0, 100.0, 198.0, 199.0]).tolist() == [1, 0, 0, 0, 1]
+
+
+def test_directions_mirror_each_other():
+    scores = np.random.default_rng(14).normal(size=500)
+    rising = quantile_threshold(scores, 0.02)
+    falling = quantile_threshold(-scores, 0.02, direction=Direction.FALLING)
+    assert falling.low == -rising.high
+    assert falling.high == -rising.low == math.inf
+
+
+def test_monotone_transforms_of_the_scores_change_no_alarm():
+    draw = np.random.default_rng(15)
+    fit, test = draw.normal(size=400), draw.normal(1.0, size=300)
+    for rule in (quantile_threshold, tolerance_threshold):
+        for direction in Direction:
+            plain = rule(fit, 0.02, direction=direction).outcomes(test)
+            bent = rule(np.exp(fit), 0.02, direction=direction).outcomes(np.exp(test))
+            assert plain.tolist() == bent.tolist()
+
+
+def test_a_leak_of_zero_is_detected_at_the_false_alarm_rate():
+    draw = np.random.default_rng(16)
+    threshold = quantile_threshold(draw.gamma(2.0, size=20_000), 0.05)
+    rate = alarm_rate(threshold.outcomes(draw.gamma(2.0, size=20_000) + 0.0))
+    assert rate.low <= 0.05 <= rate.high
+
+
+def test_scores_that_cannot_be_measured_are_counted_apart():
+    scores = np.append(np.arange(500.0), [np.nan] * 7)
+    threshold = tolerance_threshold(scores, 0.01)
+    assert (threshold.n_healthy, threshold.not_measurable) == (500, 7)
+    assert np.isnan(threshold.outcomes([np.nan, 1.0])).tolist() == [True, False]
+
+
+def test_extreme_scores():
+    equal = quantile_threshold(np.ones(200), 0.01)
+    assert equal.outcomes(np.ones(50)).sum() == 0
+    assert equal.outcomes([1.1]).tolist() == [1]
+    infinite = quantile_threshold(np.append(np.zeros(150), np.full(50, np.inf)), 0.01)
+    assert infinite.outcomes([1e300, np.inf]).tolist() == [0, 0]
+    low = quantile_threshold(np.append(np.zeros(250), -np.inf), 0.01)
+    assert low.outcomes([np.inf, -np.inf]).tolist() == [1, 0]
+    assert quantile_threshold([3.0], 0.5).high == 3.0
+
+
+@pytest.mark.parametrize("rate", [0.0, 1.0, -0.1, math.nan])
+def test_a_rate_that_is_none_is_an_error_of_the_caller(rate):
+    with pytest.raises(ValueError, match="false-alarm rate"):
+        quantile_threshold([1.0, 2.0], rate)
+
+
+def test_a_direction_is_learned_only_where_fit_records_settle_it():
+    draw = np.random.default_rng(17)
+    healthy = draw.normal(size=100)
+    assert learned_direction(healthy, healthy + 2.0) is Direction.RISING
+    assert learned_direction(healthy, healthy - 2.0) is Direction.FALLING
+    assert learned_direction(healthy, 4.0 * draw.normal(size=100)) is Direction.BOTH
+
+
+def test_suspicion_grows_with_the_departure():
+    assert suspicion([1.0, 2.0, 4.0], Direction.BOTH, 2.0).tolist() == [1.0, 0.0, 2.0]
+    assert suspicion([1.0, 2.0], Direction.FALLING).tolist() == [-1.0, -2.0]
+    with pytest.raises(ValueError, match="not finite"):
+        suspicion([1.0], Direction.BOTH, math.inf)
+
+
+def test_the_room_knows_arrays_alone_and_starts_without_scipy():
+    code = (
+        "import sys, pkgutil, importlib, hydrofdi.evaluation as room;"
+        "names = [m.name for m in pkgutil.walk_packages(room.__path__, room.__name__ + '.')];"
+        "[importlib.import_module(name) for name in names];"
+        "loaded = [m for m in sys.modules if m.startswith(('hydrofdi.', 'scipy.'))];"
+        "print(sorted({'.'.join(m.split('.')[:2]) for m in loaded}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['hydrofdi.errors', 'hydrofdi.evaluation']"

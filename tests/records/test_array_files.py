@@ -100,6 +100,15 @@ def test_units_of_hdf5_attributes_are_taken_and_compared(tmp_path):
     np.testing.assert_array_equal(batch[P1], [BAR * 1e6])
 
 
+def test_numbers_that_netcdf_packs_are_unpacked(tmp_path):
+    with h5py.File(tmp_path / "run.nc", "w") as target:
+        target["P1"] = np.array([100, 200, -1, 300], dtype=np.int16)
+        target["P1"].attrs.update({"scale_factor": 0.5, "add_offset": np.array([10.0]), "_FillValue": -1})
+    batch = one(tmp_path, description("run.nc"))
+    np.testing.assert_array_equal(batch[P1], [[60e5, 110e5, np.nan, 160e5]])
+    assert batch.remarks[0][0].kind == "missing"
+
+
 @pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
 @pytest.mark.parametrize(("values", "sentence"), [
     (BAR + 1j, "P1: holds complex numbers"),

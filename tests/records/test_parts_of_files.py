@@ -49,6 +49,7 @@ def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
     (remark,) = batch.remarks[0]
     assert (remark.kind, remark.is_unusable) == ("gap", False)
     assert batch.sampling_frequency == 20.0
+    assert kinds(one(tmp_path, TIMED + "resample: 4 Hz\n")) == {"gap", "folded"}
     np.testing.assert_allclose(batch[P1][0], np.arange(199) / 20.0 * 0.5 + 1, rtol=1e-12)
 
 

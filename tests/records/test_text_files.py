@@ -8,7 +8,7 @@ import pytest
 
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.measured import measured_source, plain_file_source
-from tests.records.measuring import P1, P2, batches, csv_of, described, kinds, one
+from tests.records.measuring import P1, P2, USUAL, batches, csv_of, described, kinds, one
 
 PRESSURE = np.array([100.0, 101.5, 99.25, 102.125])
 
@@ -65,6 +65,8 @@ channels: {chamber_1_pressure: {column: P1, unit: counts}}
     ("P1 [MPa],x\n1,2\n3,4\n", "the file says MPa, the description says bar"),
     ("measured in May\nP1,x\n1,2\n", "run.csv: has no column 'P1'"),
     ("P1,2\n1,2\n", "run.csv:1: is this a header or a row"),
+    ("P1 [bar],x\nMPa,mm\n1,2\n", "run.csv:2: column 'P1 .bar.' has the unit MPa here"),
+    ("P1,T\nbar,degC\n1,2\n", "'bar' is not a number; a line of units is announced by .*units_row: true"),
     ("", "empty"),
 ])  # fmt: skip
 def test_a_slip_is_told_with_its_line(tmp_path, text, sentence):
@@ -98,6 +100,27 @@ def test_a_last_line_that_was_cut_off_is_left_out_and_said(tmp_path):
     batch = one(tmp_path, run_csv="P1,x\n1,1\n2,2\n3")
     np.testing.assert_array_equal(batch[P1], [[1e5, 2e5]])
     assert "truncated" in kinds(batch)
+
+
+@pytest.mark.parametrize(("text", "kind", "sentence"), [
+    ("P1,x\n1,1\n2\n3,3\n", "ragged", "rows with fewer cells than there are column names: 1"),
+    ("P1,x\n1,1\n\n# lost\n3,3\n\n", "interrupted", "lines among the rows that are blank or comments: 2"),
+])  # fmt: skip
+def test_rows_that_may_be_shifted_are_said(tmp_path, text, kind, sentence):
+    (remark,) = one(tmp_path, run_csv=text).remarks[0]
+    assert (remark.kind, remark.text) == (kind, sentence)
+
+
+def test_numbers_without_header_are_found_by_their_column(tmp_path):
+    description = USUAL.replace("column: P1, unit: bar", "column: 2, unit: Pa")
+    batch = one(tmp_path, description, run_csv="0.5,1\n1.5,2\n")
+    np.testing.assert_array_equal(batch[P1], [[1.0, 2.0]])
+    with pytest.raises(DataError, match=r"run.csv:1: do commas divide columns, or are they decimal signs"):
+        one(tmp_path, description, run_csv="1,5,2,5\n3,5,4,5\n")
+    for form, expected in (('delimiter: ","', [5.0, 5.0]), ('decimal: ",", delimiter: tab', [2.5, 4.5])):
+        text = "1,5\t2,5\n3,5\t4,5\n" if "tab" in form else "1,5,2,5\n3,5,4,5\n"
+        batch = one(tmp_path, f"{description}format: {{{form}}}\n", run_csv=text)
+        np.testing.assert_array_equal(batch[P1], [expected])
 
 
 def test_files_come_in_natural_order_and_equal_ones_side_by_side(tmp_path):
@@ -183,7 +206,7 @@ def test_a_plain_file_is_read_by_its_column_names(tmp_path):
     ("t [s],P1\n1,1\n2,2\n", "column 'P1' has no unit; describe it in a YAML: .*column: 'P1', unit: bar"),
     ("t [s],foo [bar]\n1,1\n2,2\n", "no column is named like a channel; found"),
     ("t [s],P1 [bar],p_1 [Pa]\n1,1,1\n2,2,2\n", "more than one column"),
-    ("1,2\n3,4\n", "no column is named like a channel; found 1, 2"),
+    ("1.5,2\n3,4\n", "no column is named like a channel; found 1, 2"),
 ])  # fmt: skip
 def test_a_plain_file_that_does_not_say_enough_is_refused(tmp_path, text, sentence):
     file = tmp_path / "run.csv"

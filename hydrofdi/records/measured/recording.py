@@ -17,7 +17,7 @@ from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.rejection import RejectionError
-from hydrofdi.records.measured.sampling import Sampling, given_sampling, resampled, sampling_of_times
+from hydrofdi.records.measured.sampling import Sampling, folding, given_sampling, resampled, sampling_of_times
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,7 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
         raise RejectionError("short", f"holds {n_time} sample{'s' if n_time == 1 else ''}")
     sampling, remarks = given_sampling(config) if times is None else sampling_of_times(times, config)
     if times is not None and config.resample is not None:
+        remarks += folding(sampling, config.resample)
         channels, sampling = resampled(channels, times, config.resample)
     remarks = (*table.remarks, *remarks)
     return Recording(channels, sampling, frozenset(relative), remarks=remarks, values=values)

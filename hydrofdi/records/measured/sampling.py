@@ -16,6 +16,7 @@ Key = TypeVar("Key")
 _GAP = 1.75
 """Steps from one sample to the next, from where on one is missing."""
 _DIGITS = 9
+_FEWER = 0.99
 _MOST_SAMPLES = 2**28
 
 
@@ -85,6 +86,17 @@ def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Rema
         return []
     text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
     return [Remark("uneven", text)]
+
+
+def folding(sampling: Sampling, frequency: float) -> tuple[Remark, ...]:
+    """A remark where resampling takes fewer samples than there are."""
+    if frequency > _FEWER * sampling.frequency:
+        return ()
+    text = (
+        f"resampled from {sampling.frequency:g} Hz to {frequency:g} Hz without a filter:"
+        f" what lies above {frequency / 2:g} Hz folds down"
+    )
+    return (Remark("folded", text),)
 
 
 def resampled(

@@ -6,9 +6,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from hydrofdi.records.measured.formats.arrays import ArrayTable
 from hydrofdi.records.measured.formats.content import Content
 from hydrofdi.records.measured.rejection import damage_told
+
+_MISSING = {"_FillValue", "missing_value"}
+_PACKING = {"scale_factor", "add_offset"} | _MISSING
+"""Attributes by which NetCDF packs numbers."""
 
 
 @contextmanager
@@ -29,7 +35,17 @@ def hdf5_table(place: str, content: Content) -> Iterator[ArrayTable]:
             file.visititems(keep)
             units = {name: _unit(item) for name, item in datasets.items()}
         shapes = {name: item.shape for name, item in datasets.items()}
-        yield ArrayTable(place, "HDF5", shapes, lambda name: datasets[name][()], units)
+        yield ArrayTable(place, "HDF5", shapes, lambda name: _unpacked(datasets[name]), units)
+
+
+def _unpacked(dataset: Any) -> Any:
+    """Values of a dataset; fill values, scale and offset of NetCDF applied."""
+    values, attributes = dataset[()], dataset.attrs
+    if not _PACKING & attributes.keys() or np.asarray(values).dtype.kind not in "iuf":
+        return values
+    missing = np.isin(values, [attributes[key] for key in _MISSING & attributes.keys()])
+    scale, offset = attributes.get("scale_factor", 1.0), attributes.get("add_offset", 0.0)
+    return np.where(missing, np.nan, np.asarray(values, dtype=np.float64) * scale + offset)
 
 
 def _unit(dataset: Any) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.measured.column_units import is_unit
@@ -28,12 +30,16 @@ class TextTable(Table):
         self._first_row, self._units = 0, [""]
         self.titles = self._take_header() if self._has_header() else self._numbered()
         self._check_widths()
-        self._leave_out_truncated(is_ended=text.endswith(("\n", "\r")))
+        self.remarks = tuple(self._irregularities(is_ended=text.endswith(("\n", "\r"))))
 
     def unit(self, position: int) -> str:
         """Unit in the row of units, or in the header."""
         own = self._units[position].strip("[]() ") if position < len(self._units) else ""
-        return own or super().unit(position)
+        header = super().unit(position)
+        if own and header and own != header:
+            title = self.titles[position]
+            raise DataError(f"{self._cells.place(1)}: column {title!r} has the unit {own} here")
+        return own or header
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""
@@ -42,7 +48,7 @@ class TextTable(Table):
             return column_numbers(cells, self._form.decimal, self._form.missing)
         except CellError as error:
             row = self._first_row + error.row
-            hint = self._preamble_hint() if error.row == 0 else ""
+            hint = self._first_row_hint() if error.row == 0 else ""
             place, title = self._cells.place(row), self.titles[position]
             raise DataError(f"{place}: column {title!r}: {error}{hint}") from None
 
@@ -66,6 +72,11 @@ class TextTable(Table):
         return not all(numeric)
 
     def _numbered(self) -> list[str]:
+        if self._cells.is_comma_doubtful:
+            raise DataError(
+                f"{self._cells.place(0)}: do commas divide columns, or are they decimal signs? Write"
+                " 'format: {delimiter: \",\"}' or 'format: {decimal: \",\"}'"
+            )
         return [str(number + 1) for number in range(self._cells.width)]
 
     def _take_header(self) -> list[str]:
@@ -105,7 +116,7 @@ class TextTable(Table):
                 " names hold blanks, write 'format: {header: false, skip: …}' and give columns by number"
             )
 
-    def _leave_out_truncated(self, is_ended: bool) -> None:
+    def _irregularities(self, is_ended: bool) -> Iterator[Remark]:
         cells, n_row = self._cells, self._cells.n_row
         if (
             not is_ended
@@ -113,10 +124,18 @@ class TextTable(Table):
             and len(cells.row(n_row - 1)) < len(cells.row(n_row - 2))
         ):
             cells.leave_out_last()
-            self.remarks = (Remark("truncated", "the last line is incomplete and left out"),)
+            yield Remark("truncated", "the last line is incomplete and left out")
+        if n_between := cells.lines_between(self._first_row):
+            yield Remark("interrupted", f"lines among the rows that are blank or comments: {n_between}")
+        if n_short := cells.rows_shorter(self._first_row, len(self.titles)):
+            yield Remark("ragged", f"rows with fewer cells than there are column names: {n_short}")
 
     def _is_number(self, cell: str) -> bool:
         return is_number(cell, self._form.decimal, self._form.missing)
+
+    def _first_row_hint(self) -> str:
+        units = "a line of units is announced by 'format: {units_row: true}'"
+        return f"; {units}" if self._first_row == 1 else self._preamble_hint()
 
     def _preamble_hint(self) -> str:
         return "" if self._form.skip else "; lines before the header are left out by 'format: {skip: …}'"

@@ -35,6 +35,7 @@ class Cells:
         self._lines = lines if len(self._numbers) == len(lines) else [lines[n] for n in self._numbers]
         self.n_row = len(self._lines)
         self._delimiter = _delimiter(self._lines[:2], form)
+        self._is_guessed = form.delimiter is None
         self.are_blank_delimited = self._delimiter == " "
         self._flat: list[str] = []
         self._rows: list[list[str]] = []
@@ -62,6 +63,20 @@ class Cells:
             return self._flat[first_row * self._width + position :: self._width]
         rows = self._rows[first_row:]
         return [row[position] if position < len(row) else "" for row in rows]
+
+    @property
+    def is_comma_doubtful(self) -> bool:
+        """Whether commas that divide whole numbers may be decimal signs, as far as the text tells."""
+        return self._is_guessed and self._delimiter == "," and not any("." in line for line in self._lines)
+
+    def lines_between(self, first_row: int) -> int:
+        """Lines among the rows from one on that hold no cells."""
+        numbers = self._numbers[first_row : self.n_row]
+        return numbers[-1] - numbers[0] + 1 - len(numbers) if numbers else 0
+
+    def rows_shorter(self, first_row: int, width: int) -> int:
+        """Rows from one on that have fewer cells than `width`."""
+        return sum(len(row) < width for row in self._rows[first_row:])
 
     def leave_out_last(self) -> None:
         """Forget the last row."""

@@ -97,7 +97,7 @@ def _found(numbers: dict[str, Array], n_record: int) -> NDArray[np.bool_]:
     """Whether a record has any number, shape (n_record,)."""
     found = np.zeros(n_record, dtype=bool)
     for array in numbers.values():
-        found |= ~np.isnan(array.reshape(n_record, -1)).all(axis=1)
+        found |= ~np.isnan(array).all(axis=tuple(range(1, array.ndim)))
     return found
 
 

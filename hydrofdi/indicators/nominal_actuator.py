@@ -48,7 +48,7 @@ class NominalActuator(Section):
     P_1 + P_2 less the return pressure, as a matched valve has it. ``auto``: measured, else nominal."""
 
     supply_pressure: Annotated[float, SI("Pa", above=0)] = 17.2e6
-    """Nominal supply pressure P_s [Pa]."""
+    """Nominal supply pressure P_s [Pa]; its error counts as leakage."""
 
     return_pressure: Annotated[float, SI("Pa", least=0)] = 0.0
     """Return pressure P_r [Pa]."""

@@ -98,6 +98,7 @@ def _start(rest: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:
     n_time = rest.shape[1]
     first = np.flatnonzero(np.diff(group, prepend=-1))
     products = _pencil_products(rest, first, min(n_time // 3, _LONGEST_PENCIL))
+    products[~np.isfinite(products).all(axis=(1, 2))] = np.eye(products.shape[1])
     space = np.linalg.eigh(products)[1][:, :, -2:]
     last = space[:, -1]
     step = space[:, :-1].transpose(0, 2, 1) @ space[:, 1:]

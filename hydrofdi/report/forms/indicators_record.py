@@ -50,6 +50,7 @@ def _change_record(axis: Axis, change: GroupChange, has_replicates: bool) -> dic
         "value": change.group.value,
         "text": change.group.text,
         "runs": change.n_run,
+        "values": _range_record(change.values),
         "change_fixed_percent": _range_record(change.fixed),
         "change_matched_percent": _range_record(change.matched),
         "within_healthy_fixed": change.fixed_is_healthy if has_replicates else None,

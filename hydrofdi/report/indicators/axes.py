@@ -58,7 +58,9 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
         return Axis(name, "EBM [MPa]", _groups(values, kept, megapascal))
     if name == _FLOW:
         return Axis(name, "Leakage [L/min]", _groups(values, kept, _flow))
-    return Axis(name, label_header(name), _groups(values, kept, _coefficient if is_leakage else plain))
+    if is_leakage:
+        return Axis(name, "K_i [m^3.5/kg^0.5]", _groups(values, kept, _coefficient))
+    return Axis(name, label_header(name), _groups(values, kept, plain))
 
 
 def _flow(flow: float) -> str:

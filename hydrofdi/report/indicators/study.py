@@ -27,6 +27,8 @@ class GroupChange:
     group : Group
     n_run : int
         Runs of the group that have a number.
+    values : Range
+        Their numbers, in the unit of the output.
     fixed, matched : Range
         Changes against either baseline [%].
     fixed_is_healthy, matched_is_healthy : bool
@@ -35,6 +37,7 @@ class GroupChange:
 
     group: Group
     n_run: int
+    values: Range
     fixed: Range
     matched: Range
     fixed_is_healthy: bool
@@ -148,6 +151,7 @@ def _group_change(group: Group, values: NDArray[np.float64], fixed: Changes, mat
     return GroupChange(
         group,
         int(rows.sum()),
+        range_of(values[rows].tolist()),
         range_of(fixed.percent[rows].tolist()),
         range_of(matched.percent[rows].tolist()),
         _all_healthy(fixed, rows),

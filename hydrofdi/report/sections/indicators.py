@@ -11,6 +11,10 @@ from hydrofdi.report.indicators.axes import Axis
 from hydrofdi.report.indicators.study import GroupChange, IndicatorStudy, OutputStudy
 from hydrofdi.report.ranges import Range
 from hydrofdi.report.wording import HOLE, counted, joined, row_name, signed, some
+from hydrofdi.units import convert
+
+_SHOWN_UNITS = {"Pa": "kPa", "m": "mm", "m^3/s": "L/min"}
+"""SI unit of an output → unit that it is shown in."""
 
 _NULL = "In parentheses: no more than healthy replicates differ by, so no sign of a leak."
 _NO_NULL = (
@@ -83,8 +87,8 @@ def _output_cells(study: IndicatorStudy, output: OutputStudy) -> tuple[Cell, ...
     return (
         Cell(output.measured.title),
         Cell(described.long_name),
-        Cell("–" if described.unit == "1" else described.unit),
-        Cell(_value(output.healthy), value=output.healthy.low),
+        Cell(_unit(output) or HOLE),
+        Cell(_value(output, output.healthy), value=output.healthy.low),
         *spread,
         Cell(f"{output.n_run:,}", value=output.n_run),
     )
@@ -92,25 +96,26 @@ def _output_cells(study: IndicatorStudy, output: OutputStudy) -> tuple[Cell, ...
 
 def _changes_sheet(key: str, study: IndicatorStudy, axis: Axis) -> Sheet:
     entries = [(output, change) for output in study.outputs for change in output.over[axis.name]]
-    titles = [output.measured.title for output, _ in entries]
+    titles = [_title(output) for output, _ in entries]
     breaks = group_breaks(titles)
     return Sheet(
         f"{key}-{axis.name}",
         f"Change over {axis.header}",
-        ("Output", axis.header, "Runs", "Against fixed [%]", "Against matched [%]"),
+        ("Output", axis.header, "Runs", "Value", "Against fixed [%]", "Against matched [%]"),
         tuple(
-            (Cell(title if place in (0, *breaks) else ""), *_change_cells(change))
-            for place, (title, (_, change)) in enumerate(zip(titles, entries, strict=True))
+            (Cell(title if place in (0, *breaks) else ""), *_change_cells(output, change))
+            for place, (title, (output, change)) in enumerate(zip(titles, entries, strict=True))
         ),
         breaks=breaks,
         text_columns=(0,),
     )
 
 
-def _change_cells(change: GroupChange) -> tuple[Cell, ...]:
+def _change_cells(output: OutputStudy, change: GroupChange) -> tuple[Cell, ...]:
     return (
         Cell(change.group.text, value=change.group.value),
         Cell(f"{change.n_run:,}", value=change.n_run),
+        Cell(_value(output, change.values)),
         Cell(_marked(change.fixed, change.fixed_is_healthy)),
         Cell(_marked(change.matched, change.matched_is_healthy)),
     )
@@ -121,12 +126,32 @@ def _marked(span: Range, is_healthy: bool) -> str:
 
 
 def _span(span: Range) -> str:
-    low, high = signed(span.low), signed(span.high)
-    return low if low == high else f"{low} … {high}".replace(" ", "\N{NO-BREAK SPACE}")
+    return _joined(_percent(span.low), _percent(span.high))
 
 
-def _value(span: Range) -> str:
+def _percent(value: float) -> str:
+    """A change with its sign; more decimals where it is small."""
+    return signed(value, 1 if abs(value) >= 1.0 or value == 0.0 else 3)
+
+
+def _unit(output: OutputStudy) -> str:
+    """The unit that an output is shown in; empty for a number without one."""
+    unit = output.measured.output.unit
+    return "" if unit == "1" else _SHOWN_UNITS.get(unit, unit)
+
+
+def _title(output: OutputStudy) -> str:
+    unit = _unit(output)
+    return f"{output.measured.title} [{unit}]" if unit else output.measured.title
+
+
+def _value(output: OutputStudy, span: Range) -> str:
     if span.low != span.low:
         return HOLE
-    low, high = f"{span.low:.4g}", f"{span.high:.4g}"
-    return low if low == high else f"{low} … {high}"
+    shown = _SHOWN_UNITS.get(output.measured.output.unit)
+    low, high = (value if shown is None else convert(value, shown) for value in (span.low, span.high))
+    return _joined(f"{low:.4g}", f"{high:.4g}")
+
+
+def _joined(low: str, high: str) -> str:
+    return low if low == high else f"{low} … {high}".replace(" ", "\N{NO-BREAK SPACE}")

@@ -106,17 +106,26 @@ def test_a_record_stands_alone():
     assert_rows_stand_alone(batch(channels), "ring_down")
 
 
-@pytest.mark.parametrize("pressure", [np.full(N, 8e6), np.full(N, np.nan), np.arange(N) * 1e3, np.zeros(N)])
-def test_what_does_not_move_does_not_ring(pressure):
-    values, _ = measured(batch({P1: pressure, U: square(N, HALF)}), "ring_down")
-    assert values["steps"] == 0.0
-    assert np.isnan(values["frequency"]).all()
+@pytest.mark.parametrize("pressure", [np.full(N, 8e6), np.full(N, np.nan), np.zeros(N)])
+@pytest.mark.parametrize("command", [square(N, HALF), np.ones(N)])
+def test_a_pressure_that_does_not_move_has_no_numbers_and_says_so(pressure, command):
+    values, obstacles = measured(batch({P1: pressure, U: command}), "ring_down")
+    assert all(np.isnan(value).all() for value in values.values())
+    assert "no step of the drive" in obstacles[0]
 
 
-def test_a_record_without_steps_has_no_numbers():
-    values, _ = measured(batch({P1: np.random.default_rng(1).normal(size=N), U: np.ones(N)}), "ring_down")
+def test_a_ramp_does_not_ring():
+    values, _ = measured(batch({P1: np.arange(N) * 1e3, U: square(N, HALF)}), "ring_down")
     assert values["steps"] == 0.0
-    assert np.isnan(values["overdamped"]).all()
+    assert values["overdamped"] == 1.0
+
+
+def test_a_record_without_steps_says_so():
+    values, obstacles = measured(
+        batch({P1: np.random.default_rng(1).normal(size=N), U: np.ones(N)}), "ring_down"
+    )
+    assert np.isnan(values["steps"]).all()
+    assert "no step of the drive" in obstacles[0]
 
 
 @pytest.mark.parametrize(

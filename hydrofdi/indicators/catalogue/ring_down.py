@@ -58,6 +58,7 @@ class RingDown(Indicator[RingDownOptions]):
     summary = "Natural frequency and damping ratio of the pressure after the steps of the drive."
     source = "Hua and Sarkar, IEEE Trans. Acoust., Speech, Signal Process. (1990): matrix pencil"
     equation = "P = polynomial + Re(c exp(s t)) by least squares; s = 2π f_h (−ζ + i √(1 − ζ²))"
+    absence = "no step of the drive with a window behind it in which the pressure moves"
     Options = RingDownOptions
 
     @property
@@ -120,8 +121,11 @@ class RingDown(Indicator[RingDownOptions]):
 
 def _summary(motion: FreeMotion, steps: Steps, n_record: int, rings: NDArray[np.bool_]) -> dict[str, Array]:
     ringing = steps.where(rings)
-    n_ringing = ringing.counts(n_record).astype(float)
-    values = {"steps": n_ringing, "overdamped": 1.0 - n_ringing / steps.counts(n_record)}
+    n_step, n_ringing = steps.counts(n_record), ringing.counts(n_record).astype(float)
+    values = {
+        "steps": np.where(n_step > 0, n_ringing, np.nan),
+        "overdamped": 1.0 - n_ringing / n_step,
+    }
     found = {
         "frequency": (motion.frequency[rings], motion.frequency_deviation[rings]),
         "damping_ratio": (motion.damping_ratio[rings], motion.damping_deviation[rings]),

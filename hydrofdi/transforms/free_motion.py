@@ -1,8 +1,8 @@
 """Natural frequency and damping ratio of a second-order system from pieces of its free motion.
 
-A matrix pencil of all pieces of a record gives the start (Hua and Sarkar, IEEE Trans. Acoust., Speech, Signal
-Process. 38 (1990) 814), and least squares in each piece the answer. The model of a piece is a polynomial and
-c_1 exp(s_1 t) + c_2 exp(s_2 t), where s_1 and s_2 are the roots of s² + a s + b, complex or real.
+A matrix pencil of all pieces of a record gives the start, and least squares in each piece the answer. The
+model of a piece is a polynomial and c_1 exp(s_1 t) + c_2 exp(s_2 t), where s_1 and s_2 are the roots of
+s² + a s + b, complex or real.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.transforms.matrix_pencil import common_motion
 from hydrofdi.transforms.polynomials import less_polynomials, orthonormal_polynomials
 
 Array = NDArray[np.float64]
@@ -19,7 +20,6 @@ Array = NDArray[np.float64]
 _MOST_ITERATIONS = 10
 _SETTLED = 1e-7
 """A relative change so small is the last one: the next would be its square."""
-_LONGEST_PENCIL = 24
 _LEAST_SPLIT = 1e-3
 """Least size of ((s_1 − s_2)/2)², in windows: closer roots are taken so far apart."""
 _RIDGE = 1e-13
@@ -66,7 +66,7 @@ def fit_free_motion(
     trend = orthonormal_polynomials(n_time, degree)
     rest = less_polynomials(pieces, trend)
     power = np.sum(np.square(rest), axis=1)
-    a, b = _start(rest, group)
+    a, b = common_motion(rest, group)
     left, covariance = np.empty(a.size), np.empty((a.size, 2, 2))
     moving = np.arange(a.size)
     for _ in range(_MOST_ITERATIONS):
@@ -91,45 +91,6 @@ def _improvement(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, 
     left = with_rest - _times(products, motion)
     change = _times(inverse, _times(slopes, left))
     return change[:, 2:], -np.sum(motion * (with_rest + left), axis=1), inverse[:, 2:, 2:]
-
-
-def _start(rest: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:
-    """a and b from a pencil of rank 2, equal in each group; time counted in windows."""
-    n_time = rest.shape[1]
-    first = np.flatnonzero(np.diff(group, prepend=-1))
-    products = _pencil_products(rest, first, min(n_time // 3, _LONGEST_PENCIL))
-    products[~np.isfinite(products).all(axis=(1, 2))] = np.eye(products.shape[1])
-    space = np.linalg.eigh(products)[1][:, :, -2:]
-    last = space[:, -1]
-    step = space[:, :-1].transpose(0, 2, 1) @ space[:, 1:]
-    left = np.sum(last[:, :, None] * step, axis=1) / (1.0 - np.sum(np.square(last), axis=1))[:, None]
-    step = step + last[:, :, None] * left[:, None, :]
-    half = 0.5 * (step[:, 0, 0] + step[:, 1, 1])
-    split = half**2 - step[:, 0, 0] * step[:, 1, 1] + step[:, 0, 1] * step[:, 1, 0]
-    roots = half[:, None] + np.sqrt(split[:, None] + 0j) * np.array([1.0, -1.0])
-    rates = np.log(roots) * n_time
-    of_piece = np.cumsum(np.diff(group, prepend=-1) != 0) - 1
-    a, b = -rates.sum(axis=1).real, np.abs(rates.prod(axis=1).real)
-    return a[of_piece], b[of_piece]
-
-
-def _pencil_products(rest: Array, first: NDArray[np.intp], length: int) -> Array:
-    """Products of the columns of Hankel matrices, summed in each group: (n_group, length + 1, length + 1).
-
-    Each lies on from the one before it along the diagonal, less its first term and with one more.
-    """
-    n_row = rest.shape[1] - length
-    ahead = np.lib.stride_tricks.sliding_window_view(rest[:, : length + n_row], n_row, axis=1)
-    edge = np.add.reduceat(np.sum(ahead * rest[:, None, :n_row], axis=2), first, axis=0)
-    heads, tails = rest[:, :length], rest[:, n_row : n_row + length]
-    change = np.add.reduceat(
-        tails[:, :, None] * tails[:, None, :] - heads[:, :, None] * heads[:, None, :], first, axis=0
-    )
-    products = np.empty((first.size, length + 1, length + 1))
-    products[:, 0] = products[:, :, 0] = edge
-    for row in range(length):
-        products[:, row + 1, 1:] = products[:, row, :-1] + change[:, row]
-    return products
 
 
 def _moved(a: Array, b: Array, change: Array) -> tuple[Array, Array, NDArray[np.bool_]]:

@@ -177,3 +177,10 @@ def test_a_file_that_is_cut_off_is_rejected_with_the_reason(tmp_path, suffix):
         file.write_bytes(whole[:length])
         batch = one(tmp_path, description(f"run.{suffix}"))
         assert [rejected.remark.kind for rejected in batch.rejected] == ["damaged"], length
+
+
+def test_names_of_datasets_that_are_no_utf_8_do_no_harm(tmp_path):
+    with h5py.File(tmp_path / "run.h5", "w") as target:
+        target["P1"] = BAR
+        target[b"P\xff"] = BAR
+    np.testing.assert_array_equal(one(tmp_path, description("run.h5"))[P1], [BAR * 1e5])

@@ -29,8 +29,8 @@ class ArrayTable(Table):
         Name → shape, known before the arrays are read. The longer axis of a matrix is time.
     load : callable
         Name → array, as the file holds it.
-    units : mapping of str to str
-        Name → unit, where the file states one.
+    units : callable, optional
+        Name → unit that the file states, empty where it states none.
     """
 
     def __init__(
@@ -39,16 +39,18 @@ class ArrayTable(Table):
         what: str,
         shapes: Mapping[str, tuple[int, ...]],
         load: Callable[[str], Any],
-        units: Mapping[str, str] | None = None,
+        units: Callable[[str], str] | None = None,
     ) -> None:
-        self.place, self._what, self._load, self._units = place, what, load, units or {}
+        self.place, self._what, self._load, self._units = place, what, load, units
         self._columns = [column for name, shape in shapes.items() for column in _columns(name, shape)]
         self.titles = [name if number is None else f"{name}[{number + 1}]" for name, number in self._columns]
 
     def unit(self, position: int) -> str:
         """Unit that the file states."""
         name = self._columns[position][0]
-        return self._units.get(name) or split_title(name)[1]
+        with damage_told(self._what):
+            stated = "" if self._units is None else self._units(name)
+        return stated or split_title(name)[1]
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""

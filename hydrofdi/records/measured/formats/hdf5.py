@@ -27,15 +27,16 @@ def hdf5_table(place: str, content: Content) -> Iterator[ArrayTable]:
     with file:
         datasets: dict[str, Any] = {}
 
-        def keep(name: str, item: Any) -> None:
+        def keep(name: str | bytes, item: Any) -> None:
             if isinstance(item, h5py.Dataset) and item.shape is not None:
-                datasets[name] = item
+                datasets[_text(name)] = item
 
         with damage_told("HDF5"):
             file.visititems(keep)
-            units = {name: _unit(item) for name, item in datasets.items()}
-        shapes = {name: item.shape for name, item in datasets.items()}
-        yield ArrayTable(place, "HDF5", shapes, lambda name: _unpacked(datasets[name]), units)
+            shapes = {name: item.shape for name, item in datasets.items()}
+        yield ArrayTable(
+            place, "HDF5", shapes, lambda name: _unpacked(datasets[name]), lambda name: _unit(datasets[name])
+        )
 
 
 def _unpacked(dataset: Any) -> Any:
@@ -50,5 +51,8 @@ def _unpacked(dataset: Any) -> Any:
 
 def _unit(dataset: Any) -> str:
     found = next((dataset.attrs[key] for key in ("units", "unit") if key in dataset.attrs), "")
-    text = found.decode("utf-8", "replace") if isinstance(found, bytes) else found
-    return text if isinstance(text, str) else ""
+    return _text(found) if isinstance(found, str | bytes) else ""
+
+
+def _text(text: str | bytes) -> str:
+    return text.decode("utf-8", "replace") if isinstance(text, bytes) else text

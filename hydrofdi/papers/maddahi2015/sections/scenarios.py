@@ -38,7 +38,7 @@ def _feasible_sentence(study: ScenarioStudy) -> str:
     feasible = int(study.feasible.sum())
     reasons = joined([f"{status} in {count}" for status, count in study.obstacles.items()])
     rest = f"; the others have runs without numbers: {reasons}" if reasons else ""
-    return f"{feasible} of {counted(study.n_scenario, 'different scenario')} are feasible{rest}."
+    return f"{feasible:,} of {counted(study.n_scenario, 'different scenario')} are feasible{rest}."
 
 
 def _together_sentence(study: ScenarioStudy) -> str:

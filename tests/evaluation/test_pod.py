@@ -7,11 +7,12 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.special import expit, logit, ndtr, ndtri
 
+from hydrofdi.evaluation.pod.bounds import curve_bounds
 from hydrofdi.evaluation.pod.curve import probability_of_detection
 from hydrofdi.evaluation.pod.lack_of_fit import lack_of_fit
 from hydrofdi.evaluation.pod.likelihood import log_likelihood
 from hydrofdi.evaluation.pod.monotone import detected_level, monotone_detection
-from hydrofdi.evaluation.pod.smallest import curve_bounds, smallest_detectable
+from hydrofdi.evaluation.pod.smallest import smallest_detectable
 from hydrofdi.evaluation.pod.tally import tally
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.threshold import quantile_threshold
@@ -118,6 +119,26 @@ def test_bounds_of_the_curve_hold_it_and_agree_with_the_severity_that_they_bound
     low, high = curve_bounds(curve, LEVELS, confidence=0.9)
     assert np.all((low <= curve.probability(LEVELS)) & (curve.probability(LEVELS) <= high))
     assert curve_bounds(curve, [bound.value], confidence=0.9)[0][0] == pytest.approx(0.9, abs=1e-5)
+
+
+@LINKS
+@pytest.mark.parametrize("floor", [0.0, 0.05])
+def test_bounds_are_those_of_all_rising_curves_that_are_likely_enough(link, floor):
+    outcomes = hits(np.random.default_rng(21), SEVERITY, -1.1, 0.25, floor, link)
+    curve = probability_of_detection(SEVERITY, outcomes, false_alarm_rate=floor, link=link)
+    places = np.log10(curve.tally.severity)
+    intercepts, slopes = np.meshgrid(
+        np.linspace(0.4, 1.8, 200) * curve.intercept, np.linspace(0.4, 1.8, 200) * curve.slope
+    )
+    rates = floor + (1.0 - floor) * RISE[link](intercepts[..., None] + slopes[..., None] * places)
+    likelihood = np.sum(curve.tally.hits * np.log(rates) + curve.tally.misses * np.log1p(-rates), axis=-1)
+    likely = 2.0 * (curve.log_likelihood - likelihood) <= 2.7055
+    rise = curve.quantile_of_rise(0.9)
+    largest = 10.0 ** np.max((rise - intercepts[likely]) / slopes[likely])
+    assert smallest_detectable(curve).severity == pytest.approx(largest, rel=0.02)
+    low, high = curve_bounds(curve, LEVELS, confidence=0.9)
+    np.testing.assert_allclose(low, rates[likely].min(axis=0), atol=0.005)
+    np.testing.assert_allclose(high, rates[likely].max(axis=0), atol=0.005)
 
 
 def test_more_confidence_and_more_probability_ask_for_more():

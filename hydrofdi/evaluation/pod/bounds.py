@@ -1,0 +1,49 @@
+"""Bounds of a curve over the severity, from the ratio of likelihoods."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.evaluation.pod.curve import PodCurve
+from hydrofdi.evaluation.pod.likelihood import log_cumulative
+from hydrofdi.evaluation.pod.profile import crossing, deficit, quantile_of_chi_square
+from hydrofdi.evaluation.scores import Array
+
+CERTAIN = 36.0
+"""Linear predictor at which a probability is 1 to the last digit, and 0 at its negative."""
+
+
+def curve_bounds(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.95) -> tuple[Array, Array]:
+    """Two-sided bounds of the probability of detection at each severity, from the ratio of likelihoods.
+
+    Where hits and misses are apart these are those of the fitted family, and too narrow.
+
+    Parameters
+    ----------
+    curve : PodCurve
+    severity : array_like, shape (n,)
+    confidence : float
+
+    Returns
+    -------
+    low, high : ndarray, shape (n,)
+    """
+    places = np.log10(np.asarray(severity, dtype=float))
+    drop, floor = quantile_of_chi_square(confidence), curve.false_alarm_rate
+    ends = [[_predictor_bound(curve, place, drop, side) for place in places] for side in (-1.0, 1.0)]
+    low, high = (np.exp(log_cumulative(np.array(end), curve.link)) for end in ends)
+    return floor + (1.0 - floor) * low, floor + (1.0 - floor) * high
+
+
+def _predictor_bound(curve: PodCurve, place: float, drop: float, side: float) -> float:
+    """The bound of the linear predictor at lg a = `place`, searched in doubled steps from the fitted one."""
+
+    def above(predictor: float) -> float:
+        return deficit(curve, place, predictor) - drop
+
+    start = float(np.clip(curve.intercept + curve.slope * place, -0.9 * CERTAIN, 0.9 * CERTAIN))
+    step = 0.5
+    while step < CERTAIN and above(start + side * step) < 0.0:
+        step *= 2.0
+    return crossing(above, start, float(np.clip(start + side * step, -CERTAIN, CERTAIN)))

@@ -141,6 +141,22 @@ def test_bounds_are_those_of_all_rising_curves_that_are_likely_enough(link, floo
     np.testing.assert_allclose(high, rates[likely].max(axis=0), atol=0.005)
 
 
+def test_bounds_of_a_faint_rise_are_those_of_curves_that_do_not_fall():
+    outcomes = (np.random.default_rng(22).random(SEVERITY.size) < 0.5 + 0.02 * np.log10(SEVERITY)).astype(
+        float
+    )
+    curve = probability_of_detection(SEVERITY, outcomes)
+    assert 0.0 < curve.slope < 0.3
+    places = np.log10(curve.tally.severity)
+    intercepts, slopes = np.meshgrid(np.linspace(-0.6, 1.0, 300), np.linspace(0.0, 0.6, 200))
+    rates = expit(intercepts[..., None] + slopes[..., None] * places)
+    likelihood = np.sum(curve.tally.hits * np.log(rates) + curve.tally.misses * np.log1p(-rates), axis=-1)
+    likely = rates[2.0 * (curve.log_likelihood - likelihood) <= 2.7055]
+    low, high = curve_bounds(curve, LEVELS, confidence=0.9)
+    np.testing.assert_allclose(low, likely.min(axis=0), atol=0.003)
+    np.testing.assert_allclose(high, likely.max(axis=0), atol=0.003)
+
+
 def test_more_confidence_and_more_probability_ask_for_more():
     curve = probability_of_detection(
         SEVERITY, hits(np.random.default_rng(9), SEVERITY), false_alarm_rate=0.01

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.stats import binomtest
+from scipy.stats import binomtest, t
 
 from hydrofdi.evaluation.auc import area_under_curve
 from hydrofdi.evaluation.bootstrap import group_bootstrap, grouped_area
@@ -55,6 +55,14 @@ def test_groups_that_agree_count_as_one_record_each():
     assert rate.high > clopper_pearson(1, 4)[1]
     silent = alarm_rate(np.zeros(100), groups=list(groups))
     assert silent.high == clopper_pearson(0, 4)[1]
+
+
+def test_the_effective_number_of_records_of_a_worked_example():
+    outcomes, groups = np.repeat([1.0, 0.0, 1.0, 0.0], [4, 6, 2, 8]), np.repeat(list("ab"), 10)
+    rate = alarm_rate(outcomes, groups=list(groups))
+    variance = 2.0 * (1.0**2 + 1.0**2) / 20**2  # G/(G - 1) Σ (hits - p size)² / n²
+    effective = 0.3 * 0.7 / variance * (t.ppf(0.975, 19) / t.ppf(0.975, 1)) ** 2
+    assert (rate.low, rate.high) == pytest.approx(clopper_pearson(0.3 * effective, effective))
 
 
 def test_independent_records_in_many_groups_lose_little():

@@ -108,6 +108,13 @@ def test_bounds_cover_in_95_plus_or_minus_2_of_100_repeats(link, floor, probabil
     assert abs(covered(1500, 250, link, floor, 0.2, probability, seed=7) / 1500 - 0.95) < 0.02
 
 
+@pytest.mark.long
+@LINKS
+@pytest.mark.parametrize("spread", [0.06, 0.15, 0.3])
+def test_with_20_records_a_level_bounds_still_cover_in_90_of_100_repeats(link, spread):
+    assert holds_at_least(covered(600, 20, link, 0.01, spread, 0.9, seed=23), 600, 0.92)
+
+
 def test_bounds_of_the_curve_hold_it_and_agree_with_the_severity_that_they_bound():
     draw, held = np.random.default_rng(8), 0
     for _ in range(60):

@@ -41,7 +41,7 @@ def lane_jobs(
 ) -> list[Job]:
     """As many jobs as there are lanes, over leakage and bulk modulus, with so many different drives."""
     amplitudes = np.linspace(1.5, 2.0, drives) if drives > 1 else [2.0]
-    nominal = RunParameters().with_values({"run.duration": duration, **values})
+    nominal = RunParameters().with_values({"record.duration": duration, **values})
     moduli = np.linspace(551e6, 827e6, WIDTH)
     leakages = np.linspace(0.0, LARGEST_LEAKAGE_COEFFICIENT, 8)
     return [
@@ -65,8 +65,8 @@ def parameter_vector(job: Job) -> np.ndarray:
 @cache
 def voltage(parameters: RunParameters, refinement: int = 1) -> np.ndarray:
     """Input of every Runge-Kutta step [V], the step being divided by `refinement`."""
-    steps = np.arange(parameters.run.n_step)
-    return np.repeat(input_voltage(parameters.input, parameters.run, steps), refinement)
+    steps = np.arange(parameters.record.n_step)
+    return np.repeat(input_voltage(parameters.input, parameters.record, steps), refinement)
 
 
 def d2_rms(pressure: np.ndarray) -> float:

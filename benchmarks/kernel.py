@@ -82,13 +82,13 @@ class Target:
 def advance_full_lanes(jobs: list[Job]) -> None:
     """The kernels alone: spools and lanes, chunk by chunk."""
     runs = [parameters for parameters, _ in jobs]
-    run, inputs = runs[0].run, Inputs(runs, runs[0].run)
+    record, inputs = runs[0].record, Inputs(runs, runs[0].record)
     lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])
-    for window, chunk in chunks(inputs, run):
+    for window, chunk in chunks(inputs, record):
         samples = np.empty((window.stop - window.start, N_PAPER_SAMPLED, WIDTH))
         advance_lanes(
-            lanes, chunk.stages, inputs.column_of_run, chunk.loads, inputs.load_of_run, run.step,
-            run.steps_per_sample, 1, samples, window.start * run.steps_per_sample, ModelOptions(),
+            lanes, chunk.stages, inputs.column_of_run, chunk.loads, inputs.load_of_run, record.step,
+            record.steps_per_sample, 1, samples, window.start * record.steps_per_sample, ModelOptions(),
         )  # fmt: skip
 
 
@@ -103,7 +103,7 @@ def one_by_one(solve: Callable[[Job], np.ndarray]) -> Callable[[list[Job]], list
 def contestants() -> dict[str, Contestant]:
     short = lane_jobs(SOLVER_RECORD)
     some = lane_jobs(KERNEL_RECORD)[::8]
-    steps, short_steps = some[0][0].run.n_step, short[0][0].run.n_step
+    steps, short_steps = some[0][0].record.n_step, short[0][0].record.n_step
 
     def lanes(title: str, jobs: list[Job]) -> Contestant:
         return Contestant(title, lambda: advance_full_lanes(jobs), WIDTH * steps, lane_pressures)
@@ -214,13 +214,13 @@ def kernel_rate(core: int | None) -> float:
     while time.perf_counter() - start < 2.0:
         advance_full_lanes(jobs)
         rounds += 1
-    return (time.perf_counter() - start) / (rounds * WIDTH * jobs[0][0].run.n_step)
+    return (time.perf_counter() - start) / (rounds * WIDTH * jobs[0][0].record.n_step)
 
 
 def measure_sweep(n_job: int, repetitions: int) -> tuple[dict[str, float], list[Target]]:
     """The sweep between two measurements of the pure kernel on the same cores."""
     cores = own_cores()
-    n_step = lane_jobs(20.0)[0][0].run.n_step
+    n_step = lane_jobs(20.0)[0][0].record.n_step
     results = []
     with multiprocessing.get_context("spawn").Pool(len(cores)) as pool:
         for _ in range(repetitions):

@@ -50,26 +50,26 @@ class LaneRun:
     def __init__(self, values: dict[str, Any]) -> None:
         jobs = lane_jobs(2.0)
         runs = [run.with_values(values) for run, _ in jobs]
-        inputs = Inputs(runs[:1], runs[0].run)
+        inputs = Inputs(runs[:1], runs[0].record)
         chunk = inputs.advance(0, N_STEP)
         self.options = ModelOptions.of(runs[0])
         self.drive = chunk.stages if self.options.closed_loop is None else chunk.references
         self.loads = chunk.loads
         self.lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])
-        self.run = runs[0].run
+        self.run = runs[0].record
         n_row = len(SAMPLED) if self.options.samples_more else N_PAPER_SAMPLED
-        self.samples = np.empty((N_STEP // self.run.steps_per_sample, n_row, WIDTH))
+        self.samples = np.empty((N_STEP // self.record.steps_per_sample, n_row, WIDTH))
         self.columns = np.zeros(WIDTH, dtype=np.int64)
 
     def advance(self) -> None:
         advance_lanes(
-            self.lanes, self.drive, self.columns, self.loads, self.columns, self.run.step,
-            self.run.steps_per_sample, 20, self.samples, 0, self.options,
+            self.lanes, self.drive, self.columns, self.loads, self.columns, self.record.step,
+            self.record.steps_per_sample, 20, self.samples, 0, self.options,
         )  # fmt: skip
 
     def advance_bare(self) -> None:
         bare_lanes.advance(
-            self.lanes, self.drive, self.columns, self.run.step, self.run.steps_per_sample, self.samples
+            self.lanes, self.drive, self.columns, self.record.step, self.record.steps_per_sample, self.samples
         )
 
 

@@ -63,10 +63,10 @@ def integrate(p, u, step, steps_per_sample, pressure):
 
 def pressure(job: Job, refinement: int = 1) -> np.ndarray:
     """Samples of P_1 [Pa] with the step of the run divided by `refinement`."""
-    run = job[0].run
-    samples = np.empty(run.n_sample)
+    record = job[0].record
+    samples = np.empty(record.n_sample)
     integrate(
         parameter_vector(job), voltage(job[0], refinement),
-        run.step / refinement, run.steps_per_sample * refinement, samples,
+        record.step / refinement, record.steps_per_sample * refinement, samples,
     )  # fmt: skip
     return samples

@@ -25,7 +25,7 @@ COMMANDS = (
 )  # fmt: skip
 SMALL = """\
 name: small
-run: {duration: 2 s}
+record: {duration: 2 s}
 sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551 MPa, 827 MPa]}}
 """
 
@@ -65,7 +65,7 @@ def first_compilation(repetitions: int) -> list[float]:
     differences = []
     for _ in range(repetitions):
         with tempfile.TemporaryDirectory() as folder:
-            command = [HYDROFDI, "simulate", "--set", "run.duration=2 s"]
+            command = [HYDROFDI, "simulate", "--set", "record.duration=2 s"]
             cold = seconds(command, folder, NUMBA_CACHE_DIR=folder)
             differences.append(cold - seconds(command, folder, NUMBA_CACHE_DIR=folder))
     return differences

@@ -21,7 +21,7 @@ import numpy as np
 COMMAND = [sys.executable, "-m", "hydrofdi"]
 GRID = """\
 name: {name}
-run: {{duration: {duration} s}}
+record: {{duration: {duration} s}}
 store: {{signals: {signals}}}
 sweep:
   grid:

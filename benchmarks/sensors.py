@@ -47,7 +47,7 @@ def measure_sensors(rounds: int) -> dict[str, dict[str, float]]:
             beside = _seconds(batches["ideal"])
             times[name].append(_seconds(batch))
             ratios[name].append(times[name][-1] / beside)
-    job_steps = sum(job.parameters.run.n_step for job in batches["ideal"])
+    job_steps = sum(job.parameters.record.n_step for job in batches["ideal"])
     return {
         name: {
             "ns_per_step_and_job": 1e9 * float(np.median(times[name])) / job_steps,

@@ -29,12 +29,12 @@ def scaled_rates(t, y, u, p):
 
 def segments(job: Job) -> Iterator[tuple[np.ndarray, float]]:
     """Between one edge of the input and the next: sampling instants with both ends [s], and u [V]."""
-    run, drive = job[0].run, job[0].input
-    per_half = round(drive.period / 2 * run.sampling_frequency)
-    for first in range(0, run.n_sample, per_half):
-        instants = np.arange(first, min(first + per_half, run.n_sample) + 1) / run.sampling_frequency
-        step = np.array([first * run.steps_per_sample])
-        yield instants, float(input_voltage(drive, run, step)[0])
+    record, drive = job[0].record, job[0].input
+    per_half = round(drive.period / 2 * record.sampling_frequency)
+    for first in range(0, record.n_sample, per_half):
+        instants = np.arange(first, min(first + per_half, record.n_sample) + 1) / record.sampling_frequency
+        step = np.array([first * record.steps_per_sample])
+        yield instants, float(input_voltage(drive, record, step)[0])
 
 
 def scipy_lsoda(job: Job) -> np.ndarray:

@@ -19,7 +19,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.parameters import parameter_unit
+from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.schema import experiment_schema
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.schema import measured_schema
@@ -106,7 +106,8 @@ def _default(info: FieldInfo) -> str:
         return "–"
     if isinstance(value, dict):
         return ", ".join(
-            f"`{key}: {_shown(item, parameter_unit(key) or '1')}`" for key, item in value.items()
+            f"`{key}: {_shown(item, parameter_unit(key) or '1')}`" if "." in key else f"`{key}`"
+            for key, item in value.items()
         )
     if isinstance(value, tuple):
         return ", ".join(f"`{_shown(item, quantity.unit)}`" for item in value)

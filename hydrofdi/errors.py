@@ -64,3 +64,7 @@ class StoreError(HydrofdiError, OSError):
 
 class ReportError(HydrofdiError):
     """Nothing to show."""
+
+
+class RenamedKeyWarning(FutureWarning):
+    """An experiment uses a key under a name that it no longer has."""

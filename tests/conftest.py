@@ -36,7 +36,7 @@ def hydrofdi(tmp_path: Path) -> Command:
 
 SMALL = """\
 name: small
-run: {duration: 2 s}
+record: {duration: 2 s}
 sweep:
   grid:
     leakage.internal_coefficient: [0, 1e-8]
@@ -84,7 +84,7 @@ def table3_rows(table3: SimpleNamespace) -> list[dict[str, Any]]:
 
 FAILING = """\
 name: failing
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: none}
 sweep: {grid: {fluid.bulk_modulus: [551 MPa, 1e7 MPa, 689 MPa]}}
 """

@@ -9,7 +9,7 @@ import pytest
 
 from tests.commands import run_hydrofdi, run_process
 
-SHORT = "--set=run.duration=2 s"
+SHORT = "--set=record.duration=2 s"
 
 
 @pytest.mark.parametrize(
@@ -41,6 +41,6 @@ def test_a_fault_is_a_traceback_and_exit_code_3(tmp_path: Path, monkeypatch: pyt
 
 def test_nothing_of_a_command_stays_behind(tmp_path: Path) -> None:
     before = dict(os.environ), os.getcwd()
-    (tmp_path / "sweep.yaml").write_text("run: {duration: 2 s}\nstore: {signals: none}\n")
+    (tmp_path / "sweep.yaml").write_text("record: {duration: 2 s}\nstore: {signals: none}\n")
     assert run_hydrofdi("sweep", "sweep.yaml", "--workers", "2", cwd=tmp_path).returncode == 0
     assert (dict(os.environ), os.getcwd()) == before

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.parameters import parameter_names
+from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation import run_identity
@@ -70,7 +70,7 @@ def test_the_identity_follows_the_request_and_not_its_spelling():
 
 @pytest.mark.parametrize(
     "setting",
-    ["actuator.mass=10.3", "friction.viscous=250", "wavelet.extension=periodization", "run.duration=10 s",
+    ["actuator.mass=10.3", "friction.viscous=250", "wavelet.extension=periodization", "record.duration=10 s",
      "input.amplitude=1 V", "leakage.external_coefficient=1e-13"],
 )  # fmt: skip
 def test_every_section_enters_the_identity(setting):
@@ -89,7 +89,7 @@ DEFAULTS = Path(__file__).parent / "defaults.json"
 
 def test_defaults_change_with_the_physics_version_alone():
     """Identities leave defaults out: with HYDROFDI_WRITE_GOLDEN=1 the present ones are written down."""
-    present = {name: RunParameters().value(name) for name in parameter_names()}
+    present = {name: RunRequest().value(name) for name in parameter_names()}
     if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
         known = {"physics_version": PHYSICS_VERSION, "defaults": present}
         DEFAULTS.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
@@ -108,13 +108,13 @@ def test_the_baseline_of_the_file_rules():
 
 
 def test_an_impossible_combination_names_the_point():
-    with pytest.raises(ConfigError, match=r"at run.step = 0.0003.*not a multiple"):
-        table_of("sweep.grid.run.step=[0.1 ms, 0.3 ms]")
+    with pytest.raises(ConfigError, match=r"at record.step = 0.0003.*not a multiple"):
+        table_of("sweep.grid.record.step=[0.1 ms, 0.3 ms]")
 
 
 def test_points_that_do_not_fit_each_other_are_refused():
     with pytest.raises(ConfigError, match="too short for 9 levels"):
-        table_of("run.duration=4 s", "sweep.grid.wavelet.levels=[5, 9]")
+        table_of("record.duration=4 s", "sweep.grid.wavelet.levels=[5, 9]")
 
 
 @pytest.mark.parametrize("chamber", [1, 2])

@@ -24,7 +24,7 @@ def test_importing_the_package_loads_no_library():
 def test_a_study_runs_from_python(tmp_path):
     experiment = hydrofdi.load_experiment(
         settings=[
-            "run.duration=2 s", "store.signals=none",
+            "record.duration=2 s", "store.signals=none",
             "sweep.grid.leakage.internal_coefficient=[1e-8]",
             "sweep.grid.fluid.bulk_modulus=[551 MPa, 689 MPa]",
         ]

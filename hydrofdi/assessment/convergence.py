@@ -48,7 +48,7 @@ def converge(jobs: Sequence[Job], tolerance: float) -> Convergence:
     changes: list[tuple[float, ...]] = []
     coarse = _detail_rms(jobs)
     for _ in range(MOST_HALVINGS):
-        steps.append(jobs[0].parameters.run.step)
+        steps.append(jobs[0].parameters.record.step)
         jobs = [_with_half_step(job) for job in jobs]
         fine = _detail_rms(jobs)
         changes.append(tuple(np.max(np.abs(coarse / fine - 1.0), axis=0).tolist()))
@@ -59,7 +59,7 @@ def converge(jobs: Sequence[Job], tolerance: float) -> Convergence:
 
 
 def _with_half_step(job: Job) -> Job:
-    half = {"run.step": 0.5 * job.parameters.run.step}
+    half = {"record.step": 0.5 * job.parameters.record.step}
     return replace(job, parameters=job.parameters.with_values(half))
 
 

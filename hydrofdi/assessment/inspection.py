@@ -134,21 +134,21 @@ def inspect_experiment(selection: Selection) -> Inspection:
     """
     jobs, distinct = selection.jobs, selection.distinct
     rows = computed_rows(jobs)
-    nominal = jobs[0].parameters
-    run, wavelet = nominal.run, nominal.wavelet
-    bands = tuple(level_bands(run.sampling_frequency, wavelet.levels))
+    nominal, analysis = jobs[0].parameters, jobs[0].analysis
+    record, wavelet = nominal.record, analysis.wavelet
+    bands = tuple(level_bands(record.sampling_frequency, wavelet.levels))
     modes = [_mode_of_run(job, row, bands, selection.labels) for job, row in zip(jobs, rows, strict=True)]
     limits = [_limits(job, mode) for job, mode in zip(jobs, modes, strict=True)]
     limits.append(shortest_step_limits(distinct))
     return Inspection(
-        step=max(job.parameters.run.step for job in jobs),
+        step=max(job.parameters.record.step for job in jobs),
         step_limits=_shortest(limits),
         modes=tuple(modes),
         bands=bands,
-        n_sample=run.n_sample,
+        n_sample=record.n_sample,
         n_period=period_count(nominal),
-        boundary_shares=tuple(boundary_shares(nominal.n_kept, wavelet)),
-        noise=noise_of_levels(distinct("wavelet", "pressure_1_sensor", "measurement", "run"), rows),
+        boundary_shares=tuple(boundary_shares(record.n_sample - analysis.n_discarded, wavelet)),
+        noise=noise_of_levels(distinct("wavelet", "pressure_1_sensor", "measurement", "record"), rows),
         folding=tuple(folding_warnings(distinct)),
         n_left_out=selection.n_left_out,
     )

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from hydrofdi.assessment.step_limits import Distinct, step_warnings, undamped_frequency
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.run import is_whole
+from hydrofdi.config.sections.record import is_whole
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
 NEAR_BAND_EDGE = 0.25
@@ -32,7 +32,8 @@ def plan_warnings(distinct: Distinct) -> list[str]:
         Gives one run for each combination of sections that occurs, such as ``Runs.distinct``.
     """
     records = dict.fromkeys(
-        (period_count(run), run.n_kept, run.wavelet) for run in distinct("input", "load", "run", "wavelet")
+        (period_count(run), run.n_kept, run.wavelet)
+        for run in distinct("input", "load", "record", "analysis", "wavelet")
     )
     sentences = step_warnings(distinct) + band_warnings(distinct)
     sentences += _onset_warnings(distinct) + folding_warnings(distinct)
@@ -45,12 +46,12 @@ def band_warnings(distinct: Distinct) -> list[str]:
     """A sentence on the EBM whose mode is near the edge of a band; none where there are no such."""
     modes = {
         (undamped_frequency(run) / (2.0 * math.pi), run.fluid.bulk_modulus): run
-        for run in distinct("actuator", "fluid", "run", "wavelet")
+        for run in distinct("actuator", "fluid", "record", "wavelet")
     }
     near = [
         (frequency, modulus)
         for (frequency, modulus), run in modes.items()
-        if place_in_bands(frequency, level_bands(run.run.sampling_frequency, run.wavelet.levels))[1]
+        if place_in_bands(frequency, level_bands(run.record.sampling_frequency, run.wavelet.levels))[1]
         < NEAR_BAND_EDGE
     ]
     if not near:
@@ -63,10 +64,10 @@ def band_warnings(distinct: Distinct) -> list[str]:
 def _onset_warnings(distinct: Distinct) -> list[str]:
     return [
         f"an intermittent leak of period {run.leakage.onset_duration:g} s is sampled only"
-        f" {run.leakage.onset_duration * run.run.sampling_frequency:g} times in it: its mean flow is off"
-        for run in distinct("leakage", "run")
+        f" {run.leakage.onset_duration * run.record.sampling_frequency:g} times in it: its mean flow is off"
+        for run in distinct("leakage", "record")
         if run.leakage.onset == "intermittent"
-        and run.leakage.onset_duration * run.run.sampling_frequency < FEW_SAMPLES
+        and run.leakage.onset_duration * run.record.sampling_frequency < FEW_SAMPLES
     ]
 
 
@@ -76,9 +77,9 @@ def folding_warnings(distinct: Distinct) -> list[str]:
 
 
 def _input_warnings(distinct: Distinct) -> list[str]:
-    inputs = dict.fromkeys((run.input, run.run.sampling_frequency) for run in distinct("input", "run"))
+    inputs = dict.fromkeys((run.input, run.record.sampling_frequency) for run in distinct("input", "record"))
     return [
-        f"{sentence} more than half of run.sampling_frequency = {sampling:g} Hz"
+        f"{sentence} more than half of record.sampling_frequency = {sampling:g} Hz"
         for drive, sampling in inputs
         if (sentence := _fast_input(drive, 0.5 * sampling))
     ]
@@ -86,10 +87,11 @@ def _input_warnings(distinct: Distinct) -> list[str]:
 
 def _filter_warnings(distinct: Distinct) -> list[str]:
     filters = dict.fromkeys(
-        (run.measurement.anti_alias, run.run.sampling_frequency) for run in distinct("measurement", "run")
+        (run.measurement.anti_alias, run.record.sampling_frequency)
+        for run in distinct("measurement", "record")
     )
     return [
-        f"measurement.anti_alias = {corner:g} Hz is not below half of run.sampling_frequency ="
+        f"measurement.anti_alias = {corner:g} Hz is not below half of record.sampling_frequency ="
         f" {sampling:g} Hz: sampling folds what it lets pass"
         for corner, sampling in filters
         if corner is not None and corner >= 0.5 * sampling
@@ -125,7 +127,7 @@ def record_warnings(n_period: float, boundary: Sequence[float]) -> Iterator[str]
 
 def period_count(run: RunParameters) -> float:
     """Periods of the input in the record; NaN where it has none."""
-    return run.run.duration / run.input.period if run.input.is_periodic else math.nan
+    return run.record.duration / run.input.period if run.input.is_periodic else math.nan
 
 
 def place_in_bands(frequency: float, bands: Bands) -> tuple[int, float]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.assessment.step_limits import Distinct
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.parameters import SENSING
+from hydrofdi.config.request import OBSERVATION
 from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -31,7 +32,7 @@ class Selection:
     jobs : list of Job
         Distinct runs with their K_i and ideal sensors.
     labels : tuple of str
-        Varied parameters, besides EBM, internal leakage and sensors.
+        Varied parameters, besides EBM, internal leakage, sensors and analysis.
     n_left_out : int
         Number of further distinct runs.
     distinct : callable
@@ -45,7 +46,7 @@ class Selection:
 
 
 def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selection:
-    """The runs of an experiment that differ in more than their sensors, up to a number.
+    """The runs of an experiment that differ in more than sensors and analysis, up to a number.
 
     Where there are more, the first run of every EBM × leakage is chosen, then the first of every
     value of what varies besides. In an ensemble, a leakage that cannot be reached is a run without K_i.
@@ -80,7 +81,7 @@ def _jobs(runs: Sequence[RunSpec], experiment: ExperimentConfig) -> Jobs:
     required: Literal["any", "none"] = "none" if experiment.has_scenarios else "any"
     coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)
     return [
-        Job(str(position), run.parameters.with_ideal_sensors(), coefficient)
+        Job(str(position), run.request.with_ideal_sensors().parameters, coefficient, run.analysis)
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
     ]
 
@@ -88,7 +89,7 @@ def _jobs(runs: Sequence[RunSpec], experiment: ExperimentConfig) -> Jobs:
 def _is_label(name: str) -> bool:
     section = name.partition(".")[0]
     usual = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
-    return name not in usual and section != "measurement" and not section.endswith("_sensor")
+    return name not in usual and section not in OBSERVATION
 
 
 def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
@@ -106,9 +107,5 @@ def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
 def _groups(jobs: Sequence[Job]) -> list[Jobs]:
     grids: dict[Any, Jobs] = {}
     for job in jobs:
-        grids.setdefault(_grid(job.parameters), []).append(job)
+        grids.setdefault((job.parameters.record, job.analysis), []).append(job)
     return [group[first : first + WIDTH] for group in grids.values() for first in range(0, len(group), WIDTH)]
-
-
-def _grid(parameters: RunParameters) -> Any:
-    return parameters.run, parameters.wavelet, parameters.n_discarded

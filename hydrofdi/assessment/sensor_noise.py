@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.request import RunRequest
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.transforms.wavelet import noise_rms
 
@@ -40,13 +41,13 @@ class NoiseOfLevel:
 
 
 def noise_of_levels(
-    runs: Iterable[RunParameters], rows: Sequence[Mapping[str, Any]]
+    runs: Iterable[RunRequest], rows: Sequence[Mapping[str, Any]]
 ) -> tuple[NoiseOfLevel, ...]:
     """Noise and signal of each level, d1 first; empty where no run has a noisy sensor.
 
     Parameters
     ----------
-    runs : iterable of RunParameters
+    runs : iterable of RunRequest
         Whose sensors are looked at.
     rows : sequence of dict
         Variables of simulated runs with ideal sensors.
@@ -64,5 +65,5 @@ def noise_of_levels(
 def _autocovariance(run: RunParameters) -> tuple[float, ...]:
     """Autocovariance of noise and quantisation in the chamber-1 pressure [Pa²]."""
     sensor = run.pressure_1_sensor
-    variance, *others = noise_autocovariance(sensor, run.measurement, run.run)
+    variance, *others = noise_autocovariance(sensor, run.measurement, run.record)
     return variance + quantisation_noise(sensor.resolution) ** 2, *others

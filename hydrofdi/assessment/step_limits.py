@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Iterable
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.request import RunRequest
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
 from hydrofdi.simulation.kernels.no_load import largest_opening, no_load_speed
 
-Distinct = Callable[..., Iterable[RunParameters]]
+Distinct = Callable[..., Iterable[RunRequest]]
 """Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""
 
 CONTACT_SHARE = 0.25
@@ -80,9 +81,9 @@ def _supply_limits(run: RunParameters) -> dict[str, float]:
 _PARTS: tuple[tuple[tuple[str, ...], Callable[[RunParameters], dict[str, float]]], ...] = (
     (("valve",), _valve_limits),
     (("actuator", "fluid"), _mode_limits),
-    (("actuator", "friction", "valve", "supply", "input", "control", "run"), _friction_limits),
+    (("actuator", "friction", "valve", "supply", "input", "control", "record"), _friction_limits),
     (("actuator", "fluid", "leakage", "valve"), _chamber_limits),
-    (("supply", "valve", "input", "control", "run"), _supply_limits),
+    (("supply", "valve", "input", "control", "record"), _supply_limits),
 )
 """Sections that steps depend on, and the limits that they set."""
 
@@ -121,10 +122,10 @@ def step_warnings(distinct: Distinct) -> list[str]:
     """A sentence on each part of the model for which the step of some run is too long."""
     shortest: dict[str, tuple[float, float]] = {}
     for sections, part_limits in _PARTS:
-        for run in distinct(*sections, "run"):
+        for run in distinct(*sections, "record"):
             for part, limit in part_limits(run).items():
-                if run.run.step > limit:
-                    shortest[part] = min(shortest.get(part, (math.inf, 0.0)), (limit, run.run.step))
+                if run.record.step > limit:
+                    shortest[part] = min(shortest.get(part, (math.inf, 0.0)), (limit, run.record.step))
     return [
         f"the step of {step:g} s is too long for the {part}: Runge-Kutta is stable up to {limit:.3g} s"
         for part, (limit, step) in shortest.items()

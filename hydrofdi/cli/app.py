@@ -6,7 +6,8 @@ import gc
 import os
 import sys
 import traceback
-from typing import Annotated
+import warnings
+from typing import Annotated, Any
 
 import typer
 
@@ -22,7 +23,7 @@ from hydrofdi.cli.report import report
 from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
-from hydrofdi.errors import HydrofdiError
+from hydrofdi.errors import HydrofdiError, RenamedKeyWarning
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
@@ -64,7 +65,9 @@ def main() -> None:
     """Run the command line and exit."""
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     try:
-        code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or DONE
+        with warnings.catch_warnings():
+            _show_renamed_keys()
+            code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or DONE
         sys.stdout.flush()
     except HydrofdiError as error:
         code = _complain(str(error))
@@ -84,6 +87,19 @@ def main() -> None:
         _complain("this is a fault of hydrofdi; please report it with the lines above")
         code = FAULT
     sys.exit(code)
+
+
+def _show_renamed_keys() -> None:
+    show = warnings.showwarning
+
+    def tell(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if issubclass(category, RenamedKeyWarning):
+            print(f"warning: {message}", file=sys.stderr)
+        else:
+            show(message, category, *place, **more)
+
+    warnings.simplefilter("always", RenamedKeyWarning)
+    warnings.showwarning = tell
 
 
 def _complain(message: str) -> int:

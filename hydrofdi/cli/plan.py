@@ -81,8 +81,10 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "stored": n_run - len(plan.missing) - sum(run_id in plan.failures for run_id in plan.run_ids),
         "failed_before": sum(run_id in plan.failures for run_id in plan.run_ids),
         "missing": len(plan.missing),
+        "simulated_records": plan.n_simulated,
+        "measured_analyses": len(plan.measurable),
         "reasons": plan.reasons(),
-        "solutions": asdict(plan.table.runs.at(plan.missing).solutions()),
+        "solutions": asdict(plan.table.runs.at(plan.simulated).solutions()),
         "calibrated_at": plan.experiment.calibration.at,
         "workers": workers,
         "predicted_seconds": prediction.seconds,
@@ -98,7 +100,7 @@ def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
     from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 
     """What a point sets; of what varies elsewhere in a union only, what differs from the nominal run."""
-    experiment, parameters = plan.experiment, plan.table.runs[position].parameters
+    experiment, parameters = plan.experiment, plan.table.runs[position].request
     throughout = experiment.ensemble.names_throughout | experiment.sweep.names_throughout
     values = {
         name: parameters.shown_value(name)
@@ -138,7 +140,7 @@ def _lines(record: dict[str, Any]) -> list[str]:
     lines.append(f"stored       {record['stored']}")
     if record["failed_before"]:
         lines.append(f"failed       {record['failed_before']} before; --retry-failed tries them again")
-    lines.append(f"to compute   {record['missing']}")
+    lines.append(f"to compute   {record['missing']}{_shares(record)}")
     lines += [f"  because    {reason}: {count}" for reason, count in record["reasons"].items()]
     lines += _solution_lines(record)
     lines.append(
@@ -147,6 +149,15 @@ def _lines(record: dict[str, Any]) -> list[str]:
         f" {_megabytes(record['free_bytes'])} free"
     )
     return lines + [f"warning      {warning}" for warning in record["warnings"]]
+
+
+def _shares(record: dict[str, Any]) -> str:
+    """How many records are simulated for the missing runs, where that is not one for each."""
+    simulated, measured = record["simulated_records"], record["measured_analyses"]
+    if simulated == record["missing"]:
+        return ""
+    shared = f": {_counted(simulated, 'record')} to simulate" if simulated else ": nothing to simulate"
+    return f"{shared}, {measured} to measure from stored signals" if measured else shared
 
 
 def _solution_lines(record: dict[str, Any]) -> list[str]:

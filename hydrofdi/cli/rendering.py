@@ -138,8 +138,15 @@ def _marked(cell: Cell) -> str:
 def print_explanation(explanation: Explanation) -> None:
     """What a run was asked to do and how it went."""
     console = terminal()
-    console.print(Text(f"run {explanation.run_id}, row {explanation.position}", style="bold"))
+    console.print(
+        Text(
+            f"run {explanation.run_id}, row {explanation.position}, record {explanation.record_id}",
+            style="bold",
+        )
+    )
     console.print(f"status    {explanation.status} {explanation.message}".rstrip())
+    if explanation.reason:
+        console.print(f"to do     {explanation.reason}")
     for cause in explanation.causes:
         console.print(f"because   {cause}")
     console.print(f"stored in {explanation.shard or 'nothing'}")

@@ -59,7 +59,7 @@ def simulate(
 
         save_figure(draw_signals(single.columns, experiment.wavelet, summary.title), figure)
         tell(f"drew {figure}")
-    for warning in plan_warnings(lambda *_: [single.run.parameters]):
+    for warning in plan_warnings(lambda *_: [single.run.request]):
         tell(f"warning: {warning}")
     if json:
         print_json(run_record(summary))

@@ -71,8 +71,9 @@ def sweep(
         summary = run_sweep(experiment, directory, chosen, watcher, retry_failed=retry_failed)
     if json:
         print_json({**asdict(summary), "file": str(summary.file)})
+    measured = f" ({summary.measured} from stored signals)" if summary.measured else ""
     tell(
-        f"{summary.planned} runs: {summary.completed} computed, {summary.skipped} stored before,"
+        f"{summary.planned} runs: {summary.completed} computed{measured}, {summary.skipped} stored before,"
         f" {summary.failed} failed, in {summary.seconds:.1f} s"
     )
     if summary.interrupted:

@@ -7,25 +7,34 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from hydrofdi.config.analysis import DWT, IndicatorChoice
 from hydrofdi.config.calibration import CalibrationConfig
 from hydrofdi.config.claims import ClaimId
 from hydrofdi.config.limits import LimitsConfig
-from hydrofdi.config.parameters import SENSING, RunParameters
+from hydrofdi.config.parameters import SENSING
 from hydrofdi.config.reference import ReferenceConfig
+from hydrofdi.config.request import RunRequest
 from hydrofdi.config.sections.fluid import FluidConfig
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.config.sweeps.replicates import ReplicatesConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import make_indicators
 
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""
 
 
-class ExperimentConfig(RunParameters):
+class ExperimentConfig(RunRequest):
     """A nominal actuator, the parameters that vary, and the healthy state to compare with."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")] = "nominal"
     """Name of the experiment and of its folder below ``results/``."""
+
+    indicators: dict[str, Any] = Field(default_factory=lambda: {DWT: {}})
+    """Indicators that are measured of every record (``hydrofdi indicators``): a list of names, or
+    ``label: {options}``, where the option ``kind`` names the indicator if the label does not. The options of
+    ``dwt`` itself are the section ``wavelet``, which may vary in a sweep."""
 
     baseline: dict[str, Any] = Field(default_factory=dict, validate_default=True)
     """Dotted parameters that, put into a run, make it the healthy run that δ compares with. The internal
@@ -55,6 +64,17 @@ class ExperimentConfig(RunParameters):
 
     reference: ReferenceConfig = ReferenceConfig()
     """Published values to compare with."""
+
+    @field_validator("indicators")
+    @classmethod
+    def _known_indicators(cls, given: dict[str, Any]) -> dict[str, Any]:
+        """The indicators with their options, which are checked by making them."""
+        chosen = {str(label): dict(options or {}) for label, options in given.items()}
+        try:
+            make_indicators(chosen)
+        except ConfigError as error:
+            raise ValueError("; ".join(str(mistake) for mistake in error.mistakes)) from None
+        return chosen
 
     @field_validator("baseline")
     @classmethod
@@ -93,8 +113,11 @@ class ExperimentConfig(RunParameters):
         return self.wavelet.phase == "all"
 
     @cached_property
-    def nominal_parameters(self) -> RunParameters:
+    def nominal_parameters(self) -> RunRequest:
         """The parameters that all runs start from."""
-        return RunParameters.model_construct(
-            **{name: getattr(self, name) for name in RunParameters.model_fields}
-        )
+        return RunRequest.model_construct(**{name: getattr(self, name) for name in RunRequest.model_fields})
+
+    @cached_property
+    def indicator_choice(self) -> IndicatorChoice:
+        """What is measured of every record."""
+        return IndicatorChoice.of(self.indicators)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.config.experiment import ExperimentConfig
-from hydrofdi.config.parameters import RunParameters, parameter_names
 from hydrofdi.config.plausibility import block_values
+from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.sections.sensor import SensorConfig
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 
@@ -66,7 +66,7 @@ _NEEDS: dict[str, tuple[_Needs, ...]] = (
     | {f"friction.{name}": (_Needs("friction.law", only=laws_that_use(name)),) for name in LIMITED_PARAMETERS}
     | {
         f"{section}.{name}": (_Needs(f"{section}.{option}", **values),)
-        for section, info in RunParameters.model_fields.items()
+        for section, info in RunRequest.model_fields.items()
         if isinstance(info.default, SensorConfig)
         for name, option, values in (
             ("damping_ratio", "order", {"only": ("second",)}),
@@ -89,7 +89,7 @@ def idle_parameters(experiment: ExperimentConfig) -> list[str]:
 
 def _stated_parameters(experiment: ExperimentConfig) -> set[str]:
     """Parameters that differ from their defaults, or vary."""
-    default = RunParameters()
+    default = RunRequest()
     nominal = {name for name in parameter_names() if experiment.value(name) != default.value(name)}
     baseline = {name for name, value in experiment.baseline.items() if value != default.value(name)}
     return nominal | baseline | {*experiment.ensemble.names, *experiment.sweep.names}

@@ -8,6 +8,8 @@ from typing import Any
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
+from hydrofdi.config.normalized_indicators import normalize_indicators
+from hydrofdi.config.renamed_keys import rename_keys
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.validation import read_yaml, validated
@@ -64,6 +66,7 @@ def _compose(file: FilePath, extending: tuple[FilePath, ...]) -> Source:
     for parent in parents:
         _overlay(whole, _compose(file.parent / parent, (*extending, file.resolve())))
     anchor_input_files(own, file.parent)
+    rename_keys(own)
     _overlay(whole, own)
     return whole
 
@@ -108,7 +111,9 @@ def _apply_setting(source: Source, setting: str) -> None:
     origins = dict.fromkeys([path, *((*path, *inner) for inner in value.origins)], origin)
     around = (path[:depth] for depth in range(1, len(path)))
     origins |= {part: origin for part in around if part not in source.origins}
-    _overlay(source, Source(nested, origins, value.mistakes))
+    setting_source = Source(nested, origins, value.mistakes)
+    rename_keys(setting_source)
+    _overlay(source, setting_source)
 
 
 def _refuse_contradictory_settings(source: Source, settings: Sequence[str]) -> None:
@@ -132,4 +137,5 @@ def _validate(source: Source) -> ExperimentConfig:
     normalize_baseline(source)
     normalize_sweep(source)
     normalize_replicates(source)
+    normalize_indicators(source)
     return validated(ExperimentConfig, source)

@@ -1,13 +1,12 @@
-"""All that determines one run, and access to it by dotted names."""
+"""All that determines a record: the plant, its drive and its sensors. How it is analysed is no part of it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import Annotated, Any, Self
+from typing import Any, ClassVar, Self
 
-from pydantic import TypeAdapter, model_validator
-from pydantic.fields import FieldInfo
+from pydantic import model_validator
 
 from hydrofdi.config.sections.actuator import ActuatorConfig
 from hydrofdi.config.sections.control import ControlConfig
@@ -17,14 +16,13 @@ from hydrofdi.config.sections.fit import (
     require_input_fits,
     require_jitter_fits,
     require_load_fits,
-    require_record_fits,
 )
 from hydrofdi.config.sections.fluid import FluidConfig
 from hydrofdi.config.sections.friction import FrictionConfig
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.leakage import LeakageConfig
 from hydrofdi.config.sections.load import LoadConfig
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.config.sections.sensor import (
     LengthSensorConfig,
     MeasurementConfig,
@@ -35,12 +33,11 @@ from hydrofdi.config.sections.sensor import (
 )
 from hydrofdi.config.sections.supply import SupplyConfig
 from hydrofdi.config.sections.valve import ValveConfig
-from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.settings.quantities import Section
 
 
 class RunParameters(Section):
-    """The validated sections of one run, in SI."""
+    """The validated sections of one record, in SI."""
 
     actuator: ActuatorConfig = ActuatorConfig()
     """Cylinder and load."""
@@ -60,10 +57,8 @@ class RunParameters(Section):
     """Open loop, or position control."""
     load: LoadConfig = LoadConfig()
     """Force on the piston."""
-    run: RunConfig = RunConfig()
+    record: RecordConfig = RecordConfig()
     """Integration and sampling."""
-    wavelet: WaveletConfig = WaveletConfig()
-    """Wavelet transform."""
     measurement: MeasurementConfig = MeasurementConfig()
     """What the sensors share."""
     pressure_1_sensor: PressureSensorConfig = PressureSensorConfig()
@@ -81,12 +76,19 @@ class RunParameters(Section):
     voltage_sensor: VoltageSensorConfig = VoltageSensorConfig()
     """Sensor of the input voltage."""
 
+    fitting_sections: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("fluid", "supply"),
+        ("input", "control", "load", "record", "measurement"),
+    )
+    # sections that have to fit each other; in what else they hold, they are free
+
     @model_validator(mode="after")
     def _sections_fit_each_other(self) -> Self:
-        self._require_fit()
+        for fitting in self.fitting_sections:
+            self.require_fit(fitting)
         return self
 
-    def with_values(self, values: Mapping[str, Any]) -> RunParameters:
+    def with_values(self, values: Mapping[str, Any]) -> Self:
         """These parameters with the dotted names in `values` replaced.
 
         Either form of the internal leakage replaces the other.
@@ -112,7 +114,7 @@ class RunParameters(Section):
             changed.setdefault(section, []).append((field, value))
         return {name: replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
 
-    def with_sections(self, sections: Mapping[str, Section]) -> RunParameters:
+    def with_sections(self, sections: Mapping[str, Section]) -> Self:
         """These parameters with valid sections replaced.
 
         Raises
@@ -121,26 +123,22 @@ class RunParameters(Section):
             The sections do not fit each other.
         """
         moved = self.with_valid_sections(sections)
-        for fitting in FITTING_SECTIONS:
+        for fitting in self.fitting_sections:
             if not sections.keys().isdisjoint(fitting):
                 moved.require_fit(fitting)
         return moved
 
-    def with_valid_sections(self, sections: Mapping[str, Section]) -> RunParameters:
+    def with_valid_sections(self, sections: Mapping[str, Section]) -> Self:
         """These parameters with sections replaced that are known to fit."""
-        moved = RunParameters.__new__(RunParameters)
+        moved = type(self).__new__(type(self))
         object.__setattr__(moved, "__dict__", {**self.__dict__, **sections})
-        object.__setattr__(moved, "__pydantic_fields_set__", _ALL_SECTIONS)
+        object.__setattr__(moved, "__pydantic_fields_set__", _all_fields(type(self)))
         object.__setattr__(moved, "__pydantic_extra__", None)
         object.__setattr__(moved, "__pydantic_private__", None)
         return moved
 
-    def _require_fit(self) -> None:
-        for fitting in FITTING_SECTIONS:
-            self.require_fit(fitting)
-
     def require_fit(self, sections: tuple[str, ...]) -> None:
-        """Check that the sections of one of ``FITTING_SECTIONS`` fit each other.
+        """Check that the sections of one of `fitting_sections` fit each other.
 
         Raises
         ------
@@ -150,30 +148,14 @@ class RunParameters(Section):
         if "fluid" in sections:
             require_fluid_fits(self.fluid, self.supply)
             return
-        require_input_fits(self.input, self.control, self.run)
-        require_load_fits(self.load, self.run)
-        require_record_fits(self.n_kept - self.wavelet.latest_start, self.wavelet)
-        require_jitter_fits(self.measurement, self.run)
+        require_input_fits(self.input, self.control, self.record)
+        require_load_fits(self.load, self.record)
+        require_jitter_fits(self.measurement, self.record)
 
     @property
     def is_periodic(self) -> bool:
         """Whether all that acts on the actuator repeats itself with the period of the input."""
         return self.input.is_periodic and not self.load.random_force
-
-    @property
-    def n_discarded(self) -> int:
-        """Number of samples that the features leave out."""
-        return round(self.run.discarded_time(self.input.period) * self.run.sampling_frequency)
-
-    @property
-    def n_kept(self) -> int:
-        """Number of samples that the features are taken from."""
-        return self.run.n_sample - self.n_discarded
-
-    def with_ideal_sensors(self) -> RunParameters:
-        """These parameters with every signal shown as it is."""
-        ideal = {name: kind() for name, kind in SENSING.items() if not self.__dict__[name].is_default}
-        return self.with_valid_sections(ideal) if ideal else self
 
     def is_shown_exactly(self, sensor: str) -> bool:
         """Whether a sensor, named by its section, shows its signal as it is."""
@@ -183,16 +165,10 @@ class RunParameters(Section):
     def text(self) -> str:
         """What differs from the defaults, as JSON; keys sorted, floats in their shortest exact form.
 
-        So a parameter that is added later leaves the identity of stored runs alone. A default that changes
-        has to raise ``PHYSICS_VERSION``.
+        So a parameter that is added later leaves the identity of stored records alone, and the noise that is
+        drawn from it. A default that changes has to raise ``PHYSICS_VERSION``.
         """
-        return sections_text(self.__dict__)
-
-    @property
-    def record_text(self) -> str:
-        """`text` of all that the signals depend on; how they are analysed is left out."""
-        analysis: dict[str, Section] = {"wavelet": WaveletConfig(), "run": self.run.without_discard}
-        return sections_text(self.__dict__ | analysis)
+        return sections_text({name: self.__dict__[name] for name in RECORD_SECTIONS})
 
     def value(self, name: str) -> Any:
         """The value of a dotted name, e.g. ``"fluid.bulk_modulus"``."""
@@ -201,27 +177,15 @@ class RunParameters(Section):
 
     def shown_sections(self) -> dict[str, dict[str, Any]]:
         """All parameters by section, as results show them."""
-        sections: dict[str, dict[str, Any]] = {}
-        for name in parameter_names():
-            section, field = name.split(".")
-            sections.setdefault(section, {})[field] = self.shown_value(name)
-        return sections
+        return {name: _shown_fields(self.__dict__[name]) for name in type(self).model_fields}
 
     def shown_value(self, name: str) -> Any:
         """The value of a dotted name as results show it: a file by its name, size and digest."""
         return without_contents(self.value(name))
 
 
-SORTED_SECTIONS = tuple(sorted(RunParameters.model_fields))
-"""The sections in the order of a request."""
-
-_ALL_SECTIONS = set(RunParameters.model_fields)
-
-FITTING_SECTIONS = (
-    ("fluid", "supply"),
-    ("input", "control", "load", "run", "wavelet", "measurement"),
-)
-"""Sections that have to fit each other; in what else they hold, they are free."""
+RECORD_SECTIONS = tuple(sorted(RunParameters.model_fields))
+"""The sections that determine a record, in the order of its text."""
 
 SENSING: dict[str, type[Section]] = {
     name: info.annotation
@@ -231,64 +195,23 @@ SENSING: dict[str, type[Section]] = {
 """Sections that say how signals are measured, not what happens."""
 
 
+def _shown_fields(section: Section) -> dict[str, Any]:
+    return {field: without_contents(getattr(section, field)) for field in type(section).model_fields}
+
+
+_SPELLED = {"record": "run"}
+"""Section → its name in hashed texts: ``record`` was called ``run``, and identities and noise are kept."""
+
+
 def sections_text(sections: Mapping[str, Section]) -> str:
     """What differs from the defaults in sections, as JSON."""
-    parts = [section_text(name, sections[name]) for name in SORTED_SECTIONS]
+    parts = [section_text(name, sections[name]) for name in sorted(sections)]
     return "{" + ",".join(filter(None, parts)) + "}"
 
 
 def section_text(name: str, section: Section) -> str:
-    """A section's part of a request; empty where it has its defaults."""
-    return "" if section.is_default else f'"{name}":{section.stated_text}'
-
-
-def parameter_names() -> Iterator[str]:
-    """The dotted names of all parameters of a run."""
-    for section, info in RunParameters.model_fields.items():
-        assert isinstance(info.annotation, type)
-        for field in info.annotation.model_fields:
-            yield f"{section}.{field}"
-
-
-def validate_parameter(name: str, value: Any) -> Any:
-    """A value for a dotted name, in SI, checked on its own.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        The value is not one that the parameter can take.
-    """
-    return _adapter(name).validate_python(value)
-
-
-def parameter_unit(name: str) -> str | None:
-    """SI unit of a dotted name; None for what is no quantity."""
-    quantity = parameter_quantity(name)
-    return None if quantity is None else quantity.unit
-
-
-def parameter_quantity(name: str) -> SI | None:
-    """Unit and limits of a dotted name; None for what is no quantity."""
-    return next((part for part in _flattened_metadata(_field(name)) if isinstance(part, SI)), None)
-
-
-def _flattened_metadata(field: FieldInfo) -> list[Any]:
-    nested = [getattr(part, "__metadata__", ()) for part in getattr(field.annotation, "__args__", ())]
-    return [*field.metadata, *(item for metadata in nested for item in metadata)]
-
-
-def _field(name: str) -> FieldInfo:
-    section, field = name.split(".")
-    annotation: Any = RunParameters.model_fields[section].annotation
-    info: FieldInfo = annotation.model_fields[field]
-    return info
-
-
-@lru_cache(maxsize=128)
-def _adapter(name: str) -> TypeAdapter[Any]:
-    field = _field(name)
-    annotation: Any = field.annotation
-    return TypeAdapter(Annotated[annotation, *field.metadata] if field.metadata else annotation)
+    """A section's part of a text; empty where it has its defaults."""
+    return "" if section.is_default else f'"{_SPELLED.get(name, name)}":{section.stated_text}'
 
 
 def replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Section:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from hydrofdi.config.experiment import ExperimentConfig
-from hydrofdi.config.parameters import parameter_names, parameter_quantity
+from hydrofdi.config.request import parameter_names, parameter_quantity
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
@@ -27,7 +27,7 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
     for name, value in _stated_values(experiment, with_sweep):
         values.setdefault(name, {})[value] = None
     sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
-    longest = max(value for value in values["run.duration"] if isinstance(value, float))
+    longest = max(value for value in values["record.duration"] if isinstance(value, float))
     for file in values["input.file"]:
         sentences += _file_sentences(file, longest) if isinstance(file, str) else ()
     return sentences
@@ -103,7 +103,7 @@ def _file_sentences(text: str, duration: float) -> Iterator[str]:
     if n_late:
         yield (
             f"input.file = {file}: {n_late} of {len(rows.times)} rows lie beyond"
-            f" run.duration = {duration:g} s, the last at {rows.times[-1]:g} s"
+            f" record.duration = {duration:g} s, the last at {rows.times[-1]:g} s"
         )
     amplitude = "input.amplitude" if rows.quantity == "voltage" else "control.amplitude"
     largest = float(abs(rows.values).max())

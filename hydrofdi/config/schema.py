@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from hydrofdi.config.experiment import ExperimentConfig
-from hydrofdi.config.parameters import parameter_names
+from hydrofdi.config.request import parameter_names
 from hydrofdi.settings.schema import described_schema
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hydrofdi.config import RunParameters
-from hydrofdi.execution.compute import Job, analysed_alike
+from hydrofdi.execution.compute import analysed_alike
+from hydrofdi.execution.jobs import Job
 from hydrofdi.simulation.kernels.lanes import WIDTH
 
 _LARGEST_BATCH = 32 * WIDTH
@@ -23,7 +23,7 @@ def split_jobs(jobs: Sequence[Job], workers: int) -> list[tuple[Job, ...]]:
     """
     batches: list[tuple[Job, ...]] = []
     for group in _compatible_groups(jobs):
-        size = _batch_size(len(group), group[0].parameters.run.n_sample, workers)
+        size = _batch_size(len(group), group[0].parameters.record.n_sample, workers)
         batches.extend(tuple(group[first : first + size]) for first in range(0, len(group), size))
     return batches
 
@@ -32,21 +32,22 @@ def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
     """Jobs of the same time axis and the same shape of features; those of one record stand together."""
     groups: dict[object, list[Job]] = {}
     for job in jobs:
-        groups.setdefault(batch_shape(job.parameters), []).append(job)
+        groups.setdefault(batch_shape(job), []).append(job)
     return [group if analysed_alike(group) else _by_record(group) for group in groups.values()]
 
 
 def _by_record(jobs: Sequence[Job]) -> list[Job]:
     records: dict[str, list[Job]] = {}
     for job in jobs:
-        records.setdefault(job.parameters.record_text, []).append(job)
+        records.setdefault(job.parameters.text(), []).append(job)
     return [job for same in records.values() for job in same]
 
 
-def batch_shape(parameters: RunParameters) -> object:
-    """What runs have to share so that one simulation and one shard can hold them."""
-    run, wavelet = parameters.run, parameters.wavelet
-    return run.time_axis, wavelet.levels, wavelet.phase == "all"
+def batch_shape(job: Job) -> object:
+    """What jobs have to share so that one task can compute them and one shard can hold them."""
+    wavelet = job.analysis.wavelet
+    time_axis = job.parameters.record.time_axis
+    return time_axis, wavelet.levels, wavelet.phase == "all", job.stored is None
 
 
 def _batch_size(n_job: int, n_sample: int, workers: int) -> int:

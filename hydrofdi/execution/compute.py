@@ -1,4 +1,4 @@
-"""The work of one task: simulate a batch of runs, measure them, write their shard."""
+"""The work of one task: simulate a batch of runs or read their records, measure them, write their shard."""
 
 from __future__ import annotations
 
@@ -13,16 +13,20 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.store import StoreConfig
+from hydrofdi.execution.jobs import Job
+from hydrofdi.execution.measuring import measured_columns, needed_signals
 from hydrofdi.quality.external_leakage import mean_external_leakage_flows
 from hydrofdi.quality.operating_point import hydraulic_mode
-from hydrofdi.quality.pressure import pressure_features
 from hydrofdi.quality.run_quality import assess_runs
 from hydrofdi.quality.settling import how_records_settle
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.tap import Tap
 from hydrofdi.store import names, write_shard
+from hydrofdi.store.shard import read_records
 from hydrofdi.units import convert
+
+Columns = dict[str, NDArray[Any]]
 
 
 class Simulation(Protocol):
@@ -35,21 +39,20 @@ class Simulation(Protocol):
 
 
 @dataclass(frozen=True)
-class Job:
-    """A run that is ready to be simulated; a coefficient of NaN says that no K_i gives its leakage."""
-
-    run_id: str
-    parameters: RunParameters
-    leakage_coefficient: float
-
-
-@dataclass(frozen=True)
 class Batch:
-    """Jobs that share duration, step, sampling and wavelet, and where and how they are stored."""
+    """Jobs that share duration, step and sampling, and where and how they are stored.
+
+    Either all records are to be simulated, or all are stored.
+    """
 
     jobs: tuple[Job, ...]
     directory: Path
     store: StoreConfig
+
+    @property
+    def is_stored(self) -> bool:
+        """Whether the records are stored and only measured."""
+        return self.jobs[0].stored is not None
 
 
 @dataclass(frozen=True)
@@ -70,59 +73,88 @@ class BatchReceipt:
 
 
 def compute_shard(batch: Batch) -> BatchReceipt:
-    """Simulate and measure a batch and write its shard.
+    """Measure the records of a batch, simulated or stored, and write its shard.
 
     Raises
     ------
     StoreError
-        The shard cannot be written.
+        The shard cannot be written, or a record cannot be read.
     """
-    columns = compute_columns(batch.jobs)
-    shard = write_shard(batch.directory, columns, batch.store)
+    columns = measure_stored(batch.jobs) if batch.is_stored else compute_columns(batch.jobs)
+    store = batch.store.model_copy(update={"signals": "none"}) if batch.is_stored else batch.store
+    shard = write_shard(batch.directory, columns, store)
     n_failed = sum(status != "ok" for status in columns[names.STATUS])
     return BatchReceipt(len(batch.jobs), n_failed, shard)
 
 
-def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) -> dict[str, NDArray[Any]]:
+def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) -> Columns:
     """All variables of a shard, one row per job, and the time axis.
 
     Jobs that differ in nothing but the analysis of their record are simulated once.
     """
-    parameters = [job.parameters for job in jobs]
     recorded, record_of_job = _distinct_records(jobs)
-    coefficients = np.array([job.leakage_coefficient for job in recorded], dtype=float)
-    sensors = Measurement([job.parameters for job in recorded])
-    trajectory = simulate(sensors.runs, np.nan_to_num(coefficients).tolist(), tap=sensors)
-    trajectory = replace(
-        trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(recorded, trajectory)
-    )
-    measured = sensors.show(trajectory)
+    records = _simulated(recorded, simulate)
     if len(recorded) < len(jobs):
-        trajectory, measured = trajectory.rows(record_of_job), measured.rows(record_of_job)
+        records = {
+            name: values if name == names.TIME else values[record_of_job] for name, values in records.items()
+        }
+    return records | _identities(jobs) | measured_columns(jobs, records)
+
+
+def measure_stored(jobs: Sequence[Job]) -> Columns:
+    """The same of jobs whose records are stored, signals left out; nothing is simulated."""
+    places = [job.stored for job in jobs if job.stored is not None]
+    wanted = set().union(*(needed_signals(job.analysis.indicators) for job in jobs))
+    records = read_records(places, wanted, jobs[0].parameters.record.n_sample)
+    return dict(records) | _identities(jobs) | measured_columns(jobs, records)
+
+
+def _identities(jobs: Sequence[Job]) -> Columns:
     return {
         names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
-        names.STATUS: np.array([outcome.status for outcome in trajectory.outcomes], dtype=object),
-        names.MESSAGE: np.array([outcome.message for outcome in trajectory.outcomes], dtype=object),
-        names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
-        names.TIME: trajectory.time,
-    } | _signals_and_features(parameters, trajectory, measured)
-
-
-def analysed_alike(jobs: Sequence[Job]) -> bool:
-    """Whether jobs differ in more than the analysis of their record, so that each has a record of its own."""
-    first = jobs[0].parameters
-    analysis = first.run, first.wavelet
-    return all((job.parameters.run, job.parameters.wavelet) == analysis for job in jobs)
+        names.RECORD_ID: np.array([job.record_id for job in jobs], dtype=object),
+    }
 
 
 def _distinct_records(jobs: Sequence[Job]) -> tuple[list[Job], list[int]]:
     """One job for each record that has to be simulated, and the place of each job's record among them."""
     if analysed_alike(jobs):
         return list(jobs), list(range(len(jobs)))
-    keys = [(job.parameters.record_text, job.leakage_coefficient.hex()) for job in jobs]
+    keys = [(job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs]
     first = dict(zip(reversed(keys), reversed(jobs), strict=True))
     places = {key: place for place, key in enumerate(dict.fromkeys(keys))}
     return [first[key] for key in places], [places[key] for key in keys]
+
+
+def analysed_alike(jobs: Sequence[Job]) -> bool:
+    """Whether jobs differ in more than the analysis of their record, so that each has a record of its own."""
+    return all(job.analysis == jobs[0].analysis for job in jobs)
+
+
+def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
+    """Records: what the sensors show, and what is known of the plant itself."""
+    parameters = [job.parameters for job in jobs]
+    coefficients = np.array([job.leakage_coefficient for job in jobs], dtype=float)
+    sensors = Measurement(parameters)
+    trajectory = simulate(parameters, np.nan_to_num(coefficients).tolist(), tap=sensors)
+    trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(jobs, trajectory))
+    measured = sensors.show(trajectory)
+    with np.errstate(all="ignore"):
+        numbers = _plant_numbers(parameters, trajectory)
+        settlings = how_records_settle(parameters, trajectory.chamber_1_pressure)
+        quality = assess_runs(parameters, trajectory, measured, settlings)
+    failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
+    for values in numbers.values():
+        values[failed] = np.nan
+    return {
+        names.STATUS: np.array([outcome.status for outcome in trajectory.outcomes], dtype=object),
+        names.MESSAGE: np.array([outcome.message for outcome in trajectory.outcomes], dtype=object),
+        names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
+        names.TIME: trajectory.time,
+        **{name: getattr(measured, name) for name in names.SIGNALS},
+        **numbers,
+        **vars(quality),
+    }
 
 
 def _outcomes(jobs: Sequence[Job], trajectory: Trajectory) -> tuple[Outcome, ...]:
@@ -135,25 +167,6 @@ def _outcomes(jobs: Sequence[Job], trajectory: Trajectory) -> tuple[Outcome, ...
 def _unreachable(parameters: RunParameters) -> Outcome:
     flow = convert(parameters.leakage.internal_flow or 0.0, "L/min")
     return Outcome("unreachable_leakage", f"no K_i gives a mean leakage of {flow:.4g} L/min")
-
-
-def _signals_and_features(
-    parameters: Sequence[RunParameters], trajectory: Trajectory, measured: Trajectory
-) -> dict[str, NDArray[Any]]:
-    signals = {
-        variable.name: getattr(measured, variable.name)
-        for variable in names.stored_variables("all")
-        if variable.is_signal
-    }
-    failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
-    with np.errstate(all="ignore"):
-        settlings = how_records_settle(parameters, trajectory.chamber_1_pressure)
-        features = pressure_features(parameters, measured.chamber_1_pressure, settlings)
-        features |= _plant_numbers(parameters, trajectory)
-        quality = assess_runs(parameters, trajectory, measured, settlings)
-    for values in features.values():
-        values[failed] = np.nan
-    return signals | features | vars(quality)
 
 
 def _plant_numbers(

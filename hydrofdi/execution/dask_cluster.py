@@ -39,7 +39,7 @@ class DaskEngine:
             raise ConfigError("the engine dask needs the extra: pip install 'hydrofdi[dask]'") from None
         self._distributed: Any = distributed
         self._scheduler = scheduler
-        self._shared_directory = shared_directory
+        self._shared_directory = self.reads_results = shared_directory
         self._client: Any = None
         self._completed: Any = None
         self._items: dict[str, Any] = {}

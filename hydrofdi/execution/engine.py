@@ -50,6 +50,9 @@ class Engine(Protocol):
     workers: int
     """Number of tasks that run at a time."""
 
+    reads_results: bool
+    """Whether its workers reach the folder of the results."""
+
     def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
         """Queue a task; `time_limit` is the wall time that it may take [s]."""
         ...
@@ -80,6 +83,7 @@ class InProcessEngine:
     """Runs tasks here, one after the other; it cannot end one that takes too long."""
 
     workers = 1
+    reads_results = True
 
     def __init__(self) -> None:
         self._queue: deque[tuple[Callable[[Any], Any], Any]] = deque()

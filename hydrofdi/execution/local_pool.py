@@ -100,6 +100,8 @@ class LocalPoolEngine:
         Number of processes.
     """
 
+    reads_results = True
+
     def __init__(self, workers: int) -> None:
         self.workers = workers
         self._context: Any = None

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.execution.compute import Batch, BatchReceipt, Job, compute_shard
+from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
 from hydrofdi.execution.engine import Engine, TaskFailure
+from hydrofdi.execution.jobs import Job
 from hydrofdi.simulation.kernels.lanes import WIDTH
 
 

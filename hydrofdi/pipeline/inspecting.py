@@ -10,16 +10,20 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import RunSpec
-from hydrofdi.config.parameters import RunParameters, parameter_names
+from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
+from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, read_index
-from hydrofdi.store.names import MESSAGE, stored_variables
+from hydrofdi.store.names import MESSAGE, RUN, Variable, stored_variables
+from hydrofdi.store.outputs import output_variables
 from hydrofdi.store.provenance import read_provenance
 from hydrofdi.store.reading import read_statuses
 from hydrofdi.store.request import read_request
 from hydrofdi.store.results import ShardResults
-from hydrofdi.store.shard import lacks_variable, read_variables
+from hydrofdi.store.shard import held_names, read_variables
+
+_MESSAGE = Variable(MESSAGE, (RUN,), "", "")
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,10 @@ class Explanation:
 
     Attributes
     ----------
-    run_id, status, message, log : str
+    run_id, record_id, status, message, log : str
+    reason : str
+        Why it is to be computed: what of its request is not stored, its record or its analysis; empty where
+        it is stored.
     causes : list of str
         The step limits that a diverged run exceeds.
     position : int
@@ -61,6 +68,8 @@ class Explanation:
     """
 
     run_id: str
+    record_id: str
+    reason: str
     status: str
     message: str
     log: str
@@ -82,7 +91,7 @@ def sweep_status(directory: Path) -> SweepStatus:
         The folder holds no experiment.
     """
     plan = _stored_plan(directory)
-    results = ShardResults(plan.run_ids, plan.index.runs, plan.failures)
+    results = ShardResults(plan.run_ids, plan.index, plan.failures)
     statuses = Counter(results.statuses())
     missing = len(plan.missing)
     failed = sum(count for status, count in statuses.items() if status not in ("ok", "missing"))
@@ -135,21 +144,23 @@ def explain(directory: Path, wanted: str) -> Explanation:
     plan = _stored_plan(directory)
     position = _find(plan, wanted)
     run, run_id = plan.table.runs[position], plan.run_ids[position]
-    baseline = plan.table.runs[plan.table.fixed_baseline[position]].parameters
+    baseline = plan.table.runs[plan.table.fixed_baseline[position]].request
     stored, failure = plan.index.runs.get(run_id), plan.failures.get(run_id)
     message = ""
     if stored is not None:
-        message = str(read_variables(stored.shard, [MESSAGE], np.array([stored.row]))[MESSAGE][0])
+        message = str(read_variables(stored.shard, [_MESSAGE], np.array([stored.row]))[MESSAGE][0])
     provenance = read_provenance(directory)
     return Explanation(
         run_id=run_id,
+        record_id=plan.record_ids[position],
+        reason=plan.reason(position) if position in plan.missing else "",
         status=stored.status if stored else failure.status if failure else "missing",
         message=failure.message if failure and not stored else message,
         log=failure.log if failure and not stored else "",
         causes=_causes(run) if stored and stored.status == "diverged" else [],
         position=position,
-        request=run.parameters.shown_sections(),
-        differences=_differences(baseline, run.parameters),
+        request=run.request.shown_sections(),
+        differences=_differences(baseline, run.request),
         calibration=run.calibration.shown_sections() if run.calibration else None,
         shard=str(stored.shard) if stored else "",
         provenance=provenance[-1] if provenance else None,
@@ -177,12 +188,10 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     if stored is None:
         raise StoreError(f"run {run_id} is not stored; there is nothing to compare with")
     columns = _computed(run, run_id)
-    variables = [
-        variable
-        for variable in stored_variables(stored.signals, phases=True)
-        if not lacks_variable(stored.shard, variable.name)
-    ]
-    held = read_variables(stored.shard, [variable.name for variable in variables], np.array([stored.row]))
+    computed = (*stored_variables(stored.signals, phases=True), *output_variables([run.analysis.indicators]))
+    names = held_names(stored.shard)
+    variables = [variable for variable in computed if variable.name in names]
+    held = read_variables(stored.shard, variables, np.array([stored.row]))
     differing = []
     for variable in variables:
         old, new = held[variable.name], np.asarray(columns[variable.name])
@@ -196,14 +205,14 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
 def _causes(run: RunSpec) -> list[str]:
     from hydrofdi.assessment.step_limits import step_warnings
 
-    return step_warnings(lambda *_: [run.parameters])
+    return step_warnings(lambda *_: [run.request])
 
 
 def _computed(run: RunSpec, run_id: str) -> Columns:
     from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 
     (coefficient,) = leakage_coefficients([run], InProcessEngine(), {}, required="none")
-    return compute_columns([Job(run_id, run.parameters, coefficient)])
+    return compute_columns([Job.of(run, run_id, coefficient, record_identity(run))])
 
 
 def _stored_plan(directory: Path) -> SweepPlan:
@@ -222,7 +231,7 @@ def _find(plan: SweepPlan, wanted: str) -> int:
     return matches[0]
 
 
-def _differences(baseline: RunParameters, run: RunParameters) -> dict[str, tuple[Any, Any]]:
+def _differences(baseline: RunRequest, run: RunRequest) -> dict[str, tuple[Any, Any]]:
     return {
         name: (baseline.shown_value(name), run.shown_value(name))
         for name in parameter_names()

@@ -8,16 +8,19 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
+from math import prod
 from pathlib import Path
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file
-from hydrofdi.simulation import run_identities, run_identity
+from hydrofdi.simulation import record_identities, run_identities, run_identity
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.store import Failure, ShardIndex, holds_enough, read_failures, read_index
-from hydrofdi.store.names import stored_variables
+from hydrofdi.store import Failure, ShardIndex, StoredRun, holds_enough, read_failures, read_index
+from hydrofdi.store.experiment_file import computed_variables
+from hydrofdi.store.names import stored_signals
+from hydrofdi.store.outputs import dimensions
 
 _CALIBRATION_ROUNDS = 14
 """Simulations that a calibration takes, about."""
@@ -34,8 +37,8 @@ class SweepPlan:
         Folder of the experiment.
     table : RunTable
         The runs in their order.
-    run_ids : tuple of str
-        Their identities.
+    run_ids, record_ids : tuple of str
+        Identities of the runs, and of their records.
     index : ShardIndex
         What is stored.
     failures : dict
@@ -46,6 +49,7 @@ class SweepPlan:
     directory: Path
     table: RunTable
     run_ids: tuple[str, ...]
+    record_ids: tuple[str, ...]
     index: ShardIndex
     failures: dict[str, Failure]
 
@@ -63,13 +67,53 @@ class SweepPlan:
             for position, run_id in enumerate(self.run_ids)
             if run_id not in self.failures
             and not (
-                (stored := self.index.runs.get(run_id)) and holds_enough(stored, store.signals, store.dtype)
+                (stored := self.index.runs.get(run_id))
+                and holds_enough(self.index.signals_of(stored), store.signals, store.dtype)
             )
         ]
+
+    @cached_property
+    def measurable(self) -> dict[int, StoredRun]:
+        """Positions of missing runs that need no simulation → where their records lie."""
+        records = ((position, self.index.records.get(self.record_ids[position])) for position in self.missing)
+        return {
+            position: record
+            for position, record in records
+            if record is not None and not self._obstacle(record)
+        }
+
+    @cached_property
+    def simulated(self) -> list[int]:
+        """Positions of the missing runs whose records are to be simulated."""
+        return [position for position in self.missing if position not in self.measurable]
+
+    @property
+    def n_simulated(self) -> int:
+        """Number of records that are to be simulated; runs that differ in their analysis alone share one."""
+        return len({self.record_ids[position] for position in self.simulated})
 
     def reasons(self) -> dict[str, int]:
         """Why runs are to be computed → how many of them."""
         return dict(Counter(self.reason(position) for position in self.missing))
+
+    def _obstacle(self, record: StoredRun) -> str:
+        """Why a stored record cannot be measured as it is stored; empty where it can."""
+        store = self.experiment.store
+        if not holds_enough(record, store.signals, store.dtype):
+            return "stored without the signals or the precision that are asked for"
+        if record.status != "ok":
+            return ""
+        if lacking := sorted(self._needed_signals - stored_signals(record.signals)):
+            return f"no stored signals of {', '.join(lacking)}"
+        if record.dtype != "float64":
+            return "stored signals in single precision, which would give other numbers"
+        return ""
+
+    @cached_property
+    def _needed_signals(self) -> set[str]:
+        from hydrofdi.execution import needed_signals
+
+        return needed_signals(self.experiment.indicator_choice.made(self.experiment.wavelet))
 
     def warnings(self, prediction: Prediction) -> list[str]:
         """What deserves a second look before the sweep starts."""
@@ -97,10 +141,16 @@ class SweepPlan:
             return "stored without the signals or the precision that are asked for"
         if run_id in self.index.lost:
             return "its shard is damaged"
+        if (record := self.index.records.get(self.record_ids[position])) is not None:
+            return f"another analysis of a stored record{_because(self._obstacle(record))}"
         for version in sorted(self.index.physics_versions - {PHYSICS_VERSION}):
             if run_identity(self.table.runs[position], version) in self.index.runs:
                 return f"physics version changed from {version} to {PHYSICS_VERSION}"
         return "new"
+
+
+def _because(obstacle: str) -> str:
+    return f", simulated anew ({obstacle})" if obstacle else ", measured from its signals"
 
 
 @dataclass(frozen=True)
@@ -139,7 +189,7 @@ def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: b
         The sweep is impossible.
     """
     table = expand_runs(experiment)
-    records = [run.run for run in table.runs.distinct("run")]
+    records = [run.record for run in table.runs.distinct("record")]
     time_grids = {(record.n_sample, record.sampling_frequency) for record in records}
     if experiment.store.signals != "none" and len(time_grids) > 1:
         message = (
@@ -147,28 +197,29 @@ def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: b
             " set store: {signals: none}"
         )
         raise ConfigError([Mistake(message, "store.signals")])
-    run_ids = run_identities(table.runs)
+    run_ids, record_ids = run_identities(table.runs), record_identities(table.runs)
     failures = {} if retry_failed else read_failures(directory)
-    return SweepPlan(experiment, directory, table, run_ids, read_index(directory), failures)
+    return SweepPlan(experiment, directory, table, run_ids, record_ids, read_index(directory), failures)
 
 
 def predict(plan: SweepPlan, workers: int) -> Prediction:
     """Wall time and size of a plan, from simulating a few of its runs without their leakage."""
-    rows = len(plan.run_ids) * sum(8 * _n_value(plan, name) for name in _stored_names(plan))
+    rows = len(plan.run_ids) * _row_bytes(plan)
     folder = next(path for path in (plan.directory, *plan.directory.resolve().parents) if path.exists())
     return Prediction(_predicted_seconds(plan, workers), rows, shutil.disk_usage(folder).free)
 
 
 def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
-    runs = plan.table.runs.at(plan.missing)
+    runs = plan.table.runs.at(plan.simulated)
     if not runs:
         return 0.0
     from hydrofdi.execution import Job, compute_columns
     from hydrofdi.execution.batching import batch_shape
 
-    first = batch_shape(runs[0].parameters)
-    pilot = list(islice((run for run in runs if batch_shape(run.parameters) == first), WIDTH))
-    jobs = [Job("", run.parameters, run.parameters.leakage.internal_coefficient or 0.0) for run in pilot]
+    jobs = [
+        Job.of(run, "", run.parameters.leakage.internal_coefficient or 0.0) for run in islice(runs, 4 * WIDTH)
+    ]
+    jobs = [job for job in jobs if batch_shape(job) == batch_shape(jobs[0])][:WIDTH]
     compute_columns(jobs[:1])  # compiles, or loads the kernel
     start = time.perf_counter()
     compute_columns(jobs)
@@ -177,17 +228,12 @@ def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
     return max(seconds, blocks * seconds * WIDTH / max(len(jobs), WIDTH) / workers)
 
 
-def _stored_names(plan: SweepPlan) -> list[str]:
-    phases = plan.experiment.measures_phases
-    return [variable.name for variable in stored_variables(plan.experiment.store.signals, phases=phases)]
-
-
-def _n_value(plan: SweepPlan, name: str) -> int:
-    """Numbers that a run stores of a variable."""
-    parameters = plan.table.runs[0].parameters
-    variable = next(v for v in stored_variables("all", phases=True) if v.name == name)
-    if variable.is_signal:
-        half = 0.5 if plan.experiment.store.dtype == "float32" else 1.0
-        return round(parameters.run.n_sample * half)
-    levels = parameters.wavelet.levels
-    return {1: 1, 2: levels, 3: levels << levels}[len(variable.dimensions)]
+def _row_bytes(plan: SweepPlan) -> int:
+    """Bytes that a run takes in the experiment file."""
+    store, sizes = plan.experiment.store, dimensions(plan.table.runs)
+    n_sample = plan.table.runs[0].parameters.record.n_sample
+    n_signal = len(stored_signals(store.signals))
+    n_number = sum(
+        prod(sizes[name] for name in variable.dimensions[1:]) for variable in computed_variables(plan.table)
+    )
+    return 8 * n_number + (4 if store.dtype == "float32" else 8) * n_sample * n_signal

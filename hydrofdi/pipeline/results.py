@@ -66,7 +66,7 @@ def _read_requested(directory: Path) -> ExperimentData:
     if data.is_whole:
         return data
     run_ids = [str(run_id) for run_id in data.columns[RUN_ID]]
-    return join_results(data, ShardResults(run_ids, index.runs, read_failures(directory)))
+    return join_results(data, ShardResults(run_ids, index, read_failures(directory)))
 
 
 def _read_same(file: Path, directory: Path) -> ExperimentData | None:
@@ -84,7 +84,7 @@ def _read_shards(
     """The runs of an experiment as far as their shards go, each found by its identity."""
     table = expand_runs(experiment)
     run_ids = run_identities(table.runs, physics_version)
-    results = ShardResults(run_ids, index.runs, read_failures(file.parent))
+    results = ShardResults(run_ids, index, read_failures(file.parent))
     data = read_unfinished(file, experiment, table, results, library_versions())
     data = replace(data, physics_version=physics_version)
     if index.runs and index.runs.keys().isdisjoint(run_ids):

@@ -69,7 +69,7 @@ class _Simulated:
                 for channel, signal in SIGNAL_OF_CHANNEL.items()
                 if channel in channels
             },
-            parameters.run.sampling_frequency,
+            parameters.record.sampling_frequency,
             tuple(self.run_ids[row] for row in good),
             sources=(name,) * len(good),
             drive_period=_period(parameters),
@@ -104,11 +104,14 @@ class _Simulated:
 def _alike(runs: Sequence[RunSpec], first: int) -> list[RunSpec]:
     """Runs from one on that fit into one batch."""
     lead = runs[first].parameters
-    length = max(batch_length(lead.run.n_sample) // WIDTH * WIDTH, 1)
+    length = max(batch_length(lead.record.n_sample) // WIDTH * WIDTH, 1)
     alike = []
     for row in range(first, min(first + length, len(runs))):
         run = runs[row]
-        if (run.parameters.run.time_axis, _period(run.parameters)) != (lead.run.time_axis, _period(lead)):
+        if (run.parameters.record.time_axis, _period(run.parameters)) != (
+            lead.record.time_axis,
+            _period(lead),
+        ):
             break
         alike.append(run)
     return alike

@@ -12,7 +12,7 @@ from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.pipeline.places import library_versions
-from hydrofdi.simulation import run_identity
+from hydrofdi.simulation import record_identity, run_identity
 from hydrofdi.simulation.second_opinion import Solver, simulate_with_solver
 from hydrofdi.store import Columns, HeldResults, write_experiment
 from hydrofdi.store.names import NO_BASELINE
@@ -40,9 +40,13 @@ def simulate_nominal(experiment: ExperimentConfig, solver: Solver | None = None)
     run = expand_runs(alone).runs[0]
     (coefficient,) = leakage_coefficients([run], InProcessEngine(), {})
     if solver is None:
-        return SingleRun(run, compute_columns([Job(run_identity(run), run.parameters, coefficient)]))
-    job = Job(f"{run_identity(run)}-{solver}", run.parameters, coefficient)
+        return SingleRun(run, compute_columns([_job(run, coefficient)]))
+    job = _job(run, coefficient, f"-{solver}")
     return SingleRun(run, compute_columns([job], partial(simulate_with_solver, solver=solver)))
+
+
+def _job(run: RunSpec, coefficient: float, mark: str = "") -> Job:
+    return Job.of(run, run_identity(run) + mark, coefficient, record_identity(run) + mark)
 
 
 def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun) -> None:

@@ -6,16 +6,18 @@ import math
 import time
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.errors import StoreError
 from hydrofdi.execution import (
     Batch,
     BatchReceipt,
     Engine,
+    InProcessEngine,
     Interruption,
     Job,
     JobFailure,
@@ -55,8 +57,9 @@ class SweepSummary:
 
     Attributes
     ----------
-    planned, completed, skipped, failed : int
-        Runs of the experiment; computed now; stored or failed before; without a good end.
+    planned, completed, measured, skipped, failed : int
+        Runs of the experiment; computed now; those of them that were measured from stored signals; stored or
+        failed before; without a good end.
     seconds : float
         Wall time [s].
     file : Path
@@ -67,6 +70,7 @@ class SweepSummary:
 
     planned: int
     completed: int
+    measured: int
     skipped: int
     failed: int
     seconds: float
@@ -180,7 +184,7 @@ def _write_file(
     fresh: frozenset[str] = frozenset(),
 ) -> Path:
     index = read_index(directory, fresh=fresh)
-    results = ShardResults(run_ids, index.runs, read_failures(directory))
+    results = ShardResults(run_ids, index, read_failures(directory))
     file = experiment_file(directory, experiment)
     write_experiment(file, experiment, table, results, library_versions())
     index.save()
@@ -188,14 +192,26 @@ def _write_file(
 
 
 def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watcher) -> list[Job]:
-    runs = plan.table.runs.at(plan.missing)
+    runs = plan.table.runs.at(plan.simulated)
+    coefficients = dict(zip(plan.simulated, _coefficients(plan, runs, engine, known, watcher), strict=True))
+    return [_job(plan, position, coefficients.get(position, math.nan)) for position in plan.missing]
+
+
+def _job(plan: SweepPlan, position: int, coefficient: float) -> Job:
+    """The job of a missing run; a stored record brings its own coefficient."""
+    run, record_id = plan.table.runs[position], plan.record_ids[position]
+    job = Job.of(run, plan.run_ids[position], coefficient, record_id)
+    return replace(job, stored=plan.measurable.get(position))
+
+
+def _coefficients(
+    plan: SweepPlan, runs: Runs, engine: Engine, known: dict[str, float], watcher: Watcher
+) -> list[float]:
     n_unsolved = unsolved_conditions(runs, known)
     if n_unsolved > WIDTH:
         watcher.tell(f"solving the leakage coefficients of {n_unsolved} conditions first")
     try:
-        coefficients = leakage_coefficients(
-            runs, engine, known, required="none" if _may_lack_leaks(plan) else "any"
-        )
+        return leakage_coefficients(runs, engine, known, required="none" if _may_lack_leaks(plan) else "any")
     except KeyboardInterrupt:
         solved = {identity: value for identity, value in known.items() if not math.isnan(value)}
         if solved:
@@ -204,15 +220,11 @@ def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Wat
                 f"kept {len(solved)} solved leakage coefficients; the same command goes on from there"
             )
         raise
-    return [
-        Job(plan.run_ids[position], run.parameters, coefficient)
-        for position, run, coefficient in zip(plan.missing, runs, coefficients, strict=True)
-    ]
 
 
 def _may_lack_leaks(plan: SweepPlan) -> bool:
     """Whether a sweep makes sense even if none of its missing leaks is possible."""
-    stored = sorted(set(range(len(plan.run_ids))) - set(plan.missing))
+    stored = sorted(set(range(len(plan.run_ids))) - set(plan.missing) | plan.measurable.keys())
     return plan.experiment.has_scenarios or any(
         run.calibration or run.parameters.leakage.internal_coefficient for run in plan.table.runs.at(stored)
     )
@@ -260,7 +272,10 @@ class _Recorder:
         self._log.write("begin", planned=len(self._plan.run_ids), missing=len(jobs))
         self._watcher.begin(len(jobs))
         batches = [Batch(batch, directory, experiment.store) for batch in split_jobs(jobs, engine.workers)]
-        run_batches(engine, batches, experiment.limits.time_per_job, self._stored, self._failed)
+        here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
+        there = [batch for batch in batches if batch not in here]
+        for place, work in ((InProcessEngine(), here), (engine, there)):
+            run_batches(place, work, experiment.limits.time_per_job, self._stored, self._failed)
         self._log.write("end", completed=self._completed)
         return self._completed
 
@@ -284,6 +299,7 @@ def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool
     return SweepSummary(
         planned=len(plan.run_ids),
         completed=completed,
+        measured=min(completed, len(plan.measurable)),
         skipped=len(plan.run_ids) - len(plan.missing),
         failed=sum(status not in ("ok", MISSING) for status in statuses),
         seconds=time.perf_counter() - start,

@@ -1,4 +1,4 @@
-"""What is measured of the chamber-1 pressure: of the record as configured, and of the settled record."""
+"""What is measured of the chamber-1 pressure where it is known when the record settled."""
 
 from __future__ import annotations
 
@@ -8,64 +8,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.quality.settling import Settling, samples_per_period
+from hydrofdi.config.analysis import Analysis
+from hydrofdi.quality.settling import samples_per_period, settled_start
 from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.phases import phase_rms
 from hydrofdi.transforms.undecimated import (
     boundary_length,
     phase_detail_rms,
     undecimated_coefficients,
     undecimated_rms,
 )
-from hydrofdi.transforms.wavelet import CoefficientRms, coefficient_rms, n_phase, root_mean_square
+from hydrofdi.transforms.wavelet import CoefficientRms, n_phase, root_mean_square
 
 Array = NDArray[np.float64]
 
 
 def pressure_features(
-    runs: Sequence[RunParameters], pressure: Array, settlings: Sequence[Settling]
+    runs: Sequence[RunParameters], analyses: Sequence[Analysis], pressure: Array, settled_from: Array
 ) -> dict[str, Array]:
-    """Features of chamber-1 pressures.
+    """What is measured of chamber-1 pressures with the knowledge of when they settled.
 
-    Those as configured are all of one window, what ``run.discard`` leaves. Those of the settled record are
-    undecimated and free of boundaries: whole periods are taken as a circle; a record without a period is
-    taken as configured, less the coefficients that look back beyond its start.
+    The mean is that of what ``analysis.discard`` leaves. Features of the settled record are undecimated and
+    free of boundaries: whole periods are taken as a circle; a record without a period is taken from what is
+    left out on, less the coefficients that look back beyond that.
 
     Parameters
     ----------
     runs : sequence of RunParameters, length n_run
-        All with the same duration, sampling frequency, number of levels, and phases measured.
+        All with the same duration and sampling frequency.
+    analyses : sequence of Analysis, length n_run
+        All with the same number of levels, and phases measured.
     pressure : ndarray, shape (n_run, n_time)
         As the sensor shows it [Pa].
-    settlings : sequence of Settling, length n_run
+    settled_from : ndarray, shape (n_run,)
+        Start of the settled periods [s]; NaN where there are none.
 
     Returns
     -------
     dict
-        ``mean_chamber_1_pressure`` (n_run,); ``detail_rms``, ``approximation_rms``, ``settled_detail_rms``
-        and ``settled_approximation_rms`` (n_run, n_level); where ``wavelet.phase`` is ``all`` also
-        ``phase_detail_rms`` and ``settled_phase_detail_rms`` (n_run, n_phase, n_level). All in Pa; settled
-        ones are NaN for periodic records that have not settled.
+        ``mean_chamber_1_pressure`` (n_run,); ``settled_detail_rms`` and ``settled_approximation_rms``
+        (n_run, n_level); where ``wavelet.phase`` is ``all`` also ``settled_phase_detail_rms``
+        (n_run, n_phase, n_level). All in Pa; settled ones are NaN for periodic records that have not settled.
     """
     features: dict[str, Array] = {}
-    for start, is_circular, members in _windows(runs, settlings):
-        run, records = runs[members[0]], pressure[members]
-        part = _configured(run, records[:, run.n_discarded :])
-        part |= _settled(run.wavelet, records[:, start:], start - run.n_discarded, is_circular)
+    for analysis, start, is_circular, members in _windows(runs, analyses, settled_from):
+        records = pressure[members]
+        part = {"mean_chamber_1_pressure": np.mean(records[:, analysis.n_discarded :], axis=1)}
+        part |= _settled(analysis.wavelet, records[:, start:], start - analysis.n_discarded, is_circular)
         for name, values in part.items():
             features.setdefault(name, np.empty((len(runs), *values.shape[1:])))[members] = values
     return features
-
-
-def _configured(run: RunParameters, kept: Array) -> dict[str, Array]:
-    wavelet = run.wavelet
-    rms = coefficient_rms(kept[:, wavelet.first_sample :], wavelet)
-    features = {
-        "mean_chamber_1_pressure": np.mean(kept, axis=1),
-        "detail_rms": rms.detail,
-        "approximation_rms": rms.approximation,
-    }
-    return features | ({"phase_detail_rms": phase_rms(kept, wavelet)} if wavelet.phase == "all" else {})
 
 
 def _settled(
@@ -90,19 +81,20 @@ def _unsettled(wavelet: WaveletConfig, n_run: int) -> dict[str, Array]:
 
 
 def _windows(
-    runs: Sequence[RunParameters], settlings: Sequence[Settling]
-) -> Iterator[tuple[int, bool, list[int]]]:
-    """First settled sample, whether the record from there on is a circle, and the runs of which this is so.
+    runs: Sequence[RunParameters], analyses: Sequence[Analysis], settled_from: Array
+) -> Iterator[tuple[Analysis, int, bool, list[int]]]:
+    """Analysis, first settled sample, whether the record from there on is a circle, and the runs of which
+    this is so.
 
     Runs that come together are analysed alike; a record that has not settled has no settled sample.
     """
-    groups: dict[object, tuple[int, bool, list[int]]] = {}
-    for position, (run, settling) in enumerate(zip(runs, settlings, strict=True)):
-        is_circular = samples_per_period(run) is not None
-        start = settling.start if is_circular else run.n_discarded
-        start = run.run.n_sample if start is None else start
-        key = run.wavelet, run.n_discarded, start, is_circular
-        groups.setdefault(key, (start, is_circular, []))[2].append(position)
+    groups: dict[object, tuple[Analysis, int, bool, list[int]]] = {}
+    for position, (run, analysis) in enumerate(zip(runs, analyses, strict=True)):
+        n_period, start = samples_per_period(run), analysis.n_discarded
+        if n_period is not None:
+            start = settled_start(run, n_period, float(settled_from[position]), analysis.n_discarded)
+        key = analysis, start, n_period is not None
+        groups.setdefault(key, (*key, []))[3].append(position)
     yield from groups.values()
 
 

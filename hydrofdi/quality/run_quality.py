@@ -99,7 +99,7 @@ def _verdict(quality: RunQuality, row: int) -> str:
 
 
 def _settled_from(run: RunParameters, settling: Settling) -> float:
-    return math.nan if settling.start is None else settling.start / run.run.sampling_frequency
+    return math.nan if settling.start is None else settling.start / run.record.sampling_frequency
 
 
 def _clipped_share(run: RunParameters, shown: NDArray[np.float64]) -> float:

@@ -1,4 +1,4 @@
-"""From when on a record has settled: judged by its features, period by period."""
+"""From when on a record has settled: judged by its details, period by period."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.run import is_whole
+from hydrofdi.config.sections.record import is_whole
+from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.undecimated import undecimated_rms
 
 SETTLED_CHANGE = 1e-3
@@ -40,12 +41,36 @@ class Settling:
 
 UNKNOWN = Settling(math.nan, None)
 
+_WAVELET = WaveletConfig()
+
+
+def settled_start(run: RunParameters, n_period: int, settled_from: float, n_discarded: int) -> int:
+    """First sample of the settled periods that an analysis may take; the record's end where two are not left.
+
+    Parameters
+    ----------
+    run : RunParameters
+    n_period : int
+        Samples of a period.
+    settled_from : float
+        Start of all settled periods [s]; NaN where there are none.
+    n_discarded : int
+        Samples that the analysis leaves out.
+    """
+    record = run.record
+    if math.isnan(settled_from):
+        return record.n_sample
+    first = max(round(settled_from * record.sampling_frequency), n_discarded)
+    n_whole = (record.n_sample - first) // n_period
+    return record.n_sample - n_whole * n_period if n_whole > 1 else record.n_sample
+
 
 def how_records_settle(runs: Sequence[RunParameters], pressure: NDArray[np.float64]) -> list[Settling]:
     """How the details of each run settle.
 
     Each period is taken as a circle, so that a drift from its start to its end shows as well. Periods are
-    counted from the end of the record; what ``run.discard`` leaves out is no part of them.
+    counted from the end of the record. The details are those of the paper's wavelet, whatever a record is
+    analysed with.
 
     Parameters
     ----------
@@ -58,17 +83,17 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: NDArray[np.float
 
 def samples_per_period(run: RunParameters) -> int | None:
     """Samples of a period of all that acts on the actuator; None where there is none, or no whole number."""
-    samples = run.input.period * run.run.sampling_frequency
+    samples = run.input.period * run.record.sampling_frequency
     return round(samples) if run.is_periodic and is_whole(samples) else None
 
 
 def _settling(run: RunParameters, record: NDArray[np.float64]) -> Settling:
     n_period = samples_per_period(run)
-    if n_period is None or run.n_kept < 2 * n_period:
+    if n_period is None or record.size < 2 * n_period:
         return UNKNOWN
-    n_whole = run.n_kept // n_period
+    n_whole = record.size // n_period
     periods = record[record.size - n_whole * n_period :].reshape(n_whole, n_period)
-    rms = np.maximum(undecimated_rms(periods, run.wavelet).detail, LEAST_DETAIL * run.supply.pressure)
+    rms = np.maximum(undecimated_rms(periods, _WAVELET).detail, LEAST_DETAIL * run.supply.pressure)
     changes = np.abs(rms / rms[-1] - 1.0).max(axis=1)
     unsettled = np.flatnonzero(~(changes <= SETTLED_CHANGE))
     first = int(unsettled[-1]) + 1 if unsettled.size else 0

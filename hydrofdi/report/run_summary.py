@@ -113,7 +113,7 @@ def run_record(summary: RunSummary) -> dict[str, Any]:
         "run_id": summary.run_id,
         "status": summary.status,
         "message": summary.message,
-        "parameters": summary.run.parameters.shown_sections(),
+        "parameters": summary.run.request.shown_sections(),
         "mean_internal_leakage_L_per_min": None if math.isnan(mean) else convert(mean, "L/min"),
         "internal_leakage_coefficient": summary.leakage_coefficient,
         "detail_rms_Pa": [finite(value) for value in summary.detail_rms],

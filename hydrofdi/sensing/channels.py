@@ -29,7 +29,7 @@ class Channel:
 
     def lags(self, run: RunParameters) -> tuple[Lag, ...]:
         """What the signal passes before it is sampled; empty where it is followed at once."""
-        sensor, shared, turn = self.sensor(run), run.measurement, 2.0 * math.pi * run.run.step
+        sensor, shared, turn = self.sensor(run), run.measurement, 2.0 * math.pi * run.record.step
         lags: tuple[Lag, ...] = ()
         if sensor.bandwidth is not None and sensor.order == "first":
             lags = (first_order_lag(turn * sensor.bandwidth),)
@@ -55,11 +55,12 @@ CLOCK = "clock"
 
 
 def random_generator(run: RunParameters, source: str) -> np.random.Generator:
-    """The random numbers of one source of error in one run.
+    """The random numbers of one source of error in one record.
 
-    The seed is the SHA-256 of ``measurement.seed``, the source and all parameters that the signals of the
-    run depend on, so that draws do not depend on other runs, their order, batch or worker, and differ from
-    record to record. They come from NumPy's PCG64 and keep their bits within one version of NumPy.
+    The seed is the SHA-256 of the replicate (``measurement.seed``), the source, and with
+    ``measurement.pairing: independent`` all parameters that determine the record. So draws do not depend on
+    other records, their order, batch or worker, nor on how they are analysed. They come from NumPy's PCG64
+    and keep their bits within one version of NumPy.
 
     Parameters
     ----------
@@ -67,6 +68,7 @@ def random_generator(run: RunParameters, source: str) -> np.random.Generator:
     source : str
         Section of a sensor, or `CLOCK`.
     """
-    text = f"{run.measurement.seed}\n{source}\n{run.record_text}"
+    record = run.text() if run.measurement.pairing == "independent" else "common"
+    text = f"{run.measurement.seed}\n{source}\n{record}"
     seed = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))

@@ -31,7 +31,7 @@ class LaggedRuns:
         lags = {channel: [channel.lags(run) for run in runs] for channel in CHANNELS}
         self._lanes = {channel: LagLanes(of_runs) for channel, of_runs in lags.items() if any(of_runs)}
         self._clocks = _clocks(runs)
-        self.samples = {channel: np.zeros((len(runs), runs[0].run.n_sample)) for channel in self._lanes}
+        self.samples = {channel: np.zeros((len(runs), runs[0].record.n_sample)) for channel in self._lanes}
 
     def __call__(self, first_step: int, signal: SignalByName) -> None:
         """Follow the signals over a stretch of time, from the number of its first step."""
@@ -42,10 +42,10 @@ class LaggedRuns:
 
 
 def _clocks(runs: Sequence[RunParameters]) -> Clocks:
-    run = runs[0].run
-    time = np.arange(run.n_sample) / run.sampling_frequency
-    deviations = np.zeros((len(runs), run.n_sample))
+    record = runs[0].record
+    time = np.arange(record.n_sample) / record.sampling_frequency
+    deviations = np.zeros((len(runs), record.n_sample))
     for lane, parameters in enumerate(runs):
         if jitter := parameters.measurement.jitter:
             deviations[lane] = sampling_instants(time, jitter, random_generator(parameters, CLOCK)) - time
-    return Clocks(run, deviations)
+    return Clocks(record, deviations)

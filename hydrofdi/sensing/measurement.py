@@ -110,7 +110,7 @@ def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: 
     """
     sensor = channel.sensor(run)
     reading = np.asarray(samples + systematic_error(time, sensor.bias, sensor.drift))
-    noise = noise_autocovariance(sensor, run.measurement, run.run)
+    noise = noise_autocovariance(sensor, run.measurement, run.record)
     if noise[0] > 0.0:
         reading = reading + gaussian_noise(noise, time.size, random_generator(run, channel.section))
     reading = saturated(reading, sensor.lowest, sensor.highest)

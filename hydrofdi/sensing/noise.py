@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
 
 _NEGLIGIBLE = 40.0
@@ -17,7 +17,7 @@ _NEGLIGIBLE = 40.0
 
 @lru_cache(maxsize=1024)
 def noise_autocovariance(
-    sensor: SensorConfig[float, float, float, float], measurement: MeasurementConfig, run: RunConfig
+    sensor: SensorConfig[float, float, float, float], measurement: MeasurementConfig, record: RecordConfig
 ) -> tuple[float, ...]:
     """Autocovariance of a sensor's noise in the record, in the square of the signal's unit.
 
@@ -30,13 +30,19 @@ def noise_autocovariance(
     tuple of float
         At distances of 0, 1, … samples; zero beyond.
     """
-    half, corner, order = 0.5 * run.sampling_frequency, measurement.anti_alias, measurement.anti_alias_order
+    half, corner, order = (
+        0.5 * record.sampling_frequency,
+        measurement.anti_alias,
+        measurement.anti_alias_order,
+    )
     if not sensor.density:
         return (sensor.noise**2,)
     if corner is None:
         return (sensor.density**2 * max(half, sensor.noise_bandwidth or 0.0),)
-    decay = 2.0 * math.pi * corner * math.sin(0.5 * math.pi / order) / run.sampling_frequency
-    delays = np.arange(min(1 + math.ceil(_NEGLIGIBLE / decay), 10 * run.n_sample)) / run.sampling_frequency
+    decay = 2.0 * math.pi * corner * math.sin(0.5 * math.pi / order) / record.sampling_frequency
+    delays = (
+        np.arange(min(1 + math.ceil(_NEGLIGIBLE / decay), 10 * record.n_sample)) / record.sampling_frequency
+    )
     return tuple(filtered_noise_autocovariance(sensor.density, corner, order, delays).tolist())
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.physics.equation import equation
 from hydrofdi.simulation.kernels.compilation import strictly_compiled
 
@@ -59,19 +59,19 @@ class Clocks:
 
     Parameters
     ----------
-    run : RunConfig
+    record : RecordConfig
         Step and samples of the record.
     deviations : ndarray, shape (n_lane, n_time)
         How late each clock samples [s].
     """
 
-    def __init__(self, run: RunConfig, deviations: NDArray[np.float64]) -> None:
-        self._steps_per_sample, self._n_time = run.steps_per_sample, run.n_sample
+    def __init__(self, record: RecordConfig, deviations: NDArray[np.float64]) -> None:
+        self._steps_per_sample, self._n_time = record.steps_per_sample, record.n_sample
         self._is_exact = not deviations.any()
         if not self._is_exact:
-            nominal = run.steps_per_sample * np.arange(run.n_sample)
-            places = nominal + deviations / run.step
-            self._first_nodes = np.clip(np.floor(places).astype(np.int64) - 1, 0, run.n_step - 4)
+            nominal = record.steps_per_sample * np.arange(record.n_sample)
+            places = nominal + deviations / record.step
+            self._first_nodes = np.clip(np.floor(places).astype(np.int64) - 1, 0, record.n_step - 4)
             self._offsets = places - self._first_nodes
             self._reach = 4 + int(np.abs(self._first_nodes - nominal).max())
 

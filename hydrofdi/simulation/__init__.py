@@ -8,13 +8,20 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hydrofdi.simulation.batch import simulate_batch
     from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
-    from hydrofdi.simulation.identity import run_identities, run_identity
+    from hydrofdi.simulation.identity import (
+        record_identities,
+        record_identity,
+        run_identities,
+        run_identity,
+    )
     from hydrofdi.simulation.trajectory import Outcome, Trajectory
 
 _HOMES = {
     "Calibration": "hydrofdi.simulation.calibration",
     "Outcome": "hydrofdi.simulation.trajectory",
     "Trajectory": "hydrofdi.simulation.trajectory",
+    "record_identities": "hydrofdi.simulation.identity",
+    "record_identity": "hydrofdi.simulation.identity",
     "run_identities": "hydrofdi.simulation.identity",
     "run_identity": "hydrofdi.simulation.identity",
     "simulate_batch": "hydrofdi.simulation.batch",
@@ -26,6 +33,8 @@ __all__ = [
     "Calibration",
     "Outcome",
     "Trajectory",
+    "record_identities",
+    "record_identity",
     "run_identities",
     "run_identity",
     "simulate_batch",

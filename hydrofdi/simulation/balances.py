@@ -58,7 +58,7 @@ def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> 
             trajectory.piston_position[members], trajectory.piston_velocity[members],
             trajectory.chamber_1_pressure[members], trajectory.chamber_2_pressure[members],
             trajectory.valve_supply_pressure[members], trajectory.bristle_deflection[members],
-            1.0 / runs[0].run.sampling_frequency, options, part,
+            1.0 / runs[0].record.sampling_frequency, options, part,
         )  # fmt: skip
         totals[members] = part
     with np.errstate(all="ignore"):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.simulation.inputs import Chunk, Inputs
 from hydrofdi.simulation.kernels.kernel import advance_lanes
 from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes
@@ -67,16 +67,16 @@ def simulate_batch(
     ValueError
         No runs, or runs of different duration, step or sampling.
     """
-    if len({parameters.run.time_axis for parameters in runs}) != 1:
+    if len({parameters.record.time_axis for parameters in runs}) != 1:
         raise ValueError("the runs of a batch must share duration, step and sampling frequency")
-    inputs = Inputs(runs, runs[0].run)
+    inputs = Inputs(runs, runs[0].record)
     blocks = [
         _Block(options, control_interval, members, runs, leakage_coefficients, inputs, reader)
         for (options, control_interval), group in group_by_kernel(runs).items()
         for members, reader in _members_of_blocks(group, tap)
     ]
     signals = _Signals(runs, inputs)
-    for window, chunk in chunks(inputs, runs[0].run):
+    for window, chunk in chunks(inputs, runs[0].record):
         for block in blocks:
             samples = block.advance(chunk, window.start)
             signals.keep(block, window, chunk, samples)
@@ -98,14 +98,14 @@ def _up_to_width(positions: list[int]) -> Iterator[list[int]]:
         yield positions[first : first + WIDTH]
 
 
-def chunks(inputs: Inputs, run: RunConfig) -> Iterator[tuple[slice, Chunk]]:
+def chunks(inputs: Inputs, record: RecordConfig) -> Iterator[tuple[slice, Chunk]]:
     """Samples of the record, window by window, and the inputs of their steps."""
     most = min(_CHUNK_STEPS, _CHUNK_SPOOL_STEPS // max(inputs.n_drive, 1))
-    length = max(1, most // run.steps_per_sample)
-    for first in range(0, run.n_sample, length):
-        window = slice(first, min(first + length, run.n_sample))
-        steps = (window.stop - window.start) * run.steps_per_sample
-        yield window, inputs.advance(first * run.steps_per_sample, steps)
+    length = max(1, most // record.steps_per_sample)
+    for first in range(0, record.n_sample, length):
+        window = slice(first, min(first + length, record.n_sample))
+        steps = (window.stop - window.start) * record.steps_per_sample
+        yield window, inputs.advance(first * record.steps_per_sample, steps)
 
 
 class _Block:
@@ -123,7 +123,7 @@ class _Block:
     ) -> None:
         self.options, self.members = options, members
         self.columns, self.loads = inputs.column_of_run[members], inputs.load_of_run[members]
-        self._run, self._steps_per_control = runs[members[0]].run, steps_per_control
+        self._record, self._steps_per_control = runs[members[0]].record, steps_per_control
         self._lanes = pack_lanes([runs[k] for k in members], [leakage_coefficients[k] for k in members])
         self._column_of_lane, self._load_of_lane = (
             np.resize(self.columns, WIDTH),
@@ -137,7 +137,7 @@ class _Block:
 
     def advance(self, chunk: Chunk, first_sample: int) -> NDArray[np.float64]:
         """Samples (n_sample, n_row, WIDTH) over a chunk."""
-        first_step, per_sample = first_sample * self._run.steps_per_sample, self._run.steps_per_sample
+        first_step, per_sample = first_sample * self._record.steps_per_sample, self._record.steps_per_sample
         if self._reader is None:
             return self._samples(chunk, first_step, per_sample)
         samples = np.empty((len(chunk.loads) // per_sample, self._n_row, WIDTH))
@@ -154,7 +154,7 @@ class _Block:
         drive = chunk.stages if self.options.closed_loop is None else chunk.references
         samples = np.empty((len(drive) // steps_per_sample, self._n_row, WIDTH))
         advance_lanes(
-            self._lanes, drive, self._column_of_lane, chunk.loads, self._load_of_lane, self._run.step,
+            self._lanes, drive, self._column_of_lane, chunk.loads, self._load_of_lane, self._record.step,
             steps_per_sample, self._steps_per_control, samples, first_step, self.options,
         )  # fmt: skip
         return samples
@@ -175,7 +175,7 @@ class _Signals:
 
     def __init__(self, runs: Sequence[RunParameters], inputs: Inputs) -> None:
         self._runs = runs
-        shape = len(runs), runs[0].run.n_sample
+        shape = len(runs), runs[0].record.n_sample
         options = [ModelOptions.of(run) for run in runs]
         self._states = np.empty((N_PAPER_SAMPLED, *shape))
         self._voltage, self._spool = np.empty((2, *shape))
@@ -189,7 +189,7 @@ class _Signals:
         """Take over the samples of a block."""
         members, options = block.members, block.options
         rows = samples[:, :, : len(members)].transpose(1, 2, 0)
-        every = slice(None, None, self._runs[0].run.steps_per_sample)
+        every = slice(None, None, self._runs[0].record.steps_per_sample)
         self._states[:, members, window] = rows[:N_PAPER_SAMPLED]
         if options.supply_droop:
             self._supply[members, window] = rows[SAMPLED.index("supply")]
@@ -207,9 +207,9 @@ class _Signals:
 
     def trajectory(self, leakage_coefficients: Sequence[float]) -> Trajectory:
         """The signals with their names, and what follows from them."""
-        run = self._runs[0].run
+        record = self._runs[0].record
         position, velocity, pressure_1, pressure_2 = self._states
-        time = np.arange(run.n_sample) / run.sampling_frequency
+        time = np.arange(record.n_sample) / record.sampling_frequency
         return Trajectory(
             time=time,
             input_voltage=self._voltage,
@@ -238,7 +238,7 @@ def _held(values: Signal, moves: bool, shape: tuple[int, int]) -> Signal:
 
 def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
     """How a run ended, from its states (4, n_time)."""
-    run, actuator = parameters.run, parameters.actuator
+    record, actuator = parameters.record, parameters.actuator
     pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure
     stroke = actuator.chamber_volume / actuator.piston_area
     with np.errstate(invalid="ignore"):
@@ -246,13 +246,13 @@ def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcom
         beyond = np.abs(states[0]) > _CLOSE_TO_STOP * stroke
     at_the_stop = diverged.any() and abs(states[0, np.argmax(diverged) - 1]) > _CLOSE_TO_STOP * stroke
     if diverged.any() and not at_the_stop:
-        time = np.argmax(diverged) / run.sampling_frequency
+        time = np.argmax(diverged) / record.sampling_frequency
         return Outcome(
             "diverged",
-            f"the state grew without bound by t = {time:g} s; the step of {run.step:g} s is too long",
+            f"the state grew without bound by t = {time:g} s; the step of {record.step:g} s is too long",
         )
     if beyond.any() or at_the_stop:
-        time = np.argmax(beyond | diverged) / run.sampling_frequency
+        time = np.argmax(beyond | diverged) / record.sampling_frequency
         return Outcome(
             "stroke_exceeded",
             f"the piston used more than {_CLOSE_TO_STOP:.0%} of its stroke (±{stroke:.4g} m)"

@@ -53,8 +53,8 @@ def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Cali
     list of Calibration, of the same length
     """
     solutions: dict[int, Calibration] = {}
-    for run in dict.fromkeys(parameters.run for parameters in conditions):
-        members = [k for k, parameters in enumerate(conditions) if parameters.run == run]
+    for record in dict.fromkeys(parameters.record for parameters in conditions):
+        members = [k for k, parameters in enumerate(conditions) if parameters.record == record]
         solved = _solve_group([conditions[k] for k in members])
         solutions |= dict(zip(members, solved, strict=True))
     return [solutions[k] for k in range(len(conditions))]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.simulation.kernels.lanes import SPOOLS, WIDTH
 from hydrofdi.simulation.kernels.spool import advance_spools
 from hydrofdi.simulation.random_levels import random_levels
@@ -58,13 +58,13 @@ class Drive:
         return min(self.position_limit, self.speed_limit) < math.inf
 
 
-def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
     """Voltage held over the given steps.
 
     Parameters
     ----------
     drive : InputConfig
-    run : RunConfig
+    record : RecordConfig
         Its step divides half of the period of a square, and the period of steps.
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
@@ -76,23 +76,23 @@ def input_voltage(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) 
     """
     match drive.shape:
         case "square":
-            half_period = round(drive.period / (2.0 * run.step))
+            half_period = round(drive.period / (2.0 * record.step))
             return np.where((steps // half_period) % 2 == 0, drive.amplitude, -drive.amplitude)
         case "steps":
-            return drive.amplitude * random_levels(drive.seed, drive.period, run, steps)
+            return drive.amplitude * random_levels(drive.seed, drive.period, record, steps)
         case "csv":
-            return _held_rows(drive, run, steps)
-    return drive.amplitude * _wave(drive, run, steps * run.step)
+            return _held_rows(drive, record, steps)
+    return drive.amplitude * _wave(drive, record, steps * record.step)
 
 
-def _wave(drive: InputConfig, run: RunConfig, time: NDArray[Any]) -> NDArray[np.float64]:
+def _wave(drive: InputConfig, record: RecordConfig, time: NDArray[Any]) -> NDArray[np.float64]:
     """A smooth input of amplitude 1."""
     wave: NDArray[np.float64]
     match drive.shape:
         case "sine":
             wave = np.sin(2.0 * np.pi * time / drive.period)
         case "sweep":
-            rise = (drive.end_frequency - 1.0 / drive.period) / (2.0 * run.duration)
+            rise = (drive.end_frequency - 1.0 / drive.period) / (2.0 * record.duration)
             wave = np.sin(2.0 * np.pi * time * (1.0 / drive.period + rise * time))
         case _:
             wave = _multisine(time / drive.period, drive.harmonics) / _peak(drive.harmonics)
@@ -100,27 +100,27 @@ def _wave(drive: InputConfig, run: RunConfig, time: NDArray[Any]) -> NDArray[np.
 
 
 def position_reference(
-    drive: InputConfig, amplitude: float, run: RunConfig, steps: NDArray[np.int64]
+    drive: InputConfig, amplitude: float, record: RecordConfig, steps: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """Position reference at the given steps, of the shape of an input [m], shape (n,).
 
     The rows of a file are positions, which no amplitude scales.
     """
     factor = 1.0 if drive.shape == "csv" else amplitude
-    return factor * input_voltage(drive.model_copy(update={"amplitude": 1.0}), run, steps)
+    return factor * input_voltage(drive.model_copy(update={"amplitude": 1.0}), record, steps)
 
 
 @lru_cache(maxsize=1024)
-def largest_voltage(drive: InputConfig, run: RunConfig) -> float:
+def largest_voltage(drive: InputConfig, record: RecordConfig) -> float:
     """Largest abs(u) that an input may take in a record [V]."""
     if drive.shape not in ("steps", "csv"):
         return abs(drive.amplitude)
-    return float(np.abs(input_voltage(drive, run, np.arange(run.n_step))).max())
+    return float(np.abs(input_voltage(drive, record, np.arange(record.n_step))).max())
 
 
-def _held_rows(drive: InputConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+def _held_rows(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
     rows = parse_rows(drive.file or "")
-    first_steps = np.ceil(rows.times / run.step - _STEP_ROUNDING)
+    first_steps = np.ceil(rows.times / record.step - _STEP_ROUNDING)
     return rows.values[np.searchsorted(first_steps, steps, side="right") - 1]
 
 
@@ -144,7 +144,7 @@ class Spools:
     ----------
     drives : sequence of Drive
         One spool each.
-    run : RunConfig
+    record : RecordConfig
         Step and length of the record.
 
     Attributes
@@ -153,8 +153,8 @@ class Spools:
         Column of each drive in the arrays that `advance` gives.
     """
 
-    def __init__(self, drives: Sequence[Drive], run: RunConfig) -> None:
-        self._run = run
+    def __init__(self, drives: Sequence[Drive], record: RecordConfig) -> None:
+        self._record = record
         self._groups = list(_groups_of_spools(drives))
         order = [k for group in self._groups for k in group]
         self.columns = np.argsort(order)
@@ -182,14 +182,14 @@ class Spools:
         steps = np.arange(first, first + n_step)
         units = np.empty((n_step, len(self._units)))
         for column, unit in enumerate(self._units):
-            units[:, column] = input_voltage(unit, self._run, steps)
+            units[:, column] = input_voltage(unit, self._record, steps)
         voltage = self._amplitude * units[:, self._unit_of_drive]
         if len(self._stages) < n_step:
             self._stages = np.empty((n_step, 4, voltage.shape[1]))
         stages, first_drive = self._stages[:n_step], 0
         for spool, group in enumerate(self._groups):
             advance_spools(
-                self._spools[spool : spool + 1], voltage, self._run.step, first_drive, len(group), stages,
+                self._spools[spool : spool + 1], voltage, self._record.step, first_drive, len(group), stages,
                 self._is_limited[spool],
             )  # fmt: skip
             first_drive += len(group)

@@ -1,4 +1,4 @@
-"""The identity of a run."""
+"""The identities of records and runs."""
 
 from __future__ import annotations
 
@@ -9,18 +9,39 @@ from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.physics import PHYSICS_VERSION
 
 
-def run_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
-    """The first 16 hexadecimal digits of the SHA-256 of the physics version and a run's request.
+def record_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
+    """The first 16 hexadecimal digits of the SHA-256 of the physics version and what determines a record.
 
-    Names, paths, worker counts and spellings of quantities do not enter.
+    Plant, drive, sensors and replicate enter; how the record is analysed does not, nor do names, paths,
+    worker counts and spellings of quantities.
     """
-    return _identity(run.request_digest, physics_version)
+    return _of_record(run.record_digest, physics_version)
+
+
+def run_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
+    """Hash of the identity of a run's record and what differs from the default analysis.
+
+    Where nothing does, it is the identity of the record.
+    """
+    return _of_run(record_identity(run, physics_version), run.analysis_text)
+
+
+def record_identities(runs: Runs, physics_version: int = PHYSICS_VERSION) -> tuple[str, ...]:
+    """``record_identity`` of many runs."""
+    return tuple([_of_record(digest, physics_version) for digest in runs.record_digests()])
 
 
 def run_identities(runs: Runs, physics_version: int = PHYSICS_VERSION) -> tuple[str, ...]:
     """``run_identity`` of many runs."""
-    return tuple([_identity(digest, physics_version) for digest in runs.request_digests()])
+    records = record_identities(runs, physics_version)
+    return tuple([_of_run(*pair) for pair in zip(records, runs.analysis_texts(), strict=True)])
 
 
-def _identity(request_digest: bytes, physics_version: int) -> str:
-    return hashlib.sha256(b"hydrofdi physics %d\n" % physics_version + request_digest).hexdigest()[:16]
+def _of_record(digest: bytes, physics_version: int) -> str:
+    return hashlib.sha256(b"hydrofdi physics %d\n" % physics_version + digest).hexdigest()[:16]
+
+
+def _of_run(record_id: str, analysis: str) -> str:
+    if not analysis:
+        return record_id
+    return hashlib.sha256(f"hydrofdi run\n{record_id}\n{analysis}".encode()).hexdigest()[:16]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.simulation.drive import Drive, Spools, position_reference
 from hydrofdi.simulation.load import load_force
 
@@ -50,7 +50,7 @@ class Inputs:
     Parameters
     ----------
     runs : sequence of RunParameters
-    run : RunConfig
+    record : RecordConfig
         Step and length of their record.
 
     Attributes
@@ -63,14 +63,14 @@ class Inputs:
         Column of each run in the drives or references, and in the loads.
     """
 
-    def __init__(self, runs: Sequence[RunParameters], run: RunConfig) -> None:
-        self._run = run
+    def __init__(self, runs: Sequence[RunParameters], record: RecordConfig) -> None:
+        self._record = record
         self.is_closed = np.array([parameters.control.is_closed for parameters in runs])
         keys = [_reference_of(one) if one.control.is_closed else Drive.of(one) for one in runs]
         drives = _places(key for key in keys if isinstance(key, Drive))
         references = _places(key for key in keys if not isinstance(key, Drive))
         loads = _places(parameters.load for parameters in runs)
-        self._spools, self.n_drive = Spools(list(drives), run), len(drives)
+        self._spools, self.n_drive = Spools(list(drives), record), len(drives)
         self._references, self._loads = list(references), list(loads)
         self.column_of_run = np.array([
             self._spools.columns[drives[key]] if isinstance(key, Drive) else references[key] for key in keys
@@ -83,8 +83,8 @@ class Inputs:
         voltage, stages = self._spools.advance(first, n_step)
         references = np.empty((n_step, 1, len(self._references)))
         for column, (drive, amplitude) in enumerate(self._references):
-            references[:, 0, column] = position_reference(drive, amplitude, self._run, steps)
-        loads = np.column_stack([load_force(load, self._run, steps) for load in self._loads])
+            references[:, 0, column] = position_reference(drive, amplitude, self._record, steps)
+        loads = np.column_stack([load_force(load, self._record, steps) for load in self._loads])
         return Chunk(voltage, stages, references, loads)
 
 

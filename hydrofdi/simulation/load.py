@@ -6,20 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.sections.load import LoadConfig
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.simulation.random_levels import random_levels
 
 _STREAM = 1
 """Keeps the load independent of an input that is drawn from the same seed."""
 
 
-def load_force(load: LoadConfig, run: RunConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
     """Force against positive motion, held over the given steps.
 
     Parameters
     ----------
     load : LoadConfig
-    run : RunConfig
+    record : RecordConfig
         Its step divides the period of a pseudo-random force.
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
@@ -31,5 +31,5 @@ def load_force(load: LoadConfig, run: RunConfig, steps: NDArray[np.int64]) -> ND
     """
     if not load.random_force:
         return np.full(steps.shape, load.constant_force)
-    levels = random_levels((load.seed, _STREAM), load.random_period, run, steps)
+    levels = random_levels((load.seed, _STREAM), load.random_period, record, steps)
     return load.constant_force + load.random_force * levels

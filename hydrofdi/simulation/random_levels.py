@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 
 
 def random_levels(
-    seed: int | Sequence[int], period: float, run: RunConfig, steps: NDArray[np.int64]
+    seed: int | Sequence[int], period: float, record: RecordConfig, steps: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """Levels at the given steps.
 
@@ -20,7 +20,7 @@ def random_levels(
     seed : int or sequence of int
     period : float
         Time that a level is held, a multiple of the step [s].
-    run : RunConfig
+    record : RecordConfig
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
 
@@ -29,6 +29,6 @@ def random_levels(
     ndarray, shape (n,)
         Uniform in −1 … 1 [-].
     """
-    hold = round(period / run.step)
-    levels = np.random.default_rng(seed).uniform(-1.0, 1.0, -(-run.n_step // hold))
+    hold = round(period / record.step)
+    levels = np.random.default_rng(seed).uniform(-1.0, 1.0, -(-record.n_step // hold))
     return levels[steps // hold]

@@ -57,14 +57,14 @@ def simulate_with_solver(
     tolerance : float
         Relative tolerance of a step.
     tap : Tap, optional
-        Reads some of the runs at every step of ``run.step``, between which the solver's own steps lie.
+        Reads some of the runs at every step of ``record.step``, between which the solver's own steps lie.
 
     Returns
     -------
     Trajectory
         As of ``simulate_batch``; a run that the solver gives up on has NaN from there on, and has diverged.
     """
-    run = runs[0].run
+    sampling = runs[0].record
     singles = pack_singles(runs, leakage_coefficients)
     records = [
         _Record(
@@ -76,8 +76,8 @@ def simulate_with_solver(
     for record in records:
         record.solve()
     states = np.stack([record.states for record in records], axis=1)
-    time = np.arange(run.n_sample) / run.sampling_frequency
-    every = slice(None, None, run.steps_per_sample)
+    time = np.arange(sampling.n_sample) / sampling.sampling_frequency
+    every = slice(None, None, sampling.steps_per_sample)
     return Trajectory(
         time=time,
         input_voltage=np.array([record.voltage[every] for record in records]),
@@ -109,22 +109,22 @@ class _Record:
         tolerance: float,
         reader: Reader | None,
     ) -> None:
-        run, supply = parameters.run, parameters.supply
-        steps = np.arange(run.n_step)
-        self._run, self._single, self._solver, self._tolerance = run, single, solver, tolerance
+        record, supply = parameters.record, parameters.supply
+        steps = np.arange(record.n_step)
+        self._record, self._single, self._solver, self._tolerance = record, single, solver, tolerance
         self._reader = reader
         self._options = ModelOptions.of(parameters)
         self._is_closed = parameters.control.is_closed
-        self._steps_per_control = round(parameters.control.sample_time / run.step)
-        self.load = load_force(parameters.load, run, steps)
+        self._steps_per_control = round(parameters.control.sample_time / record.step)
+        self.load = load_force(parameters.load, record, steps)
         self._is_smooth = parameters.input.is_smooth and not self._is_closed
-        self.reference = np.full(run.n_step, np.nan)
-        self.voltage = np.zeros(run.n_step)
+        self.reference = np.full(record.n_step, np.nan)
+        self.voltage = np.zeros(record.n_step)
         if self._is_closed:
-            self.reference = position_reference(parameters.input, parameters.control.amplitude, run, steps)
+            self.reference = position_reference(parameters.input, parameters.control.amplitude, record, steps)
         else:
-            self.voltage = input_voltage(parameters.input, run, steps)
-        self.states = np.full((_SPOOL + 2, run.n_sample), np.nan)
+            self.voltage = input_voltage(parameters.input, record, steps)
+        self.states = np.full((_SPOOL + 2, record.n_sample), np.nan)
         rest = 0.5 * (supply.pressure + supply.return_pressure)
         self._state = np.array([0.0, 0.0, rest, rest, supply.pressure, 0.0, 0.0, 0.0])
         self._error = self._integral = self._voltage = 0.0
@@ -141,7 +141,7 @@ class _Record:
 
     def _jumps(self) -> list[int]:
         """Steps at which something jumps, first and last included."""
-        n_step = self._run.n_step
+        n_step = self._record.n_step
         jumps = {0, n_step, *(np.flatnonzero(np.diff(self.load)) + 1).tolist()}
         if self._is_closed:
             jumps.update(range(0, n_step, self._steps_per_control))
@@ -162,16 +162,16 @@ class _Record:
         from scipy import integrate
 
         solve_ivp: Any = integrate.solve_ivp
-        run, per_sample = self._run, self._run.steps_per_sample
+        record, per_sample = self._record, self._record.steps_per_sample
         every = 1 if self._reader else per_sample
         steps = every * np.arange(-(-first // every), -(-last // every))
-        instants = np.append(steps, last) * run.step
+        instants = np.append(steps, last) * record.step
         held = self.voltage if self._is_smooth else self.voltage[first : first + 1]
         with np.errstate(all="ignore"):
             result = solve_ivp(
-                all_rates, (first * run.step, last * run.step), self._state,
+                all_rates, (first * record.step, last * record.step), self._state,
                 method="LSODA" if self._solver == "lsoda" else "Radau", t_eval=instants,
-                args=(held, float(self.load[first]), run.step, self._single, self._options),
+                args=(held, float(self.load[first]), record.step, self._single, self._options),
                 rtol=self._tolerance, atol=self._tolerance * _SCALES,
             )  # fmt: skip
         if not result.success or result.y.shape[1] < instants.size:

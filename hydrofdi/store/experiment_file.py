@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunTable
-from hydrofdi.config.parameters import parameter_unit
+from hydrofdi.config.request import parameter_unit
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
 from hydrofdi.store.names import (
+    ANALYSIS_ID,
     BULK_MODULUS,
-    DETAIL_RMS,
+    BY_LEVEL,
     FIXED_BASELINE,
     FORMAT_VERSION,
     INPUT_VOLTAGE,
@@ -29,7 +30,6 @@ from hydrofdi.store.names import (
     LEVEL,
     MATCHED_BASELINE,
     PHASE,
-    PHASE_DETAIL_RMS,
     REPLICATE_OF,
     REPLICATED,
     REQUESTED,
@@ -39,9 +39,11 @@ from hydrofdi.store.names import (
     axis_variable,
     stored_variables,
 )
+from hydrofdi.store.outputs import dimensions, indicators_of, is_output, output_variables
 from hydrofdi.store.results import Results
 from hydrofdi.store.signals import create_signal, write_block
-from hydrofdi.store.variables import fill_empty_features
+from hydrofdi.store.variables import fit_to_dimensions
+from hydrofdi.store.wavelet_numbers import wavelet_numbers
 
 
 def write_experiment(
@@ -67,29 +69,52 @@ def write_experiment(
         The file cannot be written.
     """
     time = results.time() if experiment.store.signals != "none" else None
-    variables = [
-        variable
-        for variable in stored_variables(experiment.store.signals, phases=experiment.measures_phases)
-        if time is not None or not variable.is_signal
-    ]
-    columns = results.columns([variable for variable in variables if not variable.is_signal])
-    fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
-    fill_empty_features(columns, results.n_run, experiment.wavelet.levels)
+    variables, sizes = computed_variables(table), dimensions(table.runs)
+    signals = [variable for variable in stored_variables(experiment.store.signals) if variable.is_signal]
+    columns = computed_columns(results, table)
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
-        n_phase = columns[PHASE_DETAIL_RMS].shape[1] if PHASE_DETAIL_RMS in columns else 0
-        _write_coordinates(file, time, columns[DETAIL_RMS].shape[1], n_phase, results.n_run)
+        _write_coordinates(file, time, sizes)
         requested = requested_columns(table)
         replicated = (REPLICATED,) if experiment.replicates.count else ()
         for variable in (*REQUESTED, *replicated, *_axis_variables(table)):
             _write_column(file, variable, requested[variable.name])
         for variable in variables:
-            if not variable.is_signal:
-                _write_column(file, variable, columns[variable.name])
-            elif variable.name == INPUT_VOLTAGE and _share_input(table):
+            _write_column(file, variable, columns[variable.name])
+        by_level = wavelet_numbers(columns)
+        for variable in BY_LEVEL:
+            if variable.name in by_level:
+                _write_column(file, variable, by_level[variable.name])
+        _describe_indicators(file, experiment)
+        for variable in signals if time is not None else ():
+            if variable.name == INPUT_VOLTAGE and _share_input(table):
                 _write_shared_input(file, variable, results)
             else:
                 _write_signal(file, variable, results, experiment)
+
+
+def computed_variables(table: RunTable) -> tuple[Variable, ...]:
+    """The variables that the runs of a table compute, signals left out."""
+    measured = indicators_of(table.runs)
+    phases = any(request.wavelet.phase == "all" for request in table.runs.distinct("wavelet"))
+    return (*stored_variables("none", phases=phases), *output_variables(measured))
+
+
+def computed_columns(results: Results, table: RunTable) -> dict[str, NDArray[Any]]:
+    """What the runs of a table have computed, signals left out; holes where there is nothing."""
+    variables = computed_variables(table)
+    columns = results.columns(variables)
+    fit_to_dimensions(columns, variables, dimensions(table.runs))
+    fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
+    return columns
+
+
+def _describe_indicators(file: h5py.File, experiment: ExperimentConfig) -> None:
+    """Write what each label stands for; a wavelet that varies stands with the other swept parameters."""
+    for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
+        attributes = file[f"{label}{ANALYSIS_ID}"].attrs
+        attributes["indicator"], attributes["version"] = indicator.name, indicator.version
+        attributes["options"] = indicator.options.model_dump_json()
 
 
 def _share_input(table: RunTable) -> bool:
@@ -97,7 +122,7 @@ def _share_input(table: RunTable) -> bool:
     parameters = [run.parameters for run in table.runs]
     is_open = not any(run.control.is_closed for run in parameters)
     is_exact = all(run.is_shown_exactly("voltage_sensor") for run in parameters)
-    return is_open and is_exact and len({(run.input, run.run) for run in parameters}) == 1
+    return is_open and is_exact and len({(run.input, run.record) for run in parameters}) == 1
 
 
 def fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:
@@ -117,15 +142,18 @@ def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: M
         file.attrs[f"version_{name}"] = version
 
 
-def _write_coordinates(
-    file: h5py.File, time: NDArray[np.float64] | None, n_level: int, n_phase: int, n_run: int
-) -> None:
+def _write_coordinates(file: h5py.File, time: NDArray[np.float64] | None, sizes: Mapping[str, int]) -> None:
     coordinates: list[tuple[str, NDArray[Any], str, str]] = [
-        (RUN, np.arange(n_run), "", "position of the run in the experiment"),
-        (LEVEL, np.arange(1, n_level + 1), "", "level of the wavelet transform"),
+        (RUN, np.arange(sizes[RUN]), "", "position of the run in the experiment"),
+        (LEVEL, np.arange(1, sizes[LEVEL] + 1), "", "level of the wavelet transform"),
     ]
-    if n_phase:
-        coordinates.append((PHASE, np.arange(n_phase), "", "sample that the analysed record starts at"))
+    if sizes[PHASE]:
+        coordinates.append((PHASE, np.arange(sizes[PHASE]), "", "sample that the analysed record starts at"))
+    coordinates += [
+        (name, np.arange(length), "", f"{name.partition('.')[2]} of {name.partition('.')[0]}")
+        for name, length in sizes.items()
+        if is_output(name)
+    ]
     if time is not None:
         coordinates.append((TIME, time, "s", "time"))
     for name, values, units, long_name in coordinates:
@@ -202,7 +230,7 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
     """Values of a swept parameter; NaN where a number is not set; all as texts where some are texts."""
-    values = [run.parameters.shown_value(parameter) for run in table.runs]
+    values = [run.request.shown_value(parameter) for run in table.runs]
     if any(isinstance(value, str) for value in values):
         return np.array([_as_text(value, parameter_unit(parameter) or "") for value in values], dtype=object)
     return np.array([np.nan if value is None else value for value in values])

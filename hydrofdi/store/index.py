@@ -15,7 +15,7 @@ from hydrofdi.store.files import write_whole_text
 from hydrofdi.store.shard import SHARDS, read_content
 
 _FILE = "index.json"
-_FORMAT = 1
+_FORMAT = 2
 
 
 class StoredRun(NamedTuple):
@@ -26,6 +26,7 @@ class StoredRun(NamedTuple):
     status: str
     signals: str
     dtype: str
+    record_id: str
 
 
 class ShardIndex:
@@ -35,6 +36,8 @@ class ShardIndex:
     ----------
     runs : dict
         Identity of a run → where it lies. Of several copies the one with the most signals counts.
+    records : dict
+        Identity of a record → the run that holds most of its signals.
     damaged : dict
         Shard whose content is broken → what is wrong with it.
     lost : set of str
@@ -50,6 +53,7 @@ class ShardIndex:
         self._entries = entries
         self.damaged = damaged
         self.runs: dict[str, StoredRun] = {}
+        self.records: dict[str, StoredRun] = {}
         self.physics_versions: set[int] = set()
         for name in sorted(entries):
             self._add(directory / SHARDS / name, entries[name])
@@ -58,11 +62,17 @@ class ShardIndex:
     def _add(self, shard: Path, entry: dict[str, Any]) -> None:
         signals, dtype = entry["signals"], entry["dtype"]
         self.physics_versions.add(entry["physics_version"])
-        for row, (run_id, status) in enumerate(zip(entry["run_ids"], entry["statuses"], strict=True)):
-            stored = StoredRun(shard, row, status, signals, dtype)
-            known = self.runs.setdefault(run_id, stored)
-            if known is not stored and _richness(known) < _richness(stored):
-                self.runs[run_id] = stored
+        columns = zip(entry["run_ids"], entry["record_ids"], entry["statuses"], strict=True)
+        for row, (run_id, record_id, status) in enumerate(columns):
+            stored = StoredRun(shard, row, status, signals, dtype, record_id)
+            _keep_richer(self.runs, run_id, stored)
+            if record_id:
+                _keep_richer(self.records, record_id, stored)
+
+    def signals_of(self, run: StoredRun) -> StoredRun:
+        """Where the signals of a run's record lie: in its own shard, or in one with more of them."""
+        record = self.records.get(run.record_id, run)
+        return record if _richness(record) > _richness(run) else run
 
     def save(self) -> None:
         """Remember what was read, for the next time.
@@ -116,6 +126,12 @@ def _remembered(path: Path) -> dict[str, Any]:
         return dict(index["shards"]) if index["format"] == _FORMAT else {}
     except (OSError, ValueError, KeyError, TypeError):
         return {}
+
+
+def _keep_richer(places: dict[str, StoredRun], identity: str, stored: StoredRun) -> None:
+    known = places.setdefault(identity, stored)
+    if known is not stored and _richness(known) < _richness(stored):
+        places[identity] = stored
 
 
 _SIGNALS = ("none", "pressures", "all")

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Version of the layout of shards and experiment files."""
+
+READABLE_FORMATS = (2, FORMAT_VERSION)
+"""Versions that are read. Before version 3, the numbers of the indicator ``dwt`` were ``detail_rms``,
+``approximation_rms`` and ``phase_detail_rms``."""
 
 RUN, TIME, LEVEL, PHASE = "run", "time", "level", "phase"
 """Dimensions."""
@@ -33,7 +37,7 @@ class Variable:
     @property
     def is_text(self) -> bool:
         """Whether it holds texts."""
-        return self.name in {RUN_ID, STATUS, MESSAGE, VERDICT}
+        return self.name in {RUN_ID, RECORD_ID, STATUS, MESSAGE, VERDICT} or self.name.endswith(ANALYSIS_ID)
 
     @property
     def is_signal(self) -> bool:
@@ -46,7 +50,9 @@ class Variable:
         return self.name in {REFERENCE_POSITION, LOAD_FORCE, VALVE_SUPPLY_PRESSURE}
 
 
-RUN_ID, STATUS, MESSAGE = "run_id", "status", "message"
+RUN_ID, RECORD_ID, STATUS, MESSAGE = "run_id", "record_id", "status", "message"
+ANALYSIS_ID = ".analysis_id"
+"""Behind the label of an indicator: the identity of what it measured of a record."""
 VERDICT = "verdict"
 DETAIL_RMS, APPROXIMATION_RMS = "detail_rms", "approximation_rms"
 SETTLED_DETAIL_RMS, SETTLED_APPROXIMATION_RMS = "settled_detail_rms", "settled_approximation_rms"
@@ -54,6 +60,7 @@ PHASE_DETAIL_RMS, SETTLED_PHASE_DETAIL_RMS = "phase_detail_rms", "settled_phase_
 MEAN_LEAKAGE_FLOW = "mean_internal_leakage_flow"
 EXTERNAL_LEAKAGE_FLOWS = ("mean_external_leakage_flow_1", "mean_external_leakage_flow_2")
 MEAN_CHAMBER_1_PRESSURE = "mean_chamber_1_pressure"
+SETTLED_FROM = "settled_from"
 LEAKAGE_COEFFICIENT = "internal_leakage_coefficient"
 LEAKAGE_LEVEL = "internal_leakage_level"
 BULK_MODULUS = "bulk_modulus"
@@ -82,6 +89,9 @@ _SIGNALS = (
     Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
 
+SIGNALS = tuple(variable.name for variable in _SIGNALS)
+"""What is sampled over time."""
+
 JUDGED = (
     Variable(VERDICT, (RUN,), "", "how far the run can be believed"),
     Variable("cavitating_share", (RUN,), "1", "share of samples below the vapour limit"),
@@ -101,7 +111,6 @@ EXTREMES = (
 )
 
 OVER_PHASES = (
-    Variable(PHASE_DETAIL_RMS, (RUN, PHASE, LEVEL), "Pa", "RMS of the details of P_1 at each start phase"),
     Variable(
         SETTLED_PHASE_DETAIL_RMS,
         (RUN, PHASE, LEVEL),
@@ -111,14 +120,20 @@ OVER_PHASES = (
 )
 """Features that are there where every start phase was measured (``wavelet.phase: all``)."""
 
-LATER_ADDED = (
+BY_LEVEL = (
+    Variable(DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the detail coefficients of the chamber-1 pressure"),
     Variable(APPROXIMATION_RMS, (RUN, LEVEL), "Pa", "RMS of the approximations of the chamber-1 pressure"),
+    Variable(PHASE_DETAIL_RMS, (RUN, PHASE, LEVEL), "Pa", "RMS of the details of P_1 at each start phase"),
+)
+"""What the indicator ``dwt`` measured, side by side by level: written into experiment files for readers."""
+
+LATER_ADDED = (
     Variable(EXTERNAL_LEAKAGE_FLOWS[0], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 1"),
     Variable(EXTERNAL_LEAKAGE_FLOWS[1], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 2"),
     Variable(MEAN_CHAMBER_1_PRESSURE, (RUN,), "Pa", "mean pressure of chamber 1"),
     Variable("clipped_share", (RUN,), "1", "share of samples of P_1 at an end of its sensor's range"),
     Variable("pressure_variation", (RUN,), "1", "largest less least P_1, over the supply pressure"),
-    Variable("settled_from", (RUN,), "s", "start of the settled periods"),
+    Variable(SETTLED_FROM, (RUN,), "s", "start of the settled periods"),
     Variable(SETTLED_DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the undecimated details of the settled P_1"),
     Variable(
         SETTLED_APPROXIMATION_RMS,
@@ -126,14 +141,14 @@ LATER_ADDED = (
         "Pa",
         "RMS of the undecimated approximations of the settled P_1",
     ),
+    Variable(RECORD_ID, (RUN,), "", "identity of the record: hash of what determines it and the physics"),
 )
-"""Computed numbers that older files of this format version lack; they are read as NaN."""
+"""Computed numbers that older files lack; they are read as NaN, or as no text."""
 
 COMPUTED = (
-    Variable(RUN_ID, (RUN,), "", "identity of the run: hash of its request and the physics version"),
+    Variable(RUN_ID, (RUN,), "", "identity of the run: hash of its record and its analysis"),
     Variable(STATUS, (RUN,), "", "how the run ended"),
     Variable(MESSAGE, (RUN,), "", "sentence on a run that failed"),
-    Variable(DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the detail coefficients of the chamber-1 pressure"),
     *LATER_ADDED,
     *OVER_PHASES,
     Variable(MEAN_LEAKAGE_FLOW, (RUN,), "m3 s-1", "mean of the absolute internal leakage flow"),
@@ -144,7 +159,7 @@ COMPUTED = (
     *JUDGED,
     *_SIGNALS,
 )
-"""What a run computes; these are the variables of a shard."""
+"""What a run computes; these, and the outputs of its indicators, are the variables of a shard."""
 
 REQUESTED = (
     Variable(BULK_MODULUS, (RUN,), "Pa", "effective bulk modulus of the fluid"),
@@ -161,10 +176,15 @@ REPLICATED = Variable(
 """There where the experiment asks for replicates."""
 
 
+def stored_signals(signals: str) -> frozenset[str]:
+    """The signals that ``store.signals`` keeps."""
+    return frozenset(variable.name for variable in stored_variables(signals) if variable.is_signal)
+
+
 def stored_variables(signals: str, *, phases: bool = False) -> tuple[Variable, ...]:
     """The computed variables that ``store.signals`` keeps, with or without those over start phases."""
     kept = {
-        "all": {variable.name for variable in _SIGNALS},
+        "all": set(SIGNALS),
         "pressures": {CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE},
         "none": set[str](),
     }[signals]
@@ -173,6 +193,12 @@ def stored_variables(signals: str, *, phases: bool = False) -> tuple[Variable, .
         for variable in COMPUTED
         if (variable.name in kept if variable.is_signal else phases or variable not in OVER_PHASES)
     )
+
+
+FEATURES = frozenset(
+    {MEAN_CHAMBER_1_PRESSURE, SETTLED_DETAIL_RMS, SETTLED_APPROXIMATION_RMS, SETTLED_PHASE_DETAIL_RMS}
+)
+"""Computed variables that depend on how a record is analysed."""
 
 
 def axis_variable(parameter: str) -> str:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.renamed_keys import RENAMED
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.mistakes import describe_error
@@ -23,17 +24,23 @@ from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.names import (
     FORMAT_VERSION,
     PHASE,
+    READABLE_FORMATS,
     REPLICATE_OF,
     REPLICATED,
     REQUESTED,
+    RUN,
     STATUS,
     TIME,
+    Variable,
     axis_variable,
     stored_variables,
 )
+from hydrofdi.store.outputs import is_output
+from hydrofdi.store.request import stored_experiment
 from hydrofdi.store.results import MISSING
 from hydrofdi.store.signals import signal_rows
-from hydrofdi.store.variables import absent_values, holds_variable
+from hydrofdi.store.variables import absent_values, held_values
+from hydrofdi.store.wavelet_numbers import earlier_outputs, wavelet_numbers
 
 _VERSION = "version_"
 """Prefix of the attributes that hold library versions."""
@@ -71,9 +78,9 @@ def read_experiment(path: Path) -> ExperimentData:
         experiment = _configuration(path, file)
         asked = (*REQUESTED, REPLICATED) if REPLICATE_OF in file else REQUESTED
         stored = (*asked, *stored_variables("none", phases=PHASE in file))
-        swept = {axis_variable(name) for name in (*experiment.ensemble.names, *experiment.sweep.names)}
-        columns = {name: _values(file, name) for name in swept if name in file}
-        columns |= {variable.name: _values(file, variable.name) for variable in stored}
+        columns = _axes(file, [*experiment.ensemble.names, *experiment.sweep.names])
+        columns |= {variable.name: _values(file, variable) for variable in (*stored, *_outputs(file))}
+        columns |= wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
         versions = {
@@ -90,7 +97,7 @@ def read_experiment(path: Path) -> ExperimentData:
 
 def _configuration(path: Path, file: h5py.File) -> ExperimentConfig:
     try:
-        return ExperimentConfig.model_validate_json(file.attrs["configuration"])
+        return stored_experiment(file.attrs["configuration"])
     except ValidationError as error:
         writer = file.attrs.get(f"{_VERSION}hydrofdi", "an unknown version")
         first = error.errors()[0]
@@ -141,20 +148,35 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
         version = file.attrs.get("format_version")
         if version is None or "configuration" not in file.attrs:
             raise StoreError(f"{path}: is not an experiment file of hydrofdi")
-        if version != FORMAT_VERSION:
+        if version not in READABLE_FORMATS:
             can = "no longer reads" if version < FORMAT_VERSION else "does not read yet"
             raise StoreError(
                 f"{path}: has format version {version}, which this hydrofdi {can}"
-                f" (it reads {FORMAT_VERSION}); sweep again into another folder"
+                f" (it reads {READABLE_FORMATS[0]} to {FORMAT_VERSION}); sweep again into another folder"
             )
         yield file
 
 
-def _values(file: h5py.File, name: str) -> NDArray[Any]:
-    if not holds_variable(file, name):
-        return absent_values(file, name)
-    dataset = file[name]
-    if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
-        raise KeyError(f"{dataset.name} is no variable with one row per run")
-    is_text = h5py.check_string_dtype(dataset.dtype)
-    return np.asarray(dataset.asstr()[:] if is_text else dataset[:])
+def _axes(file: h5py.File, swept: Sequence[str]) -> dict[str, NDArray[Any]]:
+    """Values of swept parameters, by the present names of their variables."""
+    earlier = {new: old for old, new in RENAMED.items()}
+    columns = {}
+    for name in swept:
+        variable = axis_variable(name)
+        held = next(
+            (each for each in (variable, axis_variable(earlier.get(name, name))) if each in file), None
+        )
+        if held is not None:
+            columns[variable] = _values(file, Variable(held, (RUN,), "", ""))
+    return columns
+
+
+def _outputs(file: h5py.File) -> list[Variable]:
+    """The outputs of indicators that a file holds, in whatever way."""
+    names = [name for name in file if is_output(name) and not file[name].is_scale] or earlier_outputs(file)
+    return [Variable(name, (RUN,), "", "") for name in names]
+
+
+def _values(file: h5py.File, variable: Variable) -> NDArray[Any]:
+    values = held_values(file, variable, slice(None))
+    return absent_values(file, variable) if values is None else values

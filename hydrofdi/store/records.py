@@ -157,11 +157,11 @@ class StoredRecords:
 
     @cached_property
     def _sampling_frequency(self) -> float:
-        return float(self.data.values("run.sampling_frequency")[0])
+        return float(self.data.values("record.sampling_frequency")[0])
 
     @cached_property
     def _n_time(self) -> int:
-        return round(self._sampling_frequency * float(self.data.values("run.duration")[0]))
+        return round(self._sampling_frequency * float(self.data.values("record.duration")[0]))
 
     @cached_property
     def _periods(self) -> list[float | None]:

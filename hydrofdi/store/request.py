@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.renamed_keys import with_present_keys
 from hydrofdi.errors import StoreError
 from hydrofdi.store.files import write_whole_text
 
@@ -71,8 +73,21 @@ def read_request(directory: Path) -> ExperimentConfig:
     """
     path = directory / REQUEST_FILE
     try:
-        return ExperimentConfig.model_validate_json(path.read_text(encoding="utf-8"))
+        return stored_experiment(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise StoreError(f"{directory}: is no folder of an experiment (it has no {REQUEST_FILE})") from None
     except (OSError, ValidationError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None
+
+
+def stored_experiment(text: str) -> ExperimentConfig:
+    """A resolved configuration as this or an earlier version wrote it.
+
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
+    with suppress(json.JSONDecodeError):
+        text = json.dumps(with_present_keys(json.loads(text)))
+    return ExperimentConfig.model_validate_json(text)

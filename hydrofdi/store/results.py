@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.store.failures import Failure
 from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.index import StoredRun
+from hydrofdi.store.index import ShardIndex
 from hydrofdi.store.names import MESSAGE, RUN_ID, STATUS, TIME, Variable
 from hydrofdi.store.shard import Columns, read_variables
 from hydrofdi.store.signals import Block, lacking_blocks, read_blocks, signal_rows
@@ -96,18 +96,17 @@ class ShardResults:
     ----------
     run_ids : sequence of str
         The runs in their order.
-    stored : mapping
-        Identity → where a run lies.
+    index : ShardIndex
+        Where the runs lie, and the signals of their records.
     failures : mapping
         Identity → why a run has no result.
     """
 
-    def __init__(
-        self, run_ids: Sequence[str], stored: dict[str, StoredRun], failures: dict[str, Failure]
-    ) -> None:
+    def __init__(self, run_ids: Sequence[str], index: ShardIndex, failures: dict[str, Failure]) -> None:
         self._run_ids = run_ids
         self._failures = failures
-        self._located = [stored.get(run_id) for run_id in run_ids]
+        self._located = [index.runs.get(run_id) for run_id in run_ids]
+        self._signals = [None if run is None else index.signals_of(run) for run in self._located]
 
     @property
     def n_run(self) -> int:
@@ -135,7 +134,7 @@ class ShardResults:
 
     def signal(self, name: str, position: int) -> NDArray[Any]:
         """A signal of one run; empty where it is not stored."""
-        located = self._located[position]
+        located = self._signals[position]
         if located is None:
             return np.empty(0)
         with open_for_reading(located.shard) as file:
@@ -146,10 +145,10 @@ class ShardResults:
         held: dict[str, NDArray[np.float64]] = {}
         places: dict[Path, list[int]] = {}
         for place, position in enumerate(positions):
-            if (located := self._located[position]) is not None:
+            if (located := self._signals[position]) is not None:
                 places.setdefault(located.shard, []).append(place)
         for shard, inside in places.items():
-            rows = [located.row for place in inside if (located := self._located[positions[place]])]
+            rows = [located.row for place in inside if (located := self._signals[positions[place]])]
             with open_for_reading(shard) as file:
                 for name in (name for name in names if name in file):
                     read = signal_rows(file[name], rows)
@@ -171,7 +170,7 @@ class ShardResults:
 
     def time(self) -> NDArray[np.float64] | None:
         """Sampling instants [s]; None where no run is stored with signals."""
-        shard = next((run.shard for run in self._located if run is not None and run.signals != "none"), None)
+        shard = next((run.shard for run in self._signals if run is not None and run.signals != "none"), None)
         if shard is None:
             return None
         with open_for_reading(shard) as file:
@@ -180,7 +179,7 @@ class ShardResults:
     @cached_property
     def _stretches(self) -> list[_Stretch]:
         stretches: list[_Stretch] = []
-        for located in self._located:
+        for located in self._signals:
             shard, row = (None, 0) if located is None else (located.shard, located.row)
             last = stretches[-1] if stretches else None
             if last and last.shard == shard and (shard is None or row == last.row + last.n_run):
@@ -202,9 +201,8 @@ class ShardResults:
             if located is not None:
                 positions_in.setdefault(located.shard, []).append(position)
                 rows_in.setdefault(located.shard, []).append(located.row)
-        names = [variable.name for variable in variables]
         pieces = [
-            (np.array(positions), read_variables(shard, names, np.array(rows_in[shard])))
+            (np.array(positions), read_variables(shard, variables, np.array(rows_in[shard])))
             for shard, positions in positions_in.items()
         ]
         return {

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import h5py
 import numpy as np
@@ -17,9 +17,22 @@ from hydrofdi.config.store import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
-from hydrofdi.store.names import FORMAT_VERSION, PHASE_DETAIL_RMS, RUN_ID, STATUS, TIME, stored_variables
+from hydrofdi.store.names import (
+    FEATURES,
+    FORMAT_VERSION,
+    READABLE_FORMATS,
+    RECORD_ID,
+    RUN,
+    RUN_ID,
+    SETTLED_PHASE_DETAIL_RMS,
+    STATUS,
+    TIME,
+    Variable,
+    stored_variables,
+)
+from hydrofdi.store.outputs import is_output
 from hydrofdi.store.signals import create_signal, write_block
-from hydrofdi.store.variables import absent_values, holds_variable
+from hydrofdi.store.variables import held_values
 
 Columns = Mapping[str, NDArray[Any]]
 """Variable name → array with one row per run; and ``time`` → sampling instants [s]."""
@@ -28,20 +41,35 @@ SHARDS = "shards"
 """Folder of the shards within an experiment's folder."""
 
 
+class StoredPlace(Protocol):
+    """Where a run is stored."""
+
+    @property
+    def shard(self) -> Path:
+        """The shard."""
+        ...
+
+    @property
+    def row(self) -> int:
+        """Its row there."""
+        ...
+
+
 @dataclass(frozen=True)
 class ShardContent:
     """What a shard holds.
 
     Attributes
     ----------
-    run_ids, statuses : tuple of str
-        One per row.
+    run_ids, record_ids, statuses : tuple of str
+        One per row; files before format version 3 do not name their records.
     signals, dtype : str
         As in the ``store`` section.
     physics_version : int
     """
 
     run_ids: tuple[str, ...]
+    record_ids: tuple[str, ...]
     statuses: tuple[str, ...]
     signals: str
     dtype: str
@@ -104,7 +132,7 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
         file.attrs["physics_version"] = PHYSICS_VERSION
         file.attrs["signals"] = store.signals
         file.attrs["dtype"] = store.dtype
-        for variable in stored_variables(store.signals, phases=PHASE_DETAIL_RMS in columns):
+        for variable in (*stored_variables(store.signals, phases=_has_phases(columns)), *_outputs(columns)):
             values = columns[variable.name]
             if variable.is_text:
                 texts = [str(text) for text in values]
@@ -116,6 +144,15 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
                 file.create_dataset(variable.name, data=values)
         if store.signals != "none":
             file.create_dataset(TIME, data=columns[TIME])
+
+
+def _has_phases(columns: Columns) -> bool:
+    return SETTLED_PHASE_DETAIL_RMS in columns
+
+
+def _outputs(columns: Columns) -> list[Variable]:
+    """The outputs of indicators; what they are is written into experiment files."""
+    return [Variable(name, (RUN,), "", "") for name in columns if is_output(name)]
 
 
 def content_digest(path: Path) -> str:
@@ -135,10 +172,11 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
     if check and content_digest(path) != path.stem:
         raise StoreError(f"{path}: is damaged: its content does not fit its name")
     with open_for_reading(path) as file:
-        if file.attrs["format_version"] != FORMAT_VERSION:
+        if file.attrs["format_version"] not in READABLE_FORMATS:
             raise StoreError(f"{path}: has format version {file.attrs['format_version']}")
         return ShardContent(
             run_ids=tuple(file[RUN_ID].asstr()[:]),
+            record_ids=tuple(file[RECORD_ID].asstr()[:] if RECORD_ID in file else [""] * len(file[RUN_ID])),
             statuses=tuple(file[STATUS].asstr()[:]),
             signals=str(file.attrs["signals"]),
             dtype=str(file.attrs["dtype"]),
@@ -146,23 +184,61 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
         )
 
 
-def read_variables(path: Path, names: Collection[str], rows: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
-    """Rows of variables of a shard; NaN where one was added after the shard was written."""
+def read_variables(
+    path: Path, variables: Collection[Variable], rows: NDArray[np.int64]
+) -> dict[str, NDArray[Any]]:
+    """Rows of variables of a shard, by name; nothing in its further dimensions where it lacks one."""
     with open_for_reading(path) as file:
-        return {name: _read_rows(file, name, rows) for name in names}
+        return {variable.name: _read_rows(file, variable, rows) for variable in variables}
 
 
-def _read_rows(file: h5py.File, name: str, rows: NDArray[np.int64]) -> NDArray[Any]:
-    if not holds_variable(file, name):
-        return absent_values(file, name)[rows]
-    dataset = file[name]
-    if h5py.check_string_dtype(dataset.dtype):
-        return np.asarray(dataset.asstr()[:])[rows]
+def _read_rows(file: h5py.File, variable: Variable, rows: NDArray[np.int64]) -> NDArray[Any]:
     first, last = int(rows.min()), int(rows.max())
-    return np.asarray(dataset[first : last + 1])[rows - first]
+    values = _held(file, variable, slice(first, last + 1))
+    if values is not None:
+        return values[rows - first]
+    blank, kind = ("", object) if variable.is_text else (np.nan, float)
+    return np.full((len(rows), *[0] * (len(variable.dimensions) - 1)), blank, kind)
 
 
-def lacks_variable(path: Path, name: str) -> bool:
-    """Whether a shard was written before a variable was added."""
+def _held(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any] | None:
+    if variable.is_signal and variable.name not in file:
+        return None
+    return held_values(file, variable, rows)
+
+
+def read_records(places: Sequence[StoredPlace], signals: Collection[str], n_time: int) -> Columns:
+    """Stored records: some of their signals, and what is known of them beside what was measured.
+
+    Parameters
+    ----------
+    places : sequence
+        Where each record lies; of one that failed, signals may be missing.
+    signals : collection of str
+    n_time : int
+        Samples of each signal.
+    """
+    variables = [
+        variable
+        for variable in stored_variables("all")
+        if (variable.name in signals if variable.is_signal else variable.name not in FEATURES)
+    ]
+    columns: dict[str, NDArray[Any]] = {}
+    rows_in: dict[Path, list[int]] = {}
+    for position, place in enumerate(places):
+        rows_in.setdefault(place.shard, []).append(position)
+    for shard, positions in rows_in.items():
+        held = read_variables(shard, variables, np.array([places[k].row for k in positions]))
+        for variable in variables:
+            size = [n_time] if variable.is_signal else []
+            blank, kind = ("", object) if variable.is_text else (np.nan, float)
+            whole = columns.setdefault(variable.name, np.full((len(places), *size), blank, kind))
+            if held[variable.name].shape[1:] == whole.shape[1:]:
+                whole[positions] = held[variable.name]
+    return columns
+
+
+def held_names(path: Path) -> set[str]:
+    """The variables that a shard holds."""
     with open_for_reading(path) as file:
-        return not holds_variable(file, name)
+        return set(file)

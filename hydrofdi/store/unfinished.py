@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +12,12 @@ from numpy.typing import NDArray
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.errors import StoreError
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.experiment_file import fill_given_coefficients, requested_columns
-from hydrofdi.store.names import LEAKAGE_COEFFICIENT, stored_variables
+from hydrofdi.store.experiment_file import computed_columns, requested_columns
+from hydrofdi.store.names import LEAKAGE_COEFFICIENT, RUN, Variable, stored_variables
+from hydrofdi.store.outputs import is_output
 from hydrofdi.store.results import ShardResults
-from hydrofdi.store.variables import fill_empty_features
+from hydrofdi.store.variables import enlarged
+from hydrofdi.store.wavelet_numbers import wavelet_numbers
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,8 @@ def read_unfinished(
     versions : mapping
         Library versions.
     """
-    columns = _computed(experiment, results) | requested_columns(table)
-    fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
+    columns = computed_columns(results, table) | requested_columns(table)
+    columns |= wavelet_numbers(columns)
     return ExperimentData(path, experiment, columns, dict(versions), ShardSignals(results))
 
 
@@ -73,15 +74,15 @@ def join_results(data: ExperimentData, results: ShardResults) -> ExperimentData:
     results : ShardResults
         Of the runs of the file, in its order.
     """
-    computed = _computed(data.experiment, results)
+    held = [variable for variable in stored_variables("none", phases=True) if variable.name in data.columns]
+    outputs = [name for name in data.columns if is_output(name)]
+    variables = [
+        *held,
+        *(Variable(name, (RUN, *[name] * (data.columns[name].ndim - 1)), "", "") for name in outputs),
+    ]
+    computed = results.columns(variables)
     given = data.columns[LEAKAGE_COEFFICIENT]
     solved = computed[LEAKAGE_COEFFICIENT]
     computed[LEAKAGE_COEFFICIENT] = np.where(np.isnan(solved), given, solved)
-    return replace(data, columns=data.columns | computed, signals=ShardSignals(results))
-
-
-def _computed(experiment: ExperimentConfig, results: ShardResults) -> dict[str, NDArray[Any]]:
-    kept = stored_variables("none", phases=experiment.measures_phases)
-    columns = results.columns(kept)
-    fill_empty_features(columns, results.n_run, experiment.wavelet.levels)
-    return columns
+    columns = data.columns | {name: enlarged(computed[name], data.columns[name].shape) for name in computed}
+    return replace(data, columns=columns | wavelet_numbers(columns), signals=ShardSignals(results))

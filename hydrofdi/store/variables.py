@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import h5py
@@ -15,31 +16,65 @@ from hydrofdi.store.names import (
     OVER_PHASES,
     PHASE,
     RUN,
+    RUN_ID,
+    SETTLED_DETAIL_RMS,
     Variable,
-    stored_variables,
 )
+from hydrofdi.store.outputs import is_output
+from hydrofdi.store.wavelet_numbers import earlier_output
 
-_OPTIONAL = {variable.name: variable for variable in (*LATER_ADDED, *OVER_PHASES)}
-
-
-def holds_variable(file: h5py.File, name: str) -> bool:
-    """Whether a file holds a variable; False only for those that it may lack."""
-    return name in file or name not in _OPTIONAL
+_OPTIONAL = {variable.name for variable in (*LATER_ADDED, *OVER_PHASES)}
 
 
-def absent_values(file: h5py.File, name: str) -> NDArray[Any]:
-    """NaN in the shape that a variable which a file lacks would have in it."""
-    n_run, n_level = file[DETAIL_RMS].shape
-    return _nothing(_OPTIONAL[name], n_run, n_level)
+def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any] | None:
+    """Rows of a variable; None where a file lacks what it may lack.
+
+    Raises
+    ------
+    KeyError
+        The file lacks what each has.
+    """
+    name = variable.name
+    if name not in file and is_output(name):
+        return earlier_output(file, name, rows)
+    if name not in file and name in _OPTIONAL:
+        return None
+    dataset = file[name]
+    if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
+        raise KeyError(f"{dataset.name} is no variable with one row per run")
+    is_text = h5py.check_string_dtype(dataset.dtype)
+    return np.asarray(dataset.asstr()[rows] if is_text else dataset[rows])
 
 
-def fill_empty_features(columns: dict[str, NDArray[Any]], n_run: int, n_level: int) -> None:
-    """Give features of which no run has any the shape that they would have."""
-    for variable in stored_variables("none", phases=True):
-        if LEVEL in variable.dimensions and variable.name in columns and columns[variable.name].size == 0:
-            columns[variable.name] = _nothing(variable, n_run, n_level)
+def absent_values(file: h5py.File, variable: Variable) -> NDArray[Any]:
+    """NaN, or no text, in the shape that a variable which a file lacks would have in it."""
+    n_level = next((file[name].shape[-1] for name in (DETAIL_RMS, SETTLED_DETAIL_RMS) if name in file), 0)
+    sizes = {RUN: len(file[RUN_ID]), LEVEL: n_level, PHASE: 2**n_level}
+    blank, kind = ("", object) if variable.is_text else (np.nan, float)
+    return np.full([sizes[dimension] for dimension in variable.dimensions], blank, kind)
 
 
-def _nothing(variable: Variable, n_run: int, n_level: int) -> NDArray[Any]:
-    sizes = {RUN: n_run, PHASE: 2**n_level, LEVEL: n_level}
-    return np.full([sizes[dimension] for dimension in variable.dimensions], np.nan)
+def fit_to_dimensions(
+    columns: dict[str, NDArray[Any]], variables: Sequence[Variable], sizes: Mapping[str, int]
+) -> None:
+    """Give numbers the shape of their dimensions, where no run or none of the largest has a result.
+
+    Parameters
+    ----------
+    columns : dict
+    variables : sequence of Variable
+    sizes : mapping
+        Length of each dimension.
+    """
+    for variable in variables:
+        shape = tuple(sizes[dimension] for dimension in variable.dimensions)
+        columns[variable.name] = enlarged(columns[variable.name], shape)
+
+
+def enlarged(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    """Values in a shape that is no smaller; NaN beyond."""
+    if values.shape == shape:
+        return values
+    whole = np.full(shape, np.nan)
+    whole[tuple(slice(size) for size in values.shape)] = values
+    return whole

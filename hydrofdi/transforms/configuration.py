@@ -52,9 +52,9 @@ class WaveletConfig(Section):
     """Whether the coefficients that depend on the extension count."""
 
     phase: Annotated[int | Literal["all"], Field(union_mode="left_to_right"), BeforeValidator(_phase)] = 0
-    """Sample that the analysed record starts at, counted from what ``run.discard`` leaves: the transform is
-    decimated, so its coefficients depend on where its grid of 2^levels samples begins. ``all`` measures every
-    phase from 0 to 2^levels − 1 beside phase 0, without simulating again."""
+    """Sample that the analysed record starts at, counted from what ``analysis.discard`` leaves: the transform
+    is decimated, so its coefficients depend on where its grid of 2^levels samples begins. ``all`` measures
+    every phase from 0 to 2^levels − 1 beside phase 0."""
 
     @model_validator(mode="after")
     def _phase_is_one_of_the_grid(self) -> Self:

@@ -20,9 +20,9 @@ from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import boundary_shares
 from tests.commands import run_hydrofdi
 
-SHORT = ("run.duration=2 s", "input.period=1 s")
+SHORT = ("record.duration=2 s", "input.period=1 s")
 SWEEP = """
-run: {duration: 2 s}
+record: {duration: 2 s}
 input: {period: 1 s}
 sweep:
   grid:
@@ -94,12 +94,12 @@ def test_mode_near_a_band_edge_is_warned_of() -> None:
 
 
 def test_broken_period_is_warned_of() -> None:
-    jobs = select_runs(load_experiment(settings=("run.duration=2 s", "input.period=1.6 s")))
+    jobs = select_runs(load_experiment(settings=("record.duration=2 s", "input.period=1.6 s")))
     assert any("1.25 periods" in warning for warning in inspect_experiment(jobs).warnings)
 
 
 def test_check_says_no_where_the_step_is_unstable() -> None:
-    settings = [part for setting in (*SHORT, "run.step=1 ms") for part in ("--set", setting)]
+    settings = [part for setting in (*SHORT, "record.step=1 ms") for part in ("--set", setting)]
     done = run_hydrofdi("check", "--json", *settings)
     record = json.loads(done.stdout)
     assert done.returncode == 1
@@ -121,7 +121,7 @@ def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for() -> None:
     flows = [0.12e-3 / 60, 0.89e-3 / 60]
     targets = calibrate_flows(experiment, flows)
     np.testing.assert_allclose([target.flow for target in targets], flows, rtol=1e-6)
-    run = RunParameters().with_values({"run.duration": 2.0, "input.period": 1.0})
+    run = RunParameters().with_values({"record.duration": 2.0, "input.period": 1.0})
     for target in targets:
         trajectory = simulate_batch([run], [target.coefficient])
         difference = trajectory.chamber_1_pressure - trajectory.chamber_2_pressure
@@ -218,10 +218,10 @@ def test_sensors_do_not_touch_what_is_inspected_or_calibrated() -> None:
 
 
 def test_check_prints_the_noise(tmp_path: Path) -> None:
-    arguments = ("check", "--set", "run.duration=2 s", "--set", NOISE)
+    arguments = ("check", "--set", "record.duration=2 s", "--set", NOISE)
     printed = run_hydrofdi(*arguments)
     assert "Noise of the chamber-1 pressure sensor" in printed.stdout
     assert re.search(r"d1 +3\.21 +\d\.\d+ +\d\d\.\d%", printed.stdout)
     record = json.loads(run_hydrofdi(*arguments, "--json").stdout)
     assert [level["noise"] for level in record["noise"]] == [pytest.approx(3214.55, rel=1e-5)] * 5
-    assert "Noise" not in run_hydrofdi("check", "--set", "run.duration=2 s").stdout
+    assert "Noise" not in run_hydrofdi("check", "--set", "record.duration=2 s").stdout

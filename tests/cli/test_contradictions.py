@@ -17,8 +17,8 @@ CONTRADICTIONS = {
         "at supply.pressure = 1e+06 Pa: fluid.vapour_pressure = 800000 Pa must be below",
     ),
     "negative periods": (
-        ["run.discard=-1 period"],
-        "run.discard: must be a number of periods from zero on, such as '1 period'; found '-1 period'",
+        ["analysis.discard=-1 period"],
+        "analysis.discard: must be a number of periods from zero on, such as '1 period'; found '-1 period'",
     ),
     "range": (
         ["pressure_1_sensor={lowest: 10 MPa, highest: 0}"],
@@ -29,7 +29,7 @@ CONTRADICTIONS = {
 
 @pytest.mark.parametrize(("settings", "expected"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
 def test_a_contradiction_is_one_line(hydrofdi, experiment_file, settings, expected):
-    config = experiment_file("run: {duration: 2 s}\n")
+    config = experiment_file("record: {duration: 2 s}\n")
     options = [part for setting in settings for part in ("--set", setting)]
     command = "plan" if "sweep" in settings[0] else "simulate"
     result = hydrofdi(command, config, *options)
@@ -38,7 +38,7 @@ def test_a_contradiction_is_one_line(hydrofdi, experiment_file, settings, expect
 
 
 def test_what_is_off_contradicts_nothing(hydrofdi):
-    result = hydrofdi("simulate", "--set", "run.duration=2 s", "--set", "actuator.end_stop_position=0.5")
+    result = hydrofdi("simulate", "--set", "record.duration=2 s", "--set", "actuator.end_stop_position=0.5")
     assert result.returncode == 0
 
 
@@ -46,22 +46,22 @@ def test_what_is_off_contradicts_nothing(hydrofdi):
     ("settings", "expected"),
     [
         (
-            ["input.shape=sweep", "input.end_frequency=60", "run.sampling_frequency=100"],
-            "input.end_frequency = 60 Hz is more than half of run.sampling_frequency = 100 Hz",
+            ["input.shape=sweep", "input.end_frequency=60", "record.sampling_frequency=100"],
+            "input.end_frequency = 60 Hz is more than half of record.sampling_frequency = 100 Hz",
         ),
         (
-            ["input.shape=multisine", "input.harmonics=120", "run.sampling_frequency=100"],
-            "input.harmonics = 120 reach 60 Hz, more than half of run.sampling_frequency = 100 Hz",
+            ["input.shape=multisine", "input.harmonics=120", "record.sampling_frequency=100"],
+            "input.harmonics = 120 reach 60 Hz, more than half of record.sampling_frequency = 100 Hz",
         ),
         (
-            ["measurement.anti_alias=60 Hz", "run.sampling_frequency=100"],
-            "measurement.anti_alias = 60 Hz is not below half of run.sampling_frequency = 100 Hz:"
+            ["measurement.anti_alias=60 Hz", "record.sampling_frequency=100"],
+            "measurement.anti_alias = 60 Hz is not below half of record.sampling_frequency = 100 Hz:"
             " sampling folds what it lets pass",
         ),
     ],
 )
 def test_what_is_too_fast_for_the_sampling_is_reported(hydrofdi, settings, expected):
-    settings = ["run.duration=4 s", "wavelet.levels=3", *settings]
+    settings = ["record.duration=4 s", "wavelet.levels=3", *settings]
     options = [part for setting in settings for part in ("--set", setting)]
     assert f"warning: {expected}\n" in hydrofdi("simulate", *options).stderr
     assert expected in " ".join(hydrofdi("check", *options).stdout.split())

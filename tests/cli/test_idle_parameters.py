@@ -7,7 +7,7 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.config.idle_parameters import _NEEDS, idle_parameters
-from hydrofdi.config.parameters import parameter_names, validate_parameter
+from hydrofdi.config.request import parameter_names, validate_parameter
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
 AIR = "fluid.free_air has no effect: fluid.law is constant in every run"
@@ -18,13 +18,13 @@ def idle(*settings):
 
 
 def test_simulate_warns_and_goes_on(hydrofdi):
-    result = hydrofdi("simulate", "--set", "run.duration=2 s", "--set", "fluid.free_air=0.05")
+    result = hydrofdi("simulate", "--set", "record.duration=2 s", "--set", "fluid.free_air=0.05")
     assert (result.returncode, result.stderr.splitlines()[0]) == (0, f"warning: {AIR}")
 
 
 @pytest.mark.parametrize("command", ["plan", "check", "sweep"])
 def test_commands_warn_of_swept_parameters(hydrofdi, experiment_file, command):
-    config = experiment_file("run: {duration: 2 s}\nsweep: {grid: {fluid.free_air: [0.005, 0.05]}}\n")
+    config = experiment_file("record: {duration: 2 s}\nsweep: {grid: {fluid.free_air: [0.005, 0.05]}}\n")
     result = hydrofdi(command, config)
     assert result.stderr.splitlines()[0] == f"warning: {AIR}"
     assert result.returncode == 0
@@ -79,7 +79,7 @@ def test_the_table_names_parameters_and_values_that_exist():
                 assert validate_parameter(need.option, value) == value
 
 
-LEAKY = "run: {duration: 2 s}\nleakage: {internal_coefficient: 1e-8}\n"
+LEAKY = "record: {duration: 2 s}\nleakage: {internal_coefficient: 1e-8}\n"
 UNION = "sweep: {union: [{grid: {friction.law: [smooth]}}, {grid: {leakage.law: [laminar]}}]}\n"
 
 

@@ -22,7 +22,7 @@ VTNSI = Path(__file__).parents[3] / "shared" / "data" / "vtnsi"
 
 FAILING = """\
 name: failing
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: pressures}
 sweep: {grid: {fluid.bulk_modulus: [551 MPa, 1e7 MPa, 689 MPa]}}
 """

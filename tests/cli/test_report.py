@@ -199,7 +199,7 @@ def test_a_grid_over_the_coefficient_itself_gives_the_same_table(table3_rows, tm
 
 NARROW = """\
 name: narrow
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: none}
 sweep:
   grid:

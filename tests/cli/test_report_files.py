@@ -6,7 +6,7 @@ import pytest
 
 CLAIMS = """\
 name: claims
-run: {duration: 2 s}
+record: {duration: 2 s}
 claims: [C2]
 store: {signals: none}
 sweep:

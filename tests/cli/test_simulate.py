@@ -15,7 +15,7 @@ NEAR_EDGE = (
     "warning: f_h is near the edge of a band, where two levels answer: 59.6 Hz at EBM 551 MPa"
     " (see 'hydrofdi check')"
 )
-SHORT = ("--set", "run.duration=2 s")
+SHORT = ("--set", "record.duration=2 s")
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def test_what_is_stored_is_what_is_printed(hydrofdi, tmp_path):
 
 
 def test_a_sweep_in_the_file_is_left_aside(hydrofdi, experiment_file, tmp_path):
-    config = experiment_file("run: {duration: 2 s}\nsweep: {grid: {friction.viscous: [100, 200]}}\n")
+    config = experiment_file("record: {duration: 2 s}\nsweep: {grid: {friction.viscous: [100, 200]}}\n")
     result = hydrofdi("simulate", config, "--json", "--out", "run.h5")
     assert json.loads(result.stdout)["parameters"]["friction"]["viscous"] == 50.0
     (row,) = json.loads(hydrofdi("report", "run.h5", "--json").stdout)["rows"]
@@ -107,7 +107,7 @@ def test_a_run_that_diverges_is_stored_with_a_sentence_and_exit_code_1(hydrofdi,
     ],
 )
 def test_odd_but_valid_parameters_end_in_a_run_or_in_a_failed_one(settings):
-    single = simulate_nominal(load_experiment(None, ["run.duration=2 s", *settings]))
+    single = simulate_nominal(load_experiment(None, ["record.duration=2 s", *settings]))
     record = run_record(summarize_run(single.run, single.columns))
     assert record["status"] in ("ok", "diverged", "stroke_exceeded")
     json.dumps(record, allow_nan=False)

@@ -62,7 +62,7 @@ def test_measuring_a_plain_file_loads_nothing_of_simulated_runs(tmp_path: Path) 
 
 @pytest.mark.parametrize("command", ["simulate", "check", "plan"])
 def test_a_warm_command_that_simulates_does_not_load_numba(tmp_path: Path, command: str) -> None:
-    (tmp_path / "short.yaml").write_text("run: {duration: 2 s}\n")
+    (tmp_path / "short.yaml").write_text("record: {duration: 2 s}\n")
     assert run_hydrofdi(command, "short.yaml", cwd=tmp_path).returncode == 0
     loaded = _loaded(tmp_path, command, "short.yaml")
     assert "llvmlite" in loaded

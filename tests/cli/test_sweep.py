@@ -63,7 +63,7 @@ def test_the_experiment_file_does_not_depend_on_the_number_of_workers(small_swee
 
 
 def test_results_go_where_out_says(hydrofdi, experiment_file, tmp_path):
-    config = experiment_file("run: {duration: 2 s}\nstore: {signals: none}\n")
+    config = experiment_file("record: {duration: 2 s}\nstore: {signals: none}\n")
     result = hydrofdi("sweep", config, "--out", "else/where", "--engine", "in-process", "--json")
     assert json.loads(result.stdout)["file"] == "else/where/nominal.h5"
     assert (tmp_path / "else" / "where" / "nominal.h5").exists()
@@ -99,7 +99,7 @@ def test_no_connection_is_made(hydrofdi, tmp_path, experiment_file):
 
 
 AXES = {
-    "run.step": ["0.1 ms", "0.05 ms"], "wavelet.levels": [1, 3], "wavelet.name": ["db4", "haar"],
+    "record.step": ["0.1 ms", "0.05 ms"], "wavelet.levels": [1, 3], "wavelet.name": ["db4", "haar"],
     "input.amplitude": ["1 V", "3 V"], "valve.natural_frequency": ["150 Hz", "160 Hz"],
     "supply.pressure": ["10 MPa", "11 MPa"],
 }  # fmt: skip
@@ -107,7 +107,7 @@ AXES = {
 
 def test_any_parameter_can_be_swept(hydrofdi, experiment_file):
     blocks = "".join(f"    - grid: {{{axis}: {json.dumps(values)}}}\n" for axis, values in AXES.items())
-    config = experiment_file(f"run: {{duration: 2 s}}\nsweep:\n  union:\n{blocks}")
+    config = experiment_file(f"record: {{duration: 2 s}}\nsweep:\n  union:\n{blocks}")
     result = hydrofdi("sweep", config, "--engine", "in-process")
     assert result.returncode == 0, result.stderr
     rows = json.loads(hydrofdi("report", "--json").stdout)["rows"]
@@ -117,7 +117,7 @@ def test_any_parameter_can_be_swept(hydrofdi, experiment_file):
 
 
 def test_records_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, experiment_file):
-    config = experiment_file("sweep: {grid: {run.duration: [2 s, 4 s]}}\n")
+    config = experiment_file("sweep: {grid: {record.duration: [2 s, 4 s]}}\n")
     result = hydrofdi("sweep", config, "--engine", "in-process")
     assert result.returncode == 2
     assert "store: {signals: none}" in result.stderr

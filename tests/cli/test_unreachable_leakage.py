@@ -6,7 +6,7 @@ import h5py
 
 LAPS = """\
 name: laps
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: none}
 sweep: {grid: {leakage.internal_flow: [0, 2 L/min], valve.lap: %s}}
 """
@@ -39,7 +39,7 @@ def test_a_sweep_without_any_possible_leak_names_each_condition_and_stores_nothi
 
 
 def test_a_single_run_out_of_reach_keeps_its_one_line(hydrofdi):
-    settings = ["--set", "run.duration=2 s", "--set", "valve.lap=50 um"]
+    settings = ["--set", "record.duration=2 s", "--set", "valve.lap=50 um"]
     leak = ["--set", "leakage.internal_flow=2 L/min"]
     for command in (["simulate", *leak], ["check", *leak], ["calibrate", "--flow", "2 L/min"]):
         result = hydrofdi(*command, *settings)

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.config import load_experiment
-from hydrofdi.config.parameters import parameter_names, parameter_quantity
 from hydrofdi.config.plausibility import unusual_values
+from hydrofdi.config.request import parameter_names, parameter_quantity
 from hydrofdi.units import parse_quantity
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
@@ -21,7 +21,7 @@ def unusual(*settings, with_sweep=True):
 
 
 def test_simulate_warns_and_goes_on(hydrofdi):
-    result = hydrofdi("simulate", "--set", "run.duration=2 s", "--set", "fluid.bulk_modulus=551", "--json")
+    result = hydrofdi("simulate", "--set", "record.duration=2 s", "--set", "fluid.bulk_modulus=551", "--json")
     assert result.stderr.splitlines()[0] == f"warning: {MODULUS}"
     assert result.stdout.startswith("{")
 
@@ -29,7 +29,7 @@ def test_simulate_warns_and_goes_on(hydrofdi):
 @pytest.mark.parametrize("command", ["plan", "check", "sweep"])
 def test_commands_warn_of_swept_values(hydrofdi, experiment_file, command):
     config = experiment_file(
-        "run: {duration: 2 s}\nsweep: {grid: {actuator.mass: [12.3, 12.3 g, 1230000]}}\n"
+        "record: {duration: 2 s}\nsweep: {grid: {actuator.mass: [12.3, 12.3 g, 1230000]}}\n"
     )
     result = hydrofdi(command, config)
     (line,) = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
@@ -54,7 +54,7 @@ def test_commands_warn_of_swept_values(hydrofdi, experiment_file, command):
         (["input.amplitude=-2"], []),
         (["input.amplitude=-2000"], ["input.amplitude = -2000 V is far beyond the usual 1 mV … 100 V; a number without a unit is in SI"]),
         (["valve.damping_ratio=0.001"], ["valve.damping_ratio = 0.001 is far below the usual 0.05 … 5"]),
-        (["run.discard=1 period"], []),
+        (["analysis.discard=1 period"], []),
         (["valve.lap=-1e-12"], ["valve.lap = -1e-12 m is far short of the usual 10 nm … 1 mm; a number without a unit is in SI"]),
         (["fluid.free_air=5"], ["fluid.free_air = 5 is far above the usual 1e-6 … 0.5"]),
         (["pressure_1_sensor.noise=0.02"], ["pressure_1_sensor.noise = 0.02 Pa is far below the usual 10 Pa … 10 MPa; a number without a unit is in SI"]),
@@ -101,19 +101,19 @@ def test_most_quantities_have_bounds():
     unbounded = {
         name for name in parameter_names() if (quantity := parameter_quantity(name)) and not quantity.usual
     }
-    assert unbounded == {"run.discard", "leakage.onset_duty"}
+    assert unbounded == {"analysis.discard", "leakage.onset_duty"}
 
 
-LATE = "input.file = drive.csv: 1 of 3 rows lie beyond run.duration = 2 s, the last at 500 s"
+LATE = "input.file = drive.csv: 1 of 3 rows lie beyond record.duration = 2 s, the last at 500 s"
 LARGE = "input.file = drive.csv: the largest voltage = 2000 V is far above the usual 1 mV … 100 V; a number without a unit is in SI"
 
 
 def test_rows_beyond_the_record_and_strange_values_of_a_file_are_reported(hydrofdi, tmp_path):
     (tmp_path / "drive.csv").write_text("0,2\n1,-2000\n500,2\n")
-    settings = ["run.duration=2 s", "input.shape=csv", f"input.file={tmp_path / 'drive.csv'}"]
+    settings = ["record.duration=2 s", "input.shape=csv", f"input.file={tmp_path / 'drive.csv'}"]
     result = hydrofdi("simulate", *(part for setting in settings for part in ("--set", setting)))
     assert result.stderr.splitlines()[:2] == [f"warning: {LATE}", f"warning: {LARGE}"]
-    assert unusual(*settings, "sweep.grid.run.duration=[2 s, 500 s]") == [LARGE]
+    assert unusual(*settings, "sweep.grid.record.duration=[2 s, 500 s]") == [LARGE]
 
 
 def test_positions_of_a_file_are_held_against_the_usual_reference(tmp_path):

@@ -20,7 +20,7 @@ MODULI = np.array([551e6, 689e6, 827e6, 551e6, 689e6, 551e6])
 def runs():
     """Healthy at three EBM, and three that leak; 6 s, without noise."""
     parameters = [
-        load_experiment(None, [f"fluid.bulk_modulus={modulus} Pa", "run.duration=6 s"]).nominal_parameters
+        load_experiment(None, [f"fluid.bulk_modulus={modulus} Pa", "record.duration=6 s"]).nominal_parameters
         for modulus in MODULI
     ]
     signals = simulate_batch(parameters, list(LEAKS))

@@ -55,7 +55,7 @@ def test_the_stated_errors_cover_the_truth_as_often_as_they_should(kind, name, t
 
 def test_the_mode_of_a_simulated_actuator_is_that_of_linear_theory():
     runs = [
-        load_experiment(None, [f"fluid.bulk_modulus={modulus} MPa", "run.duration=6 s"]).nominal_parameters
+        load_experiment(None, [f"fluid.bulk_modulus={modulus} MPa", "record.duration=6 s"]).nominal_parameters
         for modulus in (551, 689, 827)
         for _ in range(2)
     ]

@@ -12,7 +12,7 @@ from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
 
 FINE = RunParameters().with_values(
-    {"run.step": 2e-5, "run.sampling_frequency": 50e3, "run.duration": 1.0, "input.period": 1.0}
+    {"record.step": 2e-5, "record.sampling_frequency": 50e3, "record.duration": 1.0, "input.period": 1.0}
 )
 RUNS = [FINE, FINE.with_values({"leakage.external_coefficient": 2e-13, "fluid.bulk_modulus": 827e6})]
 

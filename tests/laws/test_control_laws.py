@@ -13,7 +13,7 @@ from hydrofdi.simulation import Trajectory, simulate_batch
 
 LOOP = RunParameters().with_values(
     {
-        "run.duration": 8.0, "input.period": 8.0, "control.law": "p", "control.amplitude": 5e-3,
+        "record.duration": 8.0, "input.period": 8.0, "control.law": "p", "control.amplitude": 5e-3,
         "control.proportional_gain": 60.0, "friction.scale": 0.1,
     }
 )  # fmt: skip
@@ -55,7 +55,7 @@ def test_voltage_never_exceeds_its_limit_and_the_integral_does_not_wind_up() -> 
 
 
 def test_voltage_changes_at_samples_of_the_controller_alone() -> None:
-    values = {"control.sample_time": 10e-3, "run.sampling_frequency": 1000.0}
+    values = {"control.sample_time": 10e-3, "record.sampling_frequency": 1000.0}
     voltage = simulate(values).input_voltage[0].reshape(-1, 10)
     assert np.all(voltage == voltage[:, :1])
     assert np.unique(voltage).size > 100

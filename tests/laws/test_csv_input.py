@@ -14,24 +14,24 @@ import pytest
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.sections.csv_input import MOST_ROWS, held_text
 from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation import run_identity, simulate_batch, solve_leakage_coefficients
 from hydrofdi.simulation.drive import input_voltage, largest_voltage
 from hydrofdi.simulation.second_opinion import simulate_with_solver
 from tests.conftest import Command
 
-RUN = RunConfig(duration=2.0)
+RUN = RecordConfig(duration=2.0)
 SQUARE = "time [ms], voltage [mV]\n0, 2000\n500, -2000\n1000, 2000\n1500, -2000\n"
 
 
-def _voltage(text: str, run: RunConfig = RUN) -> np.ndarray:
+def _voltage(text: str, run: RecordConfig = RUN) -> np.ndarray:
     drive = InputConfig(shape="csv", file=held_text("drive.csv", text))
     return input_voltage(drive, run, np.arange(run.n_step))
 
 
 def _parameters(text: str, **values: object) -> RunParameters:
-    drive = {"input.shape": "csv", "input.file": held_text("drive.csv", text), "run.duration": 2.0}
+    drive = {"input.shape": "csv", "input.file": held_text("drive.csv", text), "record.duration": 2.0}
     return RunParameters().with_values(drive | values)
 
 
@@ -43,12 +43,12 @@ def _folder(folder: Path, *names: str, text: str = SQUARE) -> Path:
 
 
 def _identity(file: Path) -> str:
-    settings = ["input.shape=csv", f"input.file={file}", "run.duration=2 s"]
+    settings = ["input.shape=csv", f"input.file={file}", "record.duration=2 s"]
     return run_identity(expand_runs(load_experiment(settings=settings)).runs[0])
 
 
 def test_rows_of_a_square_give_the_bits_of_the_square() -> None:
-    square = RunParameters().with_values({"run.duration": 2.0, "input.period": 1.0})
+    square = RunParameters().with_values({"record.duration": 2.0, "input.period": 1.0})
     ours, built_in = simulate_batch([_parameters(SQUARE)], [2e-9]), simulate_batch([square], [2e-9])
     np.testing.assert_array_equal(ours.input_voltage, built_in.input_voltage)
     np.testing.assert_array_equal(ours.chamber_1_pressure, built_in.chamber_1_pressure)
@@ -76,7 +76,9 @@ def test_amplitude_does_not_scale_rows() -> None:
 
 
 def test_files_and_waveforms_in_one_batch_keep_their_bits() -> None:
-    square = RunParameters().with_values({"run.duration": 2.0, "input.period": 1.0, "input.amplitude": 1.0})
+    square = RunParameters().with_values(
+        {"record.duration": 2.0, "input.period": 1.0, "input.amplitude": 1.0}
+    )
     runs = [_parameters(SQUARE), square, _parameters("0,1\n1,-3\n")]
     together = simulate_batch(runs, [0.0] * 3)
     for k, run in enumerate(runs):
@@ -85,7 +87,7 @@ def test_files_and_waveforms_in_one_batch_keep_their_bits() -> None:
 
 
 def test_solver_agrees_with_the_kernel() -> None:
-    run = _parameters("0,2\n0.5,-1\n0.75,1.5\n", **{"run.step": 2e-5, "run.duration": 1.0})
+    run = _parameters("0,2\n0.5,-1\n0.75,1.5\n", **{"record.step": 2e-5, "record.duration": 1.0})
     ours, theirs = simulate_batch([run], [2e-9]), simulate_with_solver([run], [2e-9], "lsoda")
     assert np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max() < 500.0
 
@@ -103,7 +105,7 @@ def test_no_voltage_is_above_the_largest(shape: str) -> None:
 def test_leakage_is_solved_within_what_the_rows_open() -> None:
     flows = {"leakage.internal_flow": 5e-6, "input.amplitude": 0.01}
     square = RunParameters().with_values(
-        flows | {"run.duration": 2.0, "input.amplitude": 2.0, "input.period": 1.0}
+        flows | {"record.duration": 2.0, "input.amplitude": 2.0, "input.period": 1.0}
     )
     ours, built_in = solve_leakage_coefficients([_parameters(SQUARE, **flows), square])
     assert ours.coefficient == pytest.approx(built_in.coefficient, rel=1e-9)
@@ -126,7 +128,7 @@ def test_files_vary_in_every_kind_of_block(tmp_path: Path) -> None:
     _folder(tmp_path, "a.csv")
     _folder(tmp_path, "b.csv", text="0,1\n")
     config = tmp_path / "experiment.yaml"
-    nominal = "run: {duration: 2 s}\ninput: {shape: csv, file: a.csv}\n"
+    nominal = "record: {duration: 2 s}\ninput: {shape: csv, file: a.csv}\n"
     blocks = {
         "sweep: {zip: {input.shape: [square, csv], input.file: [null, b.csv], input.period: [1 s, 1 s]}}": 2,
         "sweep: {sample: {count: 8, over: {input.file: {choice: [a.csv, b.csv]}}}}": 2,
@@ -236,7 +238,7 @@ def test_all_mistakes_are_reported_but_no_flood(tmp_path: Path) -> None:
         (["input.file={folder}/drive.csv"], "input.file needs shape csv; shape is square"),
         (["input.shape=csv", "input.file={folder}"], "is a folder"),
         (["input.shape=csv", "input.file=7"], "input.file: input should be a valid string; found 7"),
-        (["input.shape=csv", "input.file={folder}/drive.csv", "run.discard=1 period"], "needs an input with a period"),
+        (["input.shape=csv", "input.file={folder}/drive.csv", "analysis.discard=1 period"], "needs an input with a period"),
     ],
 )  # fmt: skip
 def test_file_and_shape_have_to_fit(tmp_path: Path, settings: list[str], sentence: str) -> None:
@@ -289,7 +291,7 @@ def test_results_hold_the_file_and_never_print_its_rows(tmp_path: Path, hydrofdi
 def test_largest_file_is_stored_and_read_again(tmp_path: Path, hydrofdi: Command) -> None:
     text = "".join(f"{k * 2e-5!r},{math.sin(k * 1e-4)!r}\n" for k in range(MOST_ROWS))
     _folder(tmp_path, "full.csv", text=text)
-    arguments = ("--set", "input.shape=csv", "--set", "input.file=full.csv", "--set", "run.duration=2 s")
+    arguments = ("--set", "input.shape=csv", "--set", "input.file=full.csv", "--set", "record.duration=2 s")
     result = hydrofdi("simulate", *arguments, "--out", "run.h5", "--json")
     assert result.returncode == 0, result.stderr
     assert len(result.stdout) < 10_000
@@ -303,7 +305,7 @@ CLOSED = {"control.law": "p", "control.amplitude": 10e-3}
 
 
 def test_positions_are_the_reference_of_a_controller() -> None:
-    square = RunParameters().with_values(CLOSED | {"run.duration": 2.0, "input.period": 1.0})
+    square = RunParameters().with_values(CLOSED | {"record.duration": 2.0, "input.period": 1.0})
     ours = simulate_batch([_parameters(POSITIONS, **CLOSED | {"control.amplitude": 1.0})], [2e-9])
     built_in = simulate_batch([square], [2e-9])
     np.testing.assert_array_equal(ours.piston_position, built_in.piston_position)

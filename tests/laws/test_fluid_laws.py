@@ -79,7 +79,7 @@ def test_piston_rings_at_the_frequency_of_the_softened_fluid() -> None:
 
 def test_stored_mode_is_that_of_the_softened_fluid() -> None:
     run = NOMINAL.with_values(
-        {"run.duration": 1.0, "input.period": 0.5, "fluid.law": "free_air", "fluid.free_air": 0.05}
+        {"record.duration": 1.0, "input.period": 0.5, "fluid.law": "free_air", "fluid.free_air": 0.05}
     )
     modes = [
         hydraulic_mode(one, simulate_batch([one], [0.0]))
@@ -88,7 +88,7 @@ def test_stored_mode_is_that_of_the_softened_fluid() -> None:
     assert modes[0].frequency < 0.995 * modes[1].frequency
 
 
-PULLED = NOMINAL.with_values({"run.duration": 1.0, "input.period": 0.5, "load.constant_force": -9e3})
+PULLED = NOMINAL.with_values({"record.duration": 1.0, "input.period": 0.5, "load.constant_force": -9e3})
 CLAMPED = PULLED.with_values({"fluid.cavitation": "clamped", "fluid.vapour_pressure": 1e4})
 
 
@@ -116,14 +116,14 @@ def test_clamped_chamber_recovers_when_the_pull_ends() -> None:
 
 
 def test_volume_balance_shows_the_vapour_that_it_leaves_out() -> None:
-    runs = [run.with_values({"run.sampling_frequency": 10e3}) for run in (PULLED, CLAMPED)]
+    runs = [run.with_values({"record.sampling_frequency": 10e3}) for run in (PULLED, CLAMPED)]
     residuals = balance_residuals(runs, simulate_batch(runs, [1e-9, 1e-9]))
     assert residuals.volume[0] < 1e-4 < 1e-3 < residuals.volume[1]
     assert residuals.energy.max() < 1e-4
 
 
 def test_solver_agrees_on_a_clamped_record() -> None:
-    run = CLAMPED.with_values({"run.step": 2e-5})
+    run = CLAMPED.with_values({"record.step": 2e-5})
     ours, theirs = simulate_batch([run], [1e-9]), simulate_with_solver([run], [1e-9], "lsoda")
     assert np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max() < 1e3
 

@@ -83,7 +83,7 @@ def test_smooth_friction_follows_the_hyperbolic_tangent_through_zero() -> None:
 
 
 def test_scale_zero_is_the_actuator_without_dry_friction() -> None:
-    short = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5})
+    short = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5})
     scaled = short.with_values({"friction.scale": 0.0})
     bare = short.with_values({"friction.coulomb": 0.0, "friction.breakaway": 0.0})
     trajectory = simulate_batch([scaled, bare], [1e-9, 1e-9])
@@ -120,7 +120,7 @@ def test_sticking_piston_rings_on_its_bristles() -> None:
 
 def test_bristles_hold_a_load_below_breakaway_and_let_go_above_it() -> None:
     values = {
-        **LUGRE, "input.amplitude": 0.0, "actuator.load_stiffness": 0.0, "run.duration": 1.0,
+        **LUGRE, "input.amplitude": 0.0, "actuator.load_stiffness": 0.0, "record.duration": 1.0,
         "friction.viscous": 2000.0,
     }  # fmt: skip
     runs = [
@@ -134,7 +134,7 @@ def test_bristles_hold_a_load_below_breakaway_and_let_go_above_it() -> None:
 
 
 def test_bristles_without_dry_friction_leave_viscous_friction_alone() -> None:
-    short = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, "friction.scale": 0.0})
+    short = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "friction.scale": 0.0})
     bare, bristles = simulate_batch([short, short.with_values(LUGRE)], [1e-9, 1e-9]).chamber_1_pressure
     np.testing.assert_allclose(bristles, bare, rtol=1e-9)
 

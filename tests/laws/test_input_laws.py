@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.assessment.selection import computed_rows
-from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
+from hydrofdi.config.request import RunRequest
 from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.run import RunConfig
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.simulation import simulate_batch
@@ -22,11 +23,11 @@ from hydrofdi.transforms.wavelet import detail_rms
 from tests.conftest import Command
 
 Writer = Callable[[str], Path]
-RUN = RunConfig(duration=4.0)
+RUN = RecordConfig(duration=4.0)
 SHAPES = ("square", "steps", "sine", "sweep", "multisine")
 
 
-def _voltage(run: RunConfig = RUN, **fields: object) -> np.ndarray:
+def _voltage(run: RecordConfig = RUN, **fields: object) -> np.ndarray:
     return input_voltage(InputConfig.model_validate(fields), run, np.arange(run.n_step))
 
 
@@ -52,7 +53,7 @@ def test_steps_hold_for_a_period_and_follow_their_seed() -> None:
 
 
 def test_longer_record_begins_with_the_steps_of_the_shorter() -> None:
-    longer = _voltage(RunConfig(duration=8.0), shape="steps", period=0.25, seed=3)
+    longer = _voltage(RecordConfig(duration=8.0), shape="steps", period=0.25, seed=3)
     np.testing.assert_array_equal(longer[: RUN.n_step], _voltage(shape="steps", period=0.25, seed=3))
 
 
@@ -80,7 +81,7 @@ def test_sweep_ends_at_its_end_frequency() -> None:
 @pytest.mark.parametrize("shape", ["steps", "sine", "sweep", "multisine"])
 def test_solver_agrees_with_the_kernel_on_every_shape(shape: str) -> None:
     run = RunParameters().with_values(
-        {"input.shape": shape, "input.period": 0.25, "run.duration": 1.0, "run.step": 2e-5}
+        {"input.shape": shape, "input.period": 0.25, "record.duration": 1.0, "record.step": 2e-5}
     )
     ours, theirs = simulate_batch([run], [2e-9]), simulate_with_solver([run], [2e-9], "lsoda")
     assert np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max() < 500.0
@@ -89,19 +90,25 @@ def test_solver_agrees_with_the_kernel_on_every_shape(shape: str) -> None:
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        (["input.shape=steps", "input.period=0.10005 s"], "not a multiple of run.step"),
-        (["input.shape=sweep", "input.end_frequency=2 kHz"], "too fast for run.step"),
-        (["input.shape=multisine", "input.harmonics=900", "input.period=0.1 s"], "too fast for run.step"),
-        (["run.discard=30 s"], "leaves nothing"),
-        (["run.discard=1.0005 s"], "not a multiple of the sampling interval"),
-        (["run.duration=2 s", "run.discard=1.8 s"], "too short for 5 levels"),
-        (["run.discard=-1 s"], "must be a time from zero on; found -1 s"),
-        (["run.discard=1 turn"], "unknown unit 'turn'"),
-        (["run.discard=10 periods"], "10 periods of 2 s leaves nothing of duration = 20 s"),
-        (["run.discard=0.0003 periods"], "0.0003 periods of 2 s is not a multiple of the sampling interval"),
-        (["input.shape=steps", "run.discard=1 period"], "needs an input with a period"),
-        (["run.duration=2 s", "input.period=1.8 s", "run.discard=1 period"], "100 samples is too short"),
-        (["sweep.grid.run.discard={linspace: [1 period, 3 periods, 3]}"], "its ends must be numbers"),
+        (["input.shape=steps", "input.period=0.10005 s"], "not a multiple of record.step"),
+        (["input.shape=sweep", "input.end_frequency=2 kHz"], "too fast for record.step"),
+        (["input.shape=multisine", "input.harmonics=900", "input.period=0.1 s"], "too fast for record.step"),
+        (["analysis.discard=30 s"], "leaves nothing"),
+        (["analysis.discard=1.0005 s"], "not a multiple of the sampling interval"),
+        (["record.duration=2 s", "analysis.discard=1.8 s"], "too short for 5 levels"),
+        (["analysis.discard=-1 s"], "must be a time from zero on; found -1 s"),
+        (["analysis.discard=1 turn"], "unknown unit 'turn'"),
+        (["analysis.discard=10 periods"], "10 periods of 2 s leaves nothing of duration = 20 s"),
+        (
+            ["analysis.discard=0.0003 periods"],
+            "0.0003 periods of 2 s is not a multiple of the sampling interval",
+        ),
+        (["input.shape=steps", "analysis.discard=1 period"], "needs an input with a period"),
+        (
+            ["record.duration=2 s", "input.period=1.8 s", "analysis.discard=1 period"],
+            "100 samples is too short",
+        ),
+        (["sweep.grid.analysis.discard={linspace: [1 period, 3 periods, 3]}"], "its ends must be numbers"),
     ],
 )
 def test_impossible_input_or_record_is_refused(settings: list[str], sentence: str) -> None:
@@ -110,61 +117,62 @@ def test_impossible_input_or_record_is_refused(settings: list[str], sentence: st
 
 
 def test_detail_rms_leaves_out_the_start_that_is_discarded() -> None:
-    run = RunParameters().with_values({"run.duration": 3.0, "input.period": 1.0})
-    late = run.with_values({"run.discard": 1.0})
-    whole, settled = (compute_columns([Job("run", parameters, 2e-9)]) for parameters in (run, late))
+    run = RunRequest().with_values({"record.duration": 3.0, "input.period": 1.0})
+    late = run.with_values({"analysis.discard": 1.0})
+    whole, settled = (compute_columns([Job.of(RunSpec(request), "run", 2e-9)]) for request in (run, late))
     np.testing.assert_array_equal(whole["chamber_1_pressure"], settled["chamber_1_pressure"])
     expected = detail_rms(whole["chamber_1_pressure"][:, 500:], run.wavelet)
     np.testing.assert_array_equal(settled["detail_rms"], expected)
     assert np.any(whole["detail_rms"] != settled["detail_rms"])
 
 
-SHORT = RunParameters().with_values({"run.duration": 4.0, "input.period": 1.0})
+SHORT = RunRequest().with_values({"record.duration": 4.0, "input.period": 1.0})
 
 
 @pytest.mark.parametrize(("discard", "time"), [("1 period", 1.0), ("0.5 periods", 0.5), ("2.0 period", 2.0)])
 def test_discarded_periods_are_the_time_that_they_take(discard: str, time: float) -> None:
-    stated, timed = (SHORT.with_values({"run.discard": value}) for value in (discard, time))
-    columns = [compute_columns([Job("run", parameters, 2e-9)]) for parameters in (stated, timed)]
+    stated, timed = (SHORT.with_values({"analysis.discard": value}) for value in (discard, time))
+    columns = [compute_columns([Job.of(RunSpec(request), "run", 2e-9)]) for request in (stated, timed)]
     np.testing.assert_array_equal(columns[0]["detail_rms"], columns[1]["detail_rms"])
 
 
 def test_spellings_of_discarded_periods_are_one_request() -> None:
     runs = [
-        SHORT.with_values({"run.discard": text})
+        SHORT.with_values({"analysis.discard": text})
         for text in ("1 period", " 1.0 periods", "1e0 period", "1period")
     ]
-    assert {run.run.discard for run in runs} == {"1 period"}
-    assert SHORT.with_values({"run.discard": "0.5 period"}).run.discard == "0.5 periods"
+    assert {run.analysis.discard for run in runs} == {"1 period"}
+    assert SHORT.with_values({"analysis.discard": "0.5 period"}).analysis.discard == "0.5 periods"
 
 
 def test_discarded_periods_follow_the_period_of_each_run() -> None:
-    sweep = ["sweep.grid.input.period=[0.5 s, 1 s]", "sweep.grid.run.discard=[0 s, 1 period]"]
-    runs = expand_runs(load_experiment(settings=["run.duration=4 s", *sweep])).runs
-    jobs = [Job(str(k), run.parameters, 2e-9) for k, run in enumerate(runs)]
-    assert [run.parameters.n_discarded for run in runs] == [0, 250, 0, 500]
+    sweep = ["sweep.grid.input.period=[0.5 s, 1 s]", "sweep.grid.analysis.discard=[0 s, 1 period]"]
+    runs = expand_runs(load_experiment(settings=["record.duration=4 s", *sweep])).runs
+    jobs = [Job.of(run, str(k), 2e-9) for k, run in enumerate(runs)]
+    assert [run.request.n_discarded for run in runs] == [0, 250, 0, 500]
     alone = {job.run_id: compute_columns([job])["detail_rms"][0] for job in jobs}
     for row, job in zip(computed_rows(jobs), jobs, strict=True):
         np.testing.assert_array_equal(row["detail_rms"], alone[job.run_id])
-        pressure = row["chamber_1_pressure"][None, job.parameters.n_discarded :]
-        np.testing.assert_array_equal(alone[job.run_id], detail_rms(pressure, job.parameters.wavelet)[0])
+        pressure = row["chamber_1_pressure"][None, job.analysis.n_discarded :]
+        np.testing.assert_array_equal(alone[job.run_id], detail_rms(pressure, job.analysis.wavelet)[0])
 
 
 def test_swept_discard_is_stored_and_reported(hydrofdi: Command, experiment_file: Writer) -> None:
     config = experiment_file(
         "name: late\nrun: {duration: 4 s}\ninput: {period: 1 s}\n"
-        "sweep: {grid: {run.discard: [0 s, 1 period, 2 periods], leakage.internal_coefficient: [0, 1e-9]}}\n"
+        "sweep: {grid: {analysis.discard: [0 s, 1 period, 2 periods],"
+        " leakage.internal_coefficient: [0, 1e-9]}}\n"
     )
-    assert "run.discard [s]: 3 values\n" in hydrofdi("plan", config).stdout
+    assert "analysis.discard [s]: 3 values\n" in hydrofdi("plan", config).stdout
     assert hydrofdi("sweep", config, "--engine", "in-process").returncode == 0
     assert hydrofdi("rerun", "results/late", "3").stdout.endswith("the same bits\n")
     rows = json.loads(hydrofdi("report", "--json").stdout)["rows"]
-    assert {row["labels"]["run.discard"] for row in rows} == {"0 s", "1 period", "2 periods"}
+    assert {row["labels"]["analysis.discard"] for row in rows} == {"0 s", "1 period", "2 periods"}
     assert len({row["detail_rms_Pa"][2] for row in rows}) == 6
 
 
 def test_period_that_leaves_nothing_names_its_point() -> None:
-    settings = ["run.duration=4 s", "run.discard=1 period", "sweep.grid.input.period=[1 s, 4 s]"]
+    settings = ["record.duration=4 s", "analysis.discard=1 period", "sweep.grid.input.period=[1 s, 4 s]"]
     with pytest.raises(
         ConfigError, match=r"at input\.period = 4 s: discard = 1 period of 4 s leaves nothing"
     ):

@@ -55,7 +55,7 @@ def test_sealed_cylinder_with_a_shut_valve_keeps_its_pressures() -> None:
 
 
 differences = st.floats(min_value=-20e6, max_value=20e6)
-SHORT = RunParameters().with_values({"run.duration": 2.0, "input.period": 1.0})
+SHORT = RunParameters().with_values({"record.duration": 2.0, "input.period": 1.0})
 
 
 def test_laminar_gap_lets_the_pressure_difference_decay_exponentially() -> None:
@@ -152,7 +152,7 @@ def test_external_leak_of_one_chamber_leaves_the_other() -> None:
 
 @pytest.mark.parametrize("law", ["laminar", "blended"])
 def test_leakage_flow_is_solved_under_the_law_that_was_chosen(law: str) -> None:
-    experiment = load_experiment(settings=["run.duration=2 s", "input.period=1 s", f"leakage.law={law}"])
+    experiment = load_experiment(settings=["record.duration=2 s", "input.period=1 s", f"leakage.law={law}"])
     (target,) = calibrate_flows(experiment, [1e-5])
     trajectory = simulate_batch([SHORT.with_values({"leakage.law": law})], [target.coefficient])
     assert trajectory.mean_internal_leakage_flow[0] == pytest.approx(1e-5, rel=1e-6)

@@ -12,7 +12,7 @@ from hydrofdi.simulation import simulate_batch
 AREA = RunParameters().actuator.piston_area
 AT_REST = RunParameters().with_values(
     {
-        "input.amplitude": 0.0, "run.duration": 10.0, "actuator.load_stiffness": 50e3,
+        "input.amplitude": 0.0, "record.duration": 10.0, "actuator.load_stiffness": 50e3,
         "friction.scale": 0.0, "friction.viscous": 2000.0,
     }
 )  # fmt: skip
@@ -76,7 +76,7 @@ def test_piston_that_would_leave_the_cylinder_is_held_by_the_stops() -> None:
     values = {
         "actuator.load_stiffness": 0.0,
         "input.amplitude": 8.0,
-        "run.duration": 4.0,
+        "record.duration": 4.0,
         "input.period": 4.0,
     }
     free = RunParameters().with_values(values)

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.analysis import PAPER
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
 from hydrofdi.simulation.second_opinion import simulate_with_solver
 from hydrofdi.transforms.wavelet import detail_rms
 
-SHORT = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, "run.step": 2e-5})
+SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "record.step": 2e-5})
 CHOICES: dict[str, dict[str, Any]] = {
     "paper": {},
     "laminar": {"leakage.law": "laminar"},
@@ -42,13 +43,13 @@ def test_solver_agrees_with_the_kernel_under_every_option() -> None:
     ours, theirs = simulate_batch(RUNS, COEFFICIENTS), simulate_with_solver(RUNS, COEFFICIENTS, "lsoda")
     difference = np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max(axis=1)
     assert dict(zip(CHOICES, difference < 300.0, strict=True)) == dict.fromkeys(CHOICES, True)
-    expected = detail_rms(theirs.chamber_1_pressure, SHORT.wavelet)
-    np.testing.assert_allclose(detail_rms(ours.chamber_1_pressure, SHORT.wavelet), expected, rtol=2e-4)
+    expected = detail_rms(theirs.chamber_1_pressure, PAPER)
+    np.testing.assert_allclose(detail_rms(ours.chamber_1_pressure, PAPER), expected, rtol=2e-4)
 
 
 @pytest.mark.parametrize("name", CHOICES)
 def test_balances_close_under_every_option(name: str) -> None:
-    run = SHORT.with_values(CHOICES[name] | {"run.sampling_frequency": 50e3})
+    run = SHORT.with_values(CHOICES[name] | {"record.sampling_frequency": 50e3})
     residuals = balance_residuals([run], simulate_batch([run], [3e-9]))
     assert residuals.volume[0] < 2e-6
     assert residuals.energy[0] < 2e-6
@@ -68,7 +69,7 @@ def test_every_option_changes_the_record() -> None:
     assert min(differences) > 1.0
 
 
-CLAMPED = {"fluid.cavitation": "clamped", "load.constant_force": -9e3, "run.step": 1e-4}
+CLAMPED = {"fluid.cavitation": "clamped", "load.constant_force": -9e3, "record.step": 1e-4}
 AIR_AND_LAP = CHOICES["air"] | CHOICES["overlap"]
 
 
@@ -80,7 +81,7 @@ def test_both_halves_of_the_lanes_round_alike(name: str) -> None:
     runs = [
         SHORT.with_values(
             values
-            | {"run.step": 1e-4, "fluid.bulk_modulus": 400e6 + 30e6 * k, "actuator.mass": 8.0 + 0.3 * k}
+            | {"record.step": 1e-4, "fluid.bulk_modulus": 400e6 + 30e6 * k, "actuator.mass": 8.0 + 0.3 * k}
         )
         for k in range(HALF_WIDTH)
     ]

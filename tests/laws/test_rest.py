@@ -77,7 +77,7 @@ def stopped(tmp_path_factory: pytest.TempPathFactory) -> RunParameters:
 
 @pytest.mark.parametrize("name", CHOICES)
 def test_nothing_becomes_subnormal_at_rest(name: str, stopped: RunParameters, found: set[str]) -> None:
-    values = CHOICES[name] | {"run.duration": 2.0}
+    values = CHOICES[name] | {"record.duration": 2.0}
     nominal = RunParameters().with_values(values)
     runs = [nominal.with_values(rest) for rest in (HELD, HELD | PRESSED, DRAINED)]
     if not nominal.control.is_closed:
@@ -89,7 +89,7 @@ def test_nothing_becomes_subnormal_at_rest(name: str, stopped: RunParameters, fo
 
 
 def test_a_closed_valve_comes_to_rest(stopped: RunParameters) -> None:
-    opening = simulate_batch([stopped.with_values({"run.duration": 2.0})], [0.0]).spool_position[0]
+    opening = simulate_batch([stopped.with_values({"record.duration": 2.0})], [0.0]).spool_position[0]
     assert np.abs(opening).max() > 1e-5
     assert opening[-1] == 0.0
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.analysis import PAPER
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.options import ModelOptions
@@ -26,7 +27,7 @@ RANGES = {
     "friction.transition": (4.0, 400.0),
     "input.amplitude": (1.0, 2.0),
 }
-BASE = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, "run.step": 2e-5})
+BASE = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "record.step": 2e-5})
 PRESSURE_BOUND, RMS_BOUND = 200.0, 1e-4
 """Largest difference of P_1 at any sample [Pa], and largest relative difference of any detail RMS."""
 
@@ -99,20 +100,20 @@ def test_solver_with_error_control_agrees_with_the_kernel(
     pressure = kernel.chamber_1_pressure[:n_run]
     assert all(outcome.is_ok for outcome in opinion.outcomes)
     assert np.abs(opinion.chamber_1_pressure - pressure).max() < PRESSURE_BOUND
-    ratio = detail_rms(opinion.chamber_1_pressure, BASE.wavelet) / detail_rms(pressure, BASE.wavelet)
+    ratio = detail_rms(opinion.chamber_1_pressure, PAPER) / detail_rms(pressure, PAPER)
     assert np.abs(ratio - 1.0).max() < RMS_BOUND
 
 
 def test_solver_that_gives_up_is_a_failed_run() -> None:
     impossible = BASE.with_values(
-        {"actuator.load_stiffness": 0.0, "input.amplitude": 30.0, "run.duration": 2.0, "input.period": 2.0}
+        {"actuator.load_stiffness": 0.0, "input.amplitude": 30.0, "record.duration": 2.0, "input.period": 2.0}
     )
     opinion = simulate_with_solver([impossible], [0.0], "lsoda")
     assert opinion.outcomes[0].status == "stroke_exceeded"
 
 
 def test_second_opinion_on_the_command_line_says_whose_it_is() -> None:
-    command = ("simulate", "--set=run.duration=1 s", "--set=input.period=0.5 s")
+    command = ("simulate", "--set=record.duration=1 s", "--set=input.period=0.5 s")
     records = [run_json(*command, *more) for more in ([], ["--solver", "lsoda"])]
     assert records[1]["run_id"] == records[0]["run_id"] + "-lsoda"
     np.testing.assert_allclose(records[1]["detail_rms_Pa"], records[0]["detail_rms_Pa"], rtol=2e-3)

@@ -67,7 +67,7 @@ STIFF: dict[str, tuple[str, dict[str, Any], float, float]] = {
 @pytest.mark.parametrize("name", STIFF)
 def test_a_stiff_part_holds_below_its_step_limit_and_diverges_above(name: str) -> None:
     part, values, good, bad = STIFF[name]
-    base = RunParameters().with_values({"run.duration": 2.0, "run.sampling_frequency": 250.0, **values})
-    runs = [base.with_values({"run.step": step}) for step in (good, bad)]
+    base = RunParameters().with_values({"record.duration": 2.0, "record.sampling_frequency": 250.0, **values})
+    runs = [base.with_values({"record.step": step}) for step in (good, bad)]
     assert good < step_limits(base)[part] < bad
     assert [simulate_batch([run], [0.0]).outcomes[0].status for run in runs] == ["ok", "diverged"]

@@ -40,7 +40,7 @@ def test_both_directions_of_motion_draw_from_the_supply_alike() -> None:
 
 
 def test_supply_without_resistance_is_constant() -> None:
-    short = NOMINAL.with_values({"run.duration": 1.0, "input.period": 0.5})
+    short = NOMINAL.with_values({"record.duration": 1.0, "input.period": 0.5})
     stiff = short.with_values({"supply.droop": "first_order", "supply.droop_resistance": 0.0})
     trajectory = simulate_batch([short, stiff], [1e-9, 1e-9])
     np.testing.assert_allclose(trajectory.valve_supply_pressure[1], 17.2e6, rtol=1e-15)

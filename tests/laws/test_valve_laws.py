@@ -19,10 +19,10 @@ def _spool(
 ) -> tuple[np.ndarray, np.ndarray]:
     valve = {"valve.damping_ratio": ratio} | {f"valve.{name}": value for name, value in limits.items()}
     parameters = RunParameters().with_values(
-        {"run.step": step, "run.sampling_frequency": round(1.0 / step), **valve}
+        {"record.step": step, "record.sampling_frequency": round(1.0 / step), **valve}
     )
     n_step = round(duration / step)
-    _, stages = Spools([Drive.of(parameters)], parameters.run).advance(0, n_step)
+    _, stages = Spools([Drive.of(parameters)], parameters.record).advance(0, n_step)
     return step * np.arange(n_step), stages[:, 0, 0]
 
 

@@ -23,7 +23,7 @@ from tests.conftest import run_hydrofdi, sweep_in
 N_DRAWN = 100
 BOTH = """\
 name: both
-run: {duration: 1 s}
+record: {duration: 1 s}
 store: {signals: none}
 sweep:
   sample:
@@ -55,7 +55,7 @@ def made(folder: Path, text: str) -> ExperimentData:
         variable.name: np.full(n_run, "ok")
         if variable.is_text
         else draw.uniform(1.0, 2.0, (n_run, 5) if names.LEVEL in variable.dimensions else n_run)
-        for variable in names.stored_variables("none")
+        for variable in (*names.stored_variables("none"), *names.BY_LEVEL[:2])
     } | requested_columns(runs)
     return ExperimentData(folder / "made.h5", experiment, columns, {}, FileSignals(folder / "made.h5"))
 

@@ -41,8 +41,8 @@ def test_the_sealed_alarm_survives_every_phase_but_its_size_does_not(record):
 
 
 def test_margins_over_phases_are_those_of_sweeps_at_each_phase(table3, record, tmp_path):
-    """The phase that ``run.discard`` gives by hand, one sample after the other."""
-    settings = ["--set=wavelet.phase=0", "--set=run.discard=2 ms", "--set=name=late"]
+    """The phase that ``analysis.discard`` gives by hand, one sample after the other."""
+    settings = ["--set=wavelet.phase=0", "--set=analysis.discard=2 ms", "--set=name=late"]
     config = table3.config
     swept = run_hydrofdi("sweep", config, "--engine", "in-process", *settings, cwd=tmp_path)
     assert swept.returncode == 0, swept.stderr

@@ -7,7 +7,7 @@ from tests.conftest import sweep_in
 
 ENSEMBLE = """\
 name: scenarios
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: none}
 claims: [C2]
 ensemble:
@@ -110,7 +110,7 @@ def test_scenarios_that_differ_in_the_leak_alone_share_their_sealed_controls(ens
 
 ONE_LEAK = """\
 name: one-leak
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: none}
 claims: [C2, C3]
 ensemble: {grid: {friction.viscous: [40, 60]}}

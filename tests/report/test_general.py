@@ -11,7 +11,7 @@ from tests.conftest import REPOSITORY, sweep_in
 
 FRICTION = """\
 name: friction
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: none}
 leakage: {internal_coefficient: 1e-9}
 sweep: {grid: {friction.viscous: [40, 60], input.period: [1 s, 2 s]}}

@@ -21,7 +21,7 @@ from tests.conftest import sweep_in
 
 REPLICATED = """\
 name: replicated
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: none}
 pressure_1_sensor: {noise: 5 kPa}
 replicates:
@@ -64,7 +64,7 @@ def test_replicates_leave_all_other_runs_alone(tmp_path):
         for text in (REPLICATED, REPLICATED.replace("count: 6", "count: 0"))
     )
     for position in range(4):
-        assert with_.runs[position].request_digest == without.runs[position].request_digest
+        assert with_.runs[position].record_digest == without.runs[position].record_digest
     assert len(without.runs) == 4
     np.testing.assert_array_equal(with_.fixed_baseline[:4], without.fixed_baseline)
 
@@ -137,7 +137,7 @@ def test_replicates_that_make_no_sense_are_mistakes(tmp_path, old, new, message)
 
 
 def test_a_replicate_that_has_not_settled_is_counted_as_left_out(tmp_path):
-    text = REPLICATED.replace("run: {duration: 2 s}", "run: {duration: 12 s}\ninput: {period: 1 s}")
+    text = REPLICATED.replace("record: {duration: 2 s}", "record: {duration: 12 s}\ninput: {period: 1 s}")
     data = read_results(sweep_in(tmp_path, text.replace("[551 MPa, 689 MPa]", "[551 MPa]")).directory)
     settled = data.columns[names.SETTLED_DETAIL_RMS].copy()
     settled[-1] = np.nan

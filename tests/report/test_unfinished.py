@@ -13,7 +13,7 @@ from hydrofdi.store.request import write_request
 
 HALF = """\
 name: half
-run: {duration: 2 s}
+record: {duration: 2 s}
 sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551 MPa]}}
 """
 WHOLE = HALF.replace("[551 MPa]", "[551 MPa, 689 MPa]")

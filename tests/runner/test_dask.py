@@ -12,7 +12,7 @@ pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
 
 CONFIG = """\
 name: spread
-run: {duration: 8 s}
+record: {duration: 8 s}
 store: {signals: none}
 sweep:
   grid:

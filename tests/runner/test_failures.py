@@ -13,14 +13,14 @@ from runner.processes import COMMAND, kill, nobody_left, run, run_json, start, w
 
 BAD_RUNS = """\
 name: bad
-run: {duration: 2 s, sampling_frequency: 10 kHz}
+record: {duration: 2 s, sampling_frequency: 10 kHz}
 limits: {time_per_job: 5 s}
 store: {signals: none}
 sweep:
   union:
     - grid: {fluid.bulk_modulus: [551 MPa, 600 MPa, 689 MPa, 827 MPa]}
-    - grid: {run.duration: [1000 s]}     # raises, where memory is limited
-    - grid: {run.step: [1.0e-9 s]}       # hangs for all practical purposes
+    - grid: {record.duration: [1000 s]}     # raises, where memory is limited
+    - grid: {record.step: [1.0e-9 s]}       # hangs for all practical purposes
 """
 
 LONG = """\

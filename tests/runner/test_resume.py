@@ -9,7 +9,7 @@ from tests.commands import run, run_json
 
 GRID = """\
 name: grid
-run: {{duration: 2 s}}
+record: {{duration: 2 s}}
 store: {{signals: {signals}}}
 sweep:
   grid:
@@ -210,6 +210,6 @@ def test_a_folder_that_holds_another_experiment_is_left_alone(swept):
 def test_a_run_is_not_stored_over_a_file_of_another_kind(tmp_path):
     precious = tmp_path / "precious.h5"
     precious.write_text("no results\n")
-    reported = run("simulate", "--set", "run.duration=2 s", "--out", precious, check=2).stderr
+    reported = run("simulate", "--set", "record.duration=2 s", "--out", precious, check=2).stderr
     assert "left alone" in reported
     assert precious.read_text() == "no results\n"

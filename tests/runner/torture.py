@@ -13,7 +13,7 @@ from runner.processes import kill, nobody_left, run, run_json, session_members, 
 
 CONFIG = """\
 name: torture
-run: {{duration: 20 s}}
+record: {{duration: 20 s}}
 store: {{signals: none}}
 sweep:
   grid:

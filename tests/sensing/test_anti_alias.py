@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.config import RunParameters, RunSpec, load_experiment
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS
 
 
 def run_with(*settings: str) -> RunParameters:
-    return load_experiment(None, ("run.duration=2 s", *settings)).nominal_parameters
+    return load_experiment(None, ("record.duration=2 s", *settings)).nominal_parameters
 
 
 def columns_of(*runs: RunParameters) -> dict[str, NDArray[Any]]:
-    return compute_columns([Job("run", run, 2e-9) for run in runs])
+    return compute_columns([Job.of(RunSpec(run), "run", 2e-9) for run in runs])
 
 
 def _gain(frequency: float, order: int, *, corner: float = 100.0) -> complex:
     """Complex gain for the input voltage, from its second second."""
-    sine = run_with(f"input={{shape: sine, period: {1.0 / frequency} s}}", "run.step=0.02 ms")
+    sine = run_with(f"input={{shape: sine, period: {1.0 / frequency} s}}", "record.step=0.02 ms")
     filtered = sine.with_values({"measurement.anti_alias": corner, "measurement.anti_alias_order": order})
     columns = columns_of(sine, filtered)
     turns = np.exp(-2j * np.pi * frequency * columns["time"][500:])

@@ -18,7 +18,7 @@ from tests.conftest import REPOSITORY, sweep_in, swept
 
 SWEEP = """\
 name: measured
-run: {duration: 2 s}
+record: {duration: 2 s}
 pressure_1_sensor: {order: first, bandwidth: 150 Hz, noise: 5 kPa, lowest: 0, highest: 250 bar, bits: 12}
 measurement: {jitter: 20 µs}
 sweep:
@@ -87,7 +87,7 @@ def test_noisy_input_voltage_is_kept_for_every_run(tmp_path: Path) -> None:
 
 def test_ready_sweep_over_noise_shows_the_spread_of_the_healthy_actuator(tmp_path: Path) -> None:
     config = REPOSITORY / "configs" / "sensor-noise.yaml"
-    sweep = swept(tmp_path, config, "--set", "run.duration=2 s")
+    sweep = swept(tmp_path, config, "--set", "record.duration=2 s")
     table = summarize_table(read_results(sweep.directory))
     spreads: dict[float, list[float]] = {}
     for row in table.rows:

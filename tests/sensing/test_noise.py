@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import integrate, signal
 
-from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.config import RunParameters, RunSpec, load_experiment
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing.noise import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -24,7 +24,7 @@ def run_with(*settings: str) -> RunParameters:
 
 def autocovariance_of(*settings: str) -> tuple[float, ...]:
     run = run_with(*settings)
-    return noise_autocovariance(run.pressure_1_sensor, run.measurement, run.run)
+    return noise_autocovariance(run.pressure_1_sensor, run.measurement, run.record)
 
 
 @pytest.mark.parametrize("order", [2, 4])
@@ -80,11 +80,13 @@ def test_noise_is_stationary_from_the_first_sample_on() -> None:
 
 def test_spread_over_repeats_covers_the_stated_variance() -> None:
     """In the record of 100 seeds, the 95 % interval of the variance holds the theory about 95 times."""
-    settings = ("run.duration=2 s", "input.amplitude=0", "supply_sensor.noise_density=20 Pa/√Hz")
+    settings = ("record.duration=2 s", "input.amplitude=0", "supply_sensor.noise_density=20 Pa/√Hz")
     runs = [run_with(*settings, f"measurement={{seed: {seed}, anti_alias: 100 Hz}}") for seed in range(100)]
-    noise = compute_columns([Job("run", run, 0.0) for run in runs])["valve_supply_pressure"] - 17.2e6
+    noise = (
+        compute_columns([Job.of(RunSpec(run), "run", 0.0) for run in runs])["valve_supply_pressure"] - 17.2e6
+    )
     autocovariance = np.zeros(1000)
-    known = noise_autocovariance(runs[0].supply_sensor, runs[0].measurement, runs[0].run)
+    known = noise_autocovariance(runs[0].supply_sensor, runs[0].measurement, runs[0].record)
     autocovariance[: len(known)] = known
     spread = np.sqrt(2.0 * (2.0 * np.sum(autocovariance**2) - autocovariance[0] ** 2) / 1000)
     covered = np.abs(np.mean(noise**2, axis=1) - autocovariance[0]) < 1.96 * spread
@@ -123,7 +125,7 @@ def test_filter_leaves_noise_of_a_sample_and_takes_that_of_a_bandwidth_as_its_de
 @pytest.mark.parametrize("name", ["db8", "bior3.3"])
 def test_filtered_noise_has_in_every_level_the_rms_that_is_stated(corner: float, name: str) -> None:
     autocovariance = autocovariance_of(
-        "pressure_1_sensor.noise_density=20", f"measurement.anti_alias={corner}", "run.duration=200 s"
+        "pressure_1_sensor.noise_density=20", f"measurement.anti_alias={corner}", "record.duration=200 s"
     )
     wavelet = WaveletConfig(name=name, levels=4)
     noise: NDArray[np.float64] = gaussian_noise(autocovariance, 2**18, np.random.default_rng(9))

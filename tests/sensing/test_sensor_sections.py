@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.config.parameters import parameter_unit
+from hydrofdi.config.request import parameter_unit
 from hydrofdi.errors import ConfigError
 
 
@@ -43,7 +43,7 @@ def test_mistake_is_reported(setting: str, sentence: str) -> None:
 
 
 def test_impossible_point_of_a_sweep_is_reported_with_its_values() -> None:
-    settings = ["sweep.grid.run.sampling_frequency=[500, 1000]", "measurement.jitter=0.4 ms"]
+    settings = ["sweep.grid.record.sampling_frequency=[500, 1000]", "measurement.jitter=0.4 ms"]
     experiment = load_experiment(None, [*settings, "store.signals=none"])
     with pytest.raises(ConfigError, match=r"sampling_frequency = 1000 Hz: measurement.jitter = 0.0004 s"):
         expand_runs(experiment)

@@ -14,6 +14,6 @@ def parameters() -> Parameters:
     """The nominal actuator over 2 s, with settings."""
 
     def build(*settings: str) -> RunParameters:
-        return load_experiment(None, ["run.duration=2 s", *settings]).nominal_parameters
+        return load_experiment(None, ["record.duration=2 s", *settings]).nominal_parameters
 
     return build

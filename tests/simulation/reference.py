@@ -83,14 +83,14 @@ def physics_rates(p, K_i, u):
 
 def integrate(rates_of, parameters, K_i, tolerance):
     """States (6, n_time) at the samples; Radau, restarted at every edge of the input."""
-    run, drive, supply = parameters.run, parameters.input, parameters.supply
-    time = np.arange(run.n_sample) / run.sampling_frequency
+    record, drive, supply = parameters.record, parameters.input, parameters.supply
+    time = np.arange(record.n_sample) / record.sampling_frequency
     half = drive.period / 2
     rest = (supply.pressure + supply.return_pressure) / 2
     y = np.array([0.0, 0.0, 0.0, 0.0, rest, rest])
     states = []
-    for number in range(math.ceil(run.duration / half - 1e-9)):
-        first, last = number * half, min((number + 1) * half, run.duration)
+    for number in range(math.ceil(record.duration / half - 1e-9)):
+        first, last = number * half, min((number + 1) * half, record.duration)
         inside = time[(time >= first - 1e-9) & (time < last - 1e-9)]
         u = drive.amplitude if number % 2 == 0 else -drive.amplitude
         solution = solve_ivp(

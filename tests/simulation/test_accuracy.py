@@ -15,7 +15,7 @@ ROUNDING = np.array([1e-15, 1e-9, 1e-15, 1e-9, 1e-1, 1e-1])
 """Of the rates of x_p, v_p, x_v, v_v, P_1 and P_2, where large terms cancel."""
 
 SMOOTH = (
-    "run.duration=0.2 s", "wavelet.levels=2", "friction.coulomb=0", "friction.breakaway=0",
+    "record.duration=0.2 s", "wavelet.levels=2", "friction.coulomb=0", "friction.breakaway=0",
     "friction.viscous=500",
 )  # fmt: skip
 
@@ -36,7 +36,7 @@ def test_the_equations_of_the_kernel_are_those_of_the_paper(state, K_i, u):
 
 
 def smooth_record(parameters, step):
-    run = parameters(*SMOOTH, f"run.step={step!r}")
+    run = parameters(*SMOOTH, f"record.step={step!r}")
     trajectory = simulate_batch([run], [0.0])
     assert trajectory.piston_velocity[0, 1:].min() > 0.0
     names = ("piston_position", "piston_velocity", "chamber_1_pressure", "chamber_2_pressure")
@@ -53,13 +53,13 @@ def test_halving_the_step_divides_the_error_by_sixteen_on_a_smooth_problem(param
 @pytest.fixture(scope="module")
 def radau():
     """Parameters over 4 s with a leak, K_i, and their states by Radau at a relative tolerance of 1e-9."""
-    run = load_experiment(None, ["run.duration=4 s"]).nominal_parameters
+    run = load_experiment(None, ["record.duration=4 s"]).nominal_parameters
     return run, 1e-8, reference.integrate(reference.printed_rates, run, 1e-8, 1e-9)
 
 
 def deviations(radau, step):
     run, K_i, states = radau
-    trajectory = simulate_batch([run.with_values({"run.step": step})], [K_i])
+    trajectory = simulate_batch([run.with_values({"record.step": step})], [K_i])
     pressures = np.array([trajectory.chamber_1_pressure[0], trajectory.chamber_2_pressure[0]])
     return trajectory, np.abs(pressures - states[4:])
 

@@ -61,7 +61,7 @@ def test_a_run_that_diverges_leaves_its_neighbours_as_they_are(mixed, parameters
 
 
 def test_a_longer_record_begins_with_the_shorter_one(parameters):
-    short, long = (simulate_batch([parameters(f"run.duration={t} s")], [1e-8]) for t in (2, 3))
+    short, long = (simulate_batch([parameters(f"record.duration={t} s")], [1e-8]) for t in (2, 3))
     np.testing.assert_array_equal(signals(long)[:, :1000], signals(short))
 
 
@@ -79,7 +79,7 @@ def test_a_run_starts_at_rest_with_equal_pressures(parameters):
 
 def test_runs_of_different_steps_do_not_go_into_one_batch(parameters):
     with pytest.raises(ValueError, match="must share"):
-        simulate_batch([parameters(), parameters("run.step=0.05 ms")], [0.0, 0.0])
+        simulate_batch([parameters(), parameters("record.step=0.05 ms")], [0.0, 0.0])
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ def test_a_solution_does_not_depend_on_its_neighbours(conditions, parameters):
 
 
 def test_records_of_different_lengths_are_solved_each_on_its_own(conditions, parameters):
-    long = parameters("leakage.internal_flow=0.12 L/min", "run.duration=3 s")
+    long = parameters("leakage.internal_flow=0.12 L/min", "record.duration=3 s")
     mixed = solve_leakage_coefficients([conditions[0], long])
     assert mixed[0] == solve_leakage_coefficients([conditions[0]])[0]
     assert mixed[1] == solve_leakage_coefficients([long])[0]
@@ -62,6 +62,6 @@ def test_a_load_can_drive_the_leak_when_the_valve_is_shut(parameters):
 
 
 def test_a_flow_beyond_what_a_closed_loop_can_drive_has_no_solution(parameters):
-    loop = parameters("leakage.internal_flow=5 L/min", "control.law=pid", "run.duration=4 s")
+    loop = parameters("leakage.internal_flow=5 L/min", "control.law=pid", "record.duration=4 s")
     (solution,) = solve_leakage_coefficients([loop])
     assert math.isnan(solution.coefficient)

@@ -111,7 +111,7 @@ LATER = """
 import sys
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation import simulate_batch
-run = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, **%r})
+run = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, **%r})
 print(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1].hex())
 print("numba" in sys.modules)
 """
@@ -119,7 +119,7 @@ print("numba" in sys.modules)
 
 @pytest.mark.parametrize("options", [{}, {"fluid.law": "free_air", "control.law": "p"}])
 def test_a_later_process_gets_the_same_bits_without_numba(options: dict[str, str]) -> None:
-    run = RunParameters().with_values({"run.duration": 1.0, "input.period": 0.5, **options})
+    run = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, **options})
     pressure = float(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1])
     done = subprocess.run([sys.executable, "-c", LATER % options], capture_output=True, text=True, check=True)
     assert done.stdout.split() == [pressure.hex(), "False"]

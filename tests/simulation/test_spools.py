@@ -23,7 +23,7 @@ DRIVES = [Drive.of(run) for run in RUNS]
 
 def spool_motion(drives):
     """Voltage and stages of each drive, (n_drive, N_STEP, 5), in two chunks."""
-    spools = Spools(drives, NOMINAL.run)
+    spools = Spools(drives, NOMINAL.record)
     chunks = []
     for first in (0, N_STEP // 2):
         voltage, stages = spools.advance(first, N_STEP // 2)
@@ -48,7 +48,7 @@ def test_a_spool_has_the_same_bits_in_any_place(alone):
 
 def test_each_spool_follows_its_own_voltage(alone):
     steps = np.arange(N_STEP)
-    expected = [input_voltage(run.input, run.run, steps) for run in RUNS]
+    expected = [input_voltage(run.input, run.record, steps) for run in RUNS]
     np.testing.assert_allclose(alone[:, :, 0], expected, rtol=1e-15)
     assert np.all(np.abs(alone[4::4, -1, 1]) <= 3e-5)
     assert len({motion.tobytes() for motion in alone}) == len(DRIVES)

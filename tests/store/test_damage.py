@@ -93,10 +93,13 @@ def test_the_report_of_a_damaged_file_is_one_line_and_exit_code_2(hydrofdi, smal
         (lambda file: file.attrs.__setitem__("format_version", 99), "format version 99"),
         (lambda file: file.attrs.__delitem__("configuration"), "not an experiment file of hydrofdi"),
         (lambda file: file.attrs.__setitem__("configuration", "{"), "configuration is not readable"),
-        (lambda file: file.__delitem__("detail_rms"), "is damaged"),
+        (lambda file: file.__delitem__("energy_residual"), "is damaged"),
         (lambda file: (file.__delitem__("status"), file.create_dataset("status", data=3)), "is damaged"),
         (lambda file: (file.__delitem__("status"), file.create_dataset("status", data=[3])), "is damaged"),
-        (lambda file: (file.__delitem__("detail_rms"), file.create_group("detail_rms")), "is damaged"),
+        (
+            lambda file: (file.__delitem__("energy_residual"), file.create_group("energy_residual")),
+            "is damaged",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(small_sweep, tmp_path, change, expected):

@@ -106,14 +106,14 @@ def test_signals_that_were_not_kept_are_computed_when_they_are_asked_for(hydrofd
 UNSET = """\
 name: unset
 input: {period: 0.5 s}
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: none}
 sweep:
   zip:
     valve.largest_speed: [null, 10 mm/s]
     pressure_1_sensor.bandwidth: [null, 100 Hz]
     pressure_1_sensor.order: [ideal, first]
-    run.discard: [0.5 s, 1 period]
+    analysis.discard: [0.5 s, 1 period]
 """
 
 
@@ -125,6 +125,6 @@ def test_a_number_that_is_not_set_is_nan_and_texts_have_no_unit(tmp_path):
         ):
             np.testing.assert_array_equal(file[name][:], values)
             assert file[name].attrs["units"] == units
-        assert list(file["run_discard"].asstr()[:]) == ["0.5 s", "1 period"]
+        assert list(file["analysis_discard"].asstr()[:]) == ["0.5 s", "1 period"]
         assert list(file["pressure_1_sensor_order"].asstr()[:]) == ["ideal", "first"]
-        assert file["run_discard"].attrs["units"] == ""
+        assert file["analysis_discard"].attrs["units"] == ""

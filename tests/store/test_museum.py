@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 import xarray
 
+from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline import read_results
 from hydrofdi.store import names
 from tests.conftest import run_hydrofdi
 
 MUSEUM = Path(__file__).parent.parent / "museum"
-READABLE = ("format_2_physics_1_first", "format_2_physics_1", "format_2_physics_2")
+READABLE = ("format_2_physics_1_first", "format_2_physics_1", "format_2_physics_2", "format_2_physics_3")
 
 
 def reported(place, *arguments):
@@ -43,12 +44,24 @@ def test_a_file_is_reported_with_the_numbers_and_labels_that_it_had(version, nam
     assert_same_rows(rows["rows"], then(version, name))
 
 
+def test_swept_keys_that_were_called_otherwise_keep_their_labels():
+    """``run.step`` varies in this file, and ``run.discard`` leaves out its start."""
+    file = MUSEUM / "format_2_physics_3" / "discarded" / "discarded.h5"
+    rows = json.loads(reported(file, "--json"))["rows"]
+    assert {row["labels"]["record.step"] for row in rows} == {1e-4, 5e-5}
+    assert [row["detail_rms_Pa"] for row in rows] == [
+        row["detail_rms_Pa"] for row in then("format_2_physics_3", "discarded")
+    ]
+    assert read_results(file).experiment.analysis.discard == 2.0
+
+
 @pytest.mark.parametrize("version", READABLE)
 def test_a_folder_is_reported_from_its_file_and_names_its_physics(version):
     folder = MUSEUM / version / "kept"
     assert_same_rows(json.loads(reported(folder, "--json"))["rows"], then(version, "kept"))
     text = " ".join(reported(folder).split())
-    assert f"Computed with version {version.split('_')[3]} of the physics" in text
+    physics = int(version.split("_")[3])
+    assert (f"Computed with version {physics} of the physics" in text) == (physics != PHYSICS_VERSION)
     assert "not computed yet" not in text
 
 

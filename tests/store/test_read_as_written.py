@@ -15,7 +15,7 @@ from tests.conftest import run_hydrofdi, sweep_in
 
 FRICTION = """\
 name: friction
-run: {duration: 1 s}
+record: {duration: 1 s}
 store: {signals: none}
 leakage: {external_coefficient: 1e-13}
 baseline: {friction.viscous: 70 N·s/m, leakage.external_coefficient_1: 0}
@@ -75,7 +75,7 @@ def test_a_key_that_is_no_longer_known_is_named(friction, tmp_path):
 @pytest.fixture(scope="module")
 def leaky_run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("single")
-    settings = ("--set=leakage.internal_coefficient=1e-8", "--set=run.duration=1 s")
+    settings = ("--set=leakage.internal_coefficient=1e-8", "--set=record.duration=1 s")
     assert run_hydrofdi("simulate", *settings, "--out", "run.h5", cwd=folder).returncode == 0
     return folder / "run.h5"
 
@@ -108,7 +108,7 @@ def test_a_baseline_that_leaks_is_none_in_files_that_name_one(leaky_run, tmp_pat
 
 
 def test_a_healthy_run_by_itself_is_its_own_baseline(tmp_path):
-    settings = ("--set=run.duration=1 s", "--out", "run.h5")
+    settings = ("--set=record.duration=1 s", "--out", "run.h5")
     assert run_hydrofdi("simulate", *settings, cwd=tmp_path).returncode == 0
     assert read_results(tmp_path / "run.h5").fixed_baseline.tolist() == [0]
 

@@ -77,7 +77,7 @@ def test_simulated_records_are_those_that_are_stored(small_sweep: SimpleNamespac
 
 TWO_DRIVES = """\
 name: drives
-run: {duration: 2 s}
+record: {duration: 2 s}
 store: {signals: pressures, dtype: float32}
 sweep:
   grid:

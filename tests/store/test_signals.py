@@ -13,7 +13,7 @@ from hydrofdi.store.request import write_request
 
 EXPERIMENT = """\
 name: rows
-run: {duration: 2 s}
+record: {duration: 2 s}
 sweep:
   zip:
     fluid.bulk_modulus: [551 MPa, 600 MPa, 650 MPa, 700 MPa, 750 MPa, 827 MPa]

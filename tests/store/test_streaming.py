@@ -16,7 +16,7 @@ from tests.conftest import sweep_in
 
 FOUR = """\
 name: many
-run: {duration: 1 s}
+record: {duration: 1 s}
 store: {signals: pressures, dtype: float32}
 sweep:
   grid:

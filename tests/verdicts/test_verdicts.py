@@ -12,8 +12,8 @@ from hydrofdi.execution import Job, compute_columns
 from hydrofdi.store import names
 from tests.commands import run_hydrofdi
 
-SHORT = RunParameters().with_values({"run.duration": 2.0, "input.period": 0.5})
-SETTLED = {"run.duration": 8.0}
+SHORT = RunParameters().with_values({"record.duration": 2.0, "input.period": 0.5})
+SETTLED = {"record.duration": 8.0}
 
 
 def _columns(values: dict[str, object], coefficient: float = 2e-9) -> dict[str, np.ndarray]:
@@ -47,7 +47,7 @@ def test_pressure_spikes_above_the_supply_are_reported() -> None:
 
 
 def test_sealed_piston_that_still_drifts_is_unsettled() -> None:
-    columns = _columns({"run.duration": 4.0, "input.period": 2.0}, coefficient=0.0)
+    columns = _columns({"record.duration": 4.0, "input.period": 2.0}, coefficient=0.0)
     assert columns["verdict"][0] == "unsettled"
 
 
@@ -97,7 +97,7 @@ def test_smallest_motion_is_not_still() -> None:
 @pytest.mark.parametrize(
     ("values", "status"),
     [
-        ({"run.step": 1e-3, "fluid.bulk_modulus": 1e11}, "diverged"),
+        ({"record.step": 1e-3, "fluid.bulk_modulus": 1e11}, "diverged"),
         ({"actuator.load_stiffness": 0.0, "input.amplitude": 8.0, "input.period": 2.0}, "stroke_exceeded"),
     ],
 )
@@ -112,7 +112,7 @@ def test_failed_run_has_its_failure_for_a_verdict_and_no_numbers(
 
 
 def test_run_to_be_read_with_care_is_no_failure_on_the_command_line() -> None:
-    settings = ("run.duration=2 s", "input.period=0.5 s", "input.amplitude=8 V")
+    settings = ("record.duration=2 s", "input.period=0.5 s", "input.amplitude=8 V")
     done = run_hydrofdi("simulate", "--json", *(f"--set={setting}" for setting in settings))
     record = json.loads(done.stdout)
     assert done.returncode == 0

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.parameters import SORTED_SECTIONS, RunParameters, section_text
+from hydrofdi.config.parameters import section_text
+from hydrofdi.config.request import RunRequest
 from hydrofdi.settings.quantities import Section
 
 _CHUNK = 65_536
@@ -37,7 +38,7 @@ class Frame:
 
     Attributes
     ----------
-    base : RunParameters
+    base : RunRequest
         Has the sections that are the same in all runs.
     pools : dict
         Name of a section that varies → its different contents.
@@ -45,11 +46,11 @@ class Frame:
         Which of them each run has.
     """
 
-    base: RunParameters
+    base: RunRequest
     pools: dict[str, SectionPool]
     numbers: NDArray[np.int32]
 
-    def parameters(self, row: int) -> RunParameters:
+    def request(self, row: int) -> RunRequest:
         """The parameters of one run."""
         row_numbers = self.numbers[row].tolist()
         return self.base.with_valid_sections(
@@ -65,12 +66,13 @@ class Frame:
             return np.zeros(len(self.numbers), dtype=np.int32)
         return self.numbers[:, list(self.pools).index(section)]
 
-    def texts(self) -> Iterator[str]:
-        """What differs from the defaults in each run, as JSON: ``RunParameters.text`` of all."""
-        pools = {name: [getattr(self.base, name)] for name in SORTED_SECTIONS}
-        pools |= {name: pool.sections for name, pool in self.pools.items()}
-        parts = [[section_text(name, section) for section in pools[name]] for name in SORTED_SECTIONS]
-        columns = [self.column(name) for name in SORTED_SECTIONS]
+    def texts(self, sections: Iterable[str]) -> Iterator[str]:
+        """What differs from the defaults in some sections of each run, as JSON: `sections_text` of all."""
+        names = sorted(sections)
+        pools = {name: [getattr(self.base, name)] for name in names}
+        pools |= {name: pool.sections for name, pool in self.pools.items() if name in pools}
+        parts = [[section_text(name, section) for section in pools[name]] for name in names]
+        columns = [self.column(name) for name in names]
         held = [k for k, part in enumerate(parts) if part != [""]]
         for first in range(0, len(self.numbers), _CHUNK):
             chosen = [[parts[k][i] for i in columns[k][first : first + _CHUNK].tolist()] for k in held]

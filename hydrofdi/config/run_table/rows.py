@@ -12,12 +12,8 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
-from hydrofdi.config.parameters import (
-    FITTING_SECTIONS,
-    SENSING,
-    RunParameters,
-    replace_fields,
-)
+from hydrofdi.config.parameters import replace_fields
+from hydrofdi.config.request import OBSERVATION, RunRequest
 from hydrofdi.config.run_table.frame import Frame, SectionPool
 from hydrofdi.config.run_table.runs import NONE, Runs
 from hydrofdi.config.run_table.shown_values import shown_values
@@ -68,17 +64,20 @@ class Expansion:
         self._conditions = {
             name: value for name, value in self._baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
         }
+        self._choice = experiment.indicator_choice
         self._replicates = experiment.replicates
         drawn = (*self._replicates.over, "measurement.seed") if self._replicates.count else ()
         varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline, *drawn)}
-        self._names = tuple(name for name in RunParameters.model_fields if name in varied)
+        self._names = tuple(name for name in RunRequest.model_fields if name in varied)
         self._pools = {name: SectionPool(getattr(self._nominal, name)) for name in self._names}
 
     def runs(self, rows: Rows) -> Runs:
         """The runs of rows."""
-        ideal = self._nominal.with_ideal_sensors()
+        plain = self._nominal.plainly_observed()
         return Runs(
-            Frame(self._nominal, self._pools, rows.numbers), Frame(ideal, self._pools, rows.calibrations)
+            Frame(self._nominal, self._pools, rows.numbers),
+            Frame(plain, self._pools, rows.calibrations),
+            self._choice,
         )
 
     def swept_rows(self) -> Rows:
@@ -150,13 +149,13 @@ class Expansion:
         """Check that the sections of rows fit each other, where some of them were changed by values."""
         sections = {name.partition(".")[0] for name in changed}
         frame = Frame(self._nominal, self._pools, numbers)
-        for fitting in FITTING_SECTIONS:
+        for fitting in RunRequest.fitting_sections:
             if sections.isdisjoint(fitting):
                 continue
             first, _ = distinct_rows([frame.column(name) for name in fitting], len(numbers))
             for row in first.tolist():
                 try:
-                    frame.parameters(row).require_fit(fitting)
+                    frame.request(row).require_fit(fitting)
                 except ValueError as error:
                     raise _impossible(values(row), error) from None
 
@@ -199,9 +198,9 @@ class Expansion:
             if sources is not None:
                 conditions = self._with_flows_of(conditions, sources[needed])
             conditions = self._changed(conditions, self._conditions)
-            for sensor in set(self._names) & SENSING.keys():
-                ideal = self._pools[sensor].number(SENSING[sensor]())
-                conditions[:, self._names.index(sensor)] = ideal
+            for section in set(self._names) & OBSERVATION.keys():
+                plain = self._pools[section].number(OBSERVATION[section]())
+                conditions[:, self._names.index(section)] = plain
             calibrations[needed] = conditions
         return Rows(numbers, calibrations, sources)
 

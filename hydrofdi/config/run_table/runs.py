@@ -11,7 +11,9 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.analysis import DEFAULT_CHOICE, Analysis, IndicatorChoice
+from hydrofdi.config.parameters import RECORD_SECTIONS, RunParameters, sections_text
+from hydrofdi.config.request import ANALYSIS_SECTIONS, RunRequest
 from hydrofdi.config.run_table.frame import Frame
 from hydrofdi.config.sweeps.distinct import distinct_rows
 
@@ -21,25 +23,48 @@ NONE = -1
 
 @dataclass(frozen=True, eq=False)
 class RunSpec:
-    """One resolved run.
+    """One resolved run: a row of a sweep.
 
     Attributes
     ----------
-    parameters : RunParameters
-        All that is simulated.
+    request : RunRequest
+        All that determines it, but for its indicators.
     calibration : RunParameters or None
-        The conditions under which the internal leakage flow is solved for K_i, sensors left aside; None where
-        K_i is given.
+        The conditions under which the internal leakage flow is solved for K_i, sensors and analysis left
+        aside; None where K_i is given.
+    choice : IndicatorChoice
+        What is measured of its record.
     """
 
-    parameters: RunParameters
+    request: RunRequest
     calibration: RunParameters | None = None
+    choice: IndicatorChoice = DEFAULT_CHOICE
+
+    @cached_property
+    def parameters(self) -> RunParameters:
+        """All that determines its record."""
+        return self.request.parameters
+
+    @cached_property
+    def analysis(self) -> Analysis:
+        """What is measured of its record."""
+        return Analysis(self.request.n_discarded, self.request.wavelet, self.choice)
 
     @property
-    def request_digest(self) -> bytes:
-        """SHA-256 of the request as canonical JSON in SI; equal requests have equal digests."""
+    def record_digest(self) -> bytes:
+        """SHA-256 of what determines the record, as canonical JSON in SI."""
         calibration = None if self.calibration is None else self.calibration.text()
-        return _digest(calibration, self.parameters.text())
+        return _digest(calibration, self.request.text())
+
+    @property
+    def analysis_text(self) -> str:
+        """What differs from the default analysis, as canonical JSON; empty where nothing does."""
+        sections = {name: getattr(self.request, name) for name in ANALYSIS_SECTIONS}
+        return _analysis_text(sections_text(sections), self.choice)
+
+
+def _analysis_text(sections: str, choice: IndicatorChoice) -> str:
+    return "" if sections == "{}" and not choice.identity else f"{sections}{choice.identity}"
 
 
 def _digest(calibration: str | None, parameters: str) -> bytes:
@@ -65,10 +90,12 @@ class Runs(Sequence[RunSpec]):
         Their parameters.
     calibrations : Frame
         The conditions under which their leakage flows are solved; a row is ``NONE`` where K_i is given.
+    choice : IndicatorChoice
+        What is measured of their records.
     """
 
-    def __init__(self, frame: Frame, calibrations: Frame) -> None:
-        self._frame, self._calibrations = frame, calibrations
+    def __init__(self, frame: Frame, calibrations: Frame, choice: IndicatorChoice = DEFAULT_CHOICE) -> None:
+        self._frame, self._calibrations, self.choice = frame, calibrations, choice
 
     def __len__(self) -> int:
         return len(self._frame.numbers)
@@ -82,7 +109,7 @@ class Runs(Sequence[RunSpec]):
             return self.at(np.arange(len(self))[index])
         if not -len(self) <= index < len(self):
             raise IndexError(index)
-        return RunSpec(self._frame.parameters(index), self._calibration(index))
+        return RunSpec(self._frame.request(index), self._calibration(index), self.choice)
 
     def _calibration(self, row: int) -> RunParameters | None:
         numbers = self._calibrations.numbers[row]
@@ -92,7 +119,7 @@ class Runs(Sequence[RunSpec]):
         if key not in self._made:
             if len(self._made) >= _MOST_MADE:
                 self._made.clear()
-            self._made[key] = self._calibrations.parameters(row)
+            self._made[key] = self._calibrations.request(row).parameters
         return self._made[key]
 
     @cached_property
@@ -110,14 +137,14 @@ class Runs(Sequence[RunSpec]):
         positions : sequence of int
         """
         rows = np.asarray(positions, dtype=np.intp)
-        frames = (
+        frame, calibrations = (
             Frame(frame.base, frame.pools, frame.numbers[rows]) for frame in (self._frame, self._calibrations)
         )
-        return Runs(*frames)
+        return Runs(frame, calibrations, self.choice)
 
-    def distinct(self, *sections: str) -> Iterator[RunParameters]:
+    def distinct(self, *sections: str) -> Iterator[RunRequest]:
         """One run for each combination of some sections that occurs, in order of appearance."""
-        return (self._frame.parameters(row) for row in self.first(*sections).tolist())
+        return (self._frame.request(row) for row in self.first(*sections).tolist())
 
     def first(self, *sections: str) -> NDArray[np.intp]:
         """The first run of each combination of some sections that occurs."""
@@ -145,14 +172,19 @@ class Runs(Sequence[RunSpec]):
             len(total),
         )
 
-    def request_digests(self) -> Iterator[bytes]:
-        """``RunSpec.request_digest`` of all runs."""
+    def record_digests(self) -> Iterator[bytes]:
+        """``RunSpec.record_digest`` of all runs."""
         solved = self._calibrations.numbers[:, 0] != NONE
         calibrations = Frame(
             self._calibrations.base, self._calibrations.pools, self._calibrations.numbers[solved]
-        ).texts()
-        for needs, parameters in zip(solved.tolist(), self._frame.texts(), strict=True):
+        ).texts(RECORD_SECTIONS)
+        for needs, parameters in zip(solved.tolist(), self._frame.texts(RECORD_SECTIONS), strict=True):
             yield _digest(next(calibrations) if needs else None, parameters)
+
+    def analysis_texts(self) -> Iterator[str]:
+        """``RunSpec.analysis_text`` of all runs."""
+        for sections in self._frame.texts(ANALYSIS_SECTIONS):
+            yield _analysis_text(sections, self.choice)
 
 
 _MOST_MADE = 8192

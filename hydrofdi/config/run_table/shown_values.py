@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from hydrofdi.config.parameters import RunParameters, parameter_names, parameter_unit
+from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 
 
@@ -26,5 +27,7 @@ def varied_parameters(runs: Iterable[RunParameters]) -> list[str]:
     """The dotted parameters that are not the same in all runs."""
     first, *others = list(dict.fromkeys(runs))
     return [
-        name for name in parameter_names() if any(other.value(name) != first.value(name) for other in others)
+        name
+        for name in parameter_names(type(first))
+        if any(other.value(name) != first.value(name) for other in others)
     ]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+from hydrofdi.config.sections.analysis import AnalysisConfig
 from hydrofdi.config.sections.control import ControlConfig
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.fluid import FluidConfig
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.load import LoadConfig
-from hydrofdi.config.sections.run import RunConfig, is_whole, require_whole_discard
+from hydrofdi.config.sections.record import RecordConfig, is_whole
 from hydrofdi.config.sections.sensor import MeasurementConfig
 from hydrofdi.config.sections.supply import SupplyConfig
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -22,27 +23,26 @@ MOST_JITTER = 0.25
 
 
 @lru_cache(maxsize=1024)
-def require_input_fits(drive: InputConfig, control: ControlConfig, run: RunConfig) -> None:
+def require_input_fits(drive: InputConfig, control: ControlConfig, record: RecordConfig) -> None:
     """The input changes at whole steps, slowly against them, and is what the control takes."""
     _require_file_fits_control(drive, control)
     if control.is_closed:
-        _require_whole_steps("control.sample_time", control.sample_time, run)
-    if run.discards_periods:
-        _require_discarded_periods_fit(drive, run)
-    if drive.shape == "square" and not is_whole(drive.period / (2 * run.step)):
+        _require_whole_steps("control.sample_time", control.sample_time, record)
+    if drive.shape == "square" and not is_whole(drive.period / (2 * record.step)):
         raise ValueError(
-            f"half of input.period = {drive.period:g} s is not a multiple of run.step = {run.step:g} s"
+            f"half of input.period = {drive.period:g} s is not a multiple of record.step = {record.step:g} s"
         )
     if drive.shape == "steps":
-        _require_whole_steps("input.period", drive.period, run)
-    if drive.shape == "sweep" and drive.end_frequency > MOST_OF_STEP_RATE / run.step:
+        _require_whole_steps("input.period", drive.period, record)
+    if drive.shape == "sweep" and drive.end_frequency > MOST_OF_STEP_RATE / record.step:
         raise ValueError(
-            f"input.end_frequency = {drive.end_frequency:g} Hz is too fast for run.step = {run.step:g} s"
+            f"input.end_frequency = {drive.end_frequency:g} Hz is too fast"
+            f" for record.step = {record.step:g} s"
         )
-    if drive.shape == "multisine" and drive.harmonics / drive.period > MOST_OF_STEP_RATE / run.step:
+    if drive.shape == "multisine" and drive.harmonics / drive.period > MOST_OF_STEP_RATE / record.step:
         raise ValueError(
             f"harmonic {drive.harmonics} of input.period = {drive.period:g} s"
-            f" is too fast for run.step = {run.step:g} s"
+            f" is too fast for record.step = {record.step:g} s"
         )
 
 
@@ -56,15 +56,15 @@ def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
         )
 
 
-def require_load_fits(load: LoadConfig, run: RunConfig) -> None:
+def require_load_fits(load: LoadConfig, record: RecordConfig) -> None:
     """The levels of a pseudo-random load are held for whole steps."""
     if load.random_force:
-        _require_whole_steps("load.random_period", load.random_period, run)
+        _require_whole_steps("load.random_period", load.random_period, record)
 
 
-def _require_whole_steps(name: str, time: float, run: RunConfig) -> None:
-    if not is_whole(time / run.step):
-        raise ValueError(f"{name} = {time:g} s is not a multiple of run.step = {run.step:g} s")
+def _require_whole_steps(name: str, time: float, record: RecordConfig) -> None:
+    if not is_whole(time / record.step):
+        raise ValueError(f"{name} = {time:g} s is not a multiple of record.step = {record.step:g} s")
 
 
 def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> None:
@@ -80,14 +80,15 @@ def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> No
         raise ValueError("input.file holds positions; in open loop the input is a voltage")
 
 
-def _require_discarded_periods_fit(drive: InputConfig, run: RunConfig) -> None:
-    if not drive.is_periodic:
+@lru_cache(maxsize=1024)
+def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: RecordConfig) -> None:
+    """What is left out of a record is less than all of it, and of a period that there is."""
+    if analysis.discards_periods and not drive.is_periodic:
         raise ValueError(
-            f"run.discard = {run.discard} needs an input with a period, and input.shape = {drive.shape} has"
-            " none; give a time"
+            f"analysis.discard = {analysis.discard} needs an input with a period, and input.shape ="
+            f" {drive.shape} has none; give a time"
         )
-    time = run.discarded_time(drive.period)
-    require_whole_discard(time, f"{run.discard} of {drive.period:g} s", run)
+    analysis.require_fits(record, drive.period)
 
 
 @lru_cache(maxsize=1024)
@@ -99,15 +100,15 @@ def require_record_fits(n_kept: int, wavelet: WaveletConfig) -> None:
     if wavelet.levels > deepest:
         raise ValueError(
             f"a record of {n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name};"
-            f" it carries {deepest} (lengthen run.duration or lower wavelet.levels)"
+            f" it carries {deepest} (lengthen record.duration or lower wavelet.levels)"
         )
 
 
 @lru_cache(maxsize=1024)
-def require_jitter_fits(measurement: MeasurementConfig, run: RunConfig) -> None:
+def require_jitter_fits(measurement: MeasurementConfig, record: RecordConfig) -> None:
     """Sampling instants do not overtake each other."""
-    if measurement.jitter * run.sampling_frequency > MOST_JITTER:
+    if measurement.jitter * record.sampling_frequency > MOST_JITTER:
         raise ValueError(
             f"measurement.jitter = {measurement.jitter:g} s is more than a quarter"
-            f" of the sampling interval of {1 / run.sampling_frequency:g} s"
+            f" of the sampling interval of {1 / record.sampling_frequency:g} s"
         )

@@ -153,8 +153,12 @@ class MeasurementConfig(Section):
     """What the sensors share."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
-    """Seed of noise and jitter. Each run and each sensor draws its own; another seed gives another replicate
-    of every run."""
+    """Replicate: seed of noise and jitter. Each sensor draws its own; another seed gives another replicate of
+    every record."""
+
+    pairing: Literal["independent", "common"] = "independent"
+    """Noise and jitter of the records of one replicate. ``independent``: each record draws its own.
+    ``common``: all have the same, so that a healthy and a leaking record differ in nothing but the leak."""
 
     jitter: Annotated[float, SI("s", least=0, usual=("1 ns", "10 ms"))] = 0.0
     """Standard deviation of the sampling instants about their nominal ones [s]; one clock samples all

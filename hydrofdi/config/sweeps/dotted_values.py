@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.parameters import parameter_names, parameter_unit, validate_parameter
+from hydrofdi.config.request import parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.distributions import ARGUMENTS, DISTRIBUTIONS, require_order

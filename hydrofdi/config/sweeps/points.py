@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from hydrofdi.config.parameters import parameter_quantity, validate_parameter
+from hydrofdi.config.request import parameter_quantity, validate_parameter
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.distributions import is_unbounded, quantiles

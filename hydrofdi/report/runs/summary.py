@@ -46,7 +46,7 @@ def summarize_table(data: ExperimentData) -> SensitivityTable:
     return SensitivityTable(
         name=data.experiment.name,
         rows=tuple(rows),
-        bands=tuple(level_bands(data.experiment.run.sampling_frequency, n_level)),
+        bands=tuple(level_bands(data.experiment.record.sampling_frequency, n_level)),
         normal_bulk_modulus=normal_bulk_modulus(data),
         baseline=data.experiment.baseline,
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from hydrofdi.config.parameters import parameter_unit
+from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.runs.rows import TableRow
 
 EXTERNAL = "leakage.external_coefficient"

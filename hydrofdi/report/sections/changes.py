@@ -36,7 +36,8 @@ SETTLED: dict[str, Callable[[TableRow], Levels]] = {
 _CIRCLES = "From the undecimated transform of whole periods that agree with the last one, taken as a circle."
 _RECORDS = (
     "The input has no period, so whether a record has settled is not judged, and its start is in it: from"
-    " the undecimated transform of what run.discard leaves, less the coefficients that look beyond its start."
+    " the undecimated transform of what analysis.discard leaves, less the coefficients that look beyond its"
+    " start."
 )
 _NO_PHASE = "It does not depend on the sample that the record starts at, nor on an extension."
 

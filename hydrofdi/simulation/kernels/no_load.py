@@ -44,5 +44,5 @@ def largest_opening(parameters: RunParameters) -> float:
     control, valve = parameters.control, parameters.valve
     voltage = control.voltage_limit
     if not control.is_closed:
-        voltage = largest_voltage(parameters.input, parameters.run)
+        voltage = largest_voltage(parameters.input, parameters.record)
     return min(valve.spool_gain * voltage, valve.position_limit) + max(-valve.lap, 0.0)

@@ -69,6 +69,6 @@ def group_by_kernel(runs: Sequence[RunParameters]) -> dict[tuple[ModelOptions, i
     """Runs that one kernel can advance together: their choices, and in closed loop the steps per control."""
     groups: dict[tuple[ModelOptions, int], list[int]] = {}
     for position, run in enumerate(runs):
-        steps = round(run.control.sample_time / run.run.step) if run.control.is_closed else 1
+        steps = round(run.control.sample_time / run.record.step) if run.control.is_closed else 1
         groups.setdefault((ModelOptions.of(run), steps), []).append(position)
     return groups

@@ -36,7 +36,7 @@ def draw_spectrum(study: Study) -> Figure:
 def _draw_leakage(axis: Any, study: Study, leakage: int) -> bool:
     """Draw the spectra of one leakage; whether there is any."""
     grid, data = study.grid, study.data
-    sampling_frequency = data.experiment.run.sampling_frequency
+    sampling_frequency = data.experiment.record.sampling_frequency
     has_spectrum = False
     for number, beta in enumerate(shown_bulk_moduli(study)):
         position = run_position(study, leakage, beta)

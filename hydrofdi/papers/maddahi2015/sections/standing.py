@@ -18,7 +18,7 @@ _ONE_PHASE = (
     " set wavelet: {phase: all}."
 )
 _UNSETTLED = (
-    "No run has settled features: no record holds two whole periods that agree. Lengthen run.duration."
+    "No run has settled features: no record holds two whole periods that agree. Lengthen record.duration."
 )
 _HEADERS = ("Records", "Phases in which it holds", "Mean phase", "Least", "Largest")
 

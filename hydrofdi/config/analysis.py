@@ -1,0 +1,107 @@
+"""What is measured of a record: the part that is analysed, and the indicators."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from hydrofdi.indicators import Indicator, make_indicators
+from hydrofdi.transforms.configuration import WaveletConfig
+
+Indicators = Mapping[str, Indicator[Any]]
+"""Label → indicator."""
+
+DWT = "dwt"
+"""Label of the indicator of the paper. Its options are the section ``wavelet``."""
+
+
+@dataclass(frozen=True)
+class IndicatorChoice:
+    """The indicators of an experiment: label → options, as canonical JSON.
+
+    The indicator `DWT` has the wavelet of a row, which may vary from row to row.
+    """
+
+    text: str = json.dumps({DWT: {}})
+
+    @classmethod
+    def of(cls, options: Mapping[str, Mapping[str, Any]]) -> IndicatorChoice:
+        """The choice of labels with valid options."""
+        return cls(json.dumps(options))
+
+    def made(self, wavelet: WaveletConfig) -> Indicators:
+        """Label → indicator, for the wavelet of a row."""
+        return _made(self.text, wavelet)
+
+    @property
+    def identity(self) -> str:
+        """Name, version and options of each indicator; empty where they are the default."""
+        return _identity(self.text)
+
+
+@lru_cache(maxsize=1024)
+def _made(text: str, wavelet: WaveletConfig) -> Indicators:
+    options = json.loads(text)
+    if DWT in options:
+        options[DWT] = wavelet.stated()
+    return make_indicators(options)
+
+
+@lru_cache(maxsize=1024)
+def _identity(text: str) -> str:
+    made = _made(text, WaveletConfig())
+    shown = {label: [made[label].name, made[label].version, made[label].options.stated()] for label in made}
+    return "" if shown == {DWT: [DWT, 1, {}]} else json.dumps(shown, separators=(",", ":"))
+
+
+PAPER = WaveletConfig()
+"""The transform of the paper."""
+
+DEFAULT_CHOICE = IndicatorChoice()
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What is measured of one record.
+
+    Attributes
+    ----------
+    n_discarded : int
+        Samples at its start that are left out.
+    wavelet : WaveletConfig
+    choice : IndicatorChoice
+    """
+
+    n_discarded: int = 0
+    wavelet: WaveletConfig = PAPER
+    choice: IndicatorChoice = DEFAULT_CHOICE
+
+    @property
+    def indicators(self) -> Indicators:
+        """Label → indicator."""
+        return self.choice.made(self.wavelet)
+
+    def identities(self, record_id: str) -> dict[str, str]:
+        """Label → identity of what its indicator measures of a record.
+
+        It is the hash of the record's identity, the indicator, its version and its options, to which the
+        samples belong that are left out.
+        """
+        return {label: self._identity(record_id, each) for label, each in self.indicators.items()}
+
+    def _identity(self, record_id: str, indicator: Indicator[Any]) -> str:
+        parts = (
+            record_id,
+            indicator.name,
+            indicator.version,
+            self.n_discarded,
+            indicator.options.stated_text,
+        )
+        return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:16]
+
+
+DEFAULT_ANALYSIS = Analysis()

@@ -1,0 +1,72 @@
+"""The ``analysis`` section: which part of a record is analysed."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from hydrofdi.config.sections.record import RecordConfig, is_whole
+from hydrofdi.settings.quantities import SI, Section
+
+_PERIODS = re.compile(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*periods?\s*")
+
+
+@dataclass(frozen=True)
+class TimeOrPeriods(SI):
+    """Annotation of a time from zero on [s], or of a number of periods, held as a text like ``2 periods``."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Parse, and check a time's limit."""
+        return core_schema.no_info_plain_validator_function(self._time_or_periods)
+
+    def _time_or_periods(self, value: Any) -> float | str:
+        periods = _PERIODS.fullmatch(value) if isinstance(value, str) else None
+        if periods is not None:
+            number = float(periods[1])
+            return f"{number:.15g} {'period' if number == 1.0 else 'periods'}"
+        if isinstance(value, str) and value.rstrip().endswith(("period", "periods")):
+            raise ValueError(f"must be a number of periods from zero on, such as '1 period'; found {value!r}")
+        time = self.parse(value)
+        if not 0.0 <= time < math.inf:
+            raise ValueError(f"must be a time from zero on; found {value}")
+        return time
+
+
+class AnalysisConfig(Section):
+    """What is analysed of a record. It can change without a new simulation."""
+
+    discard: Annotated[float | str, TimeOrPeriods("s", least=0)] = 0.0
+    """Start of the record that indicators and features leave out: a time [s], or periods of the input such as
+    ``1 period``, whatever ``input.period`` is in a run. Signals keep it, and so do the numbers of the plant
+    itself: leakage flows, extremes, hydraulic mode, how the record settles."""
+
+    @property
+    def discards_periods(self) -> bool:
+        """Whether what is left out is stated in periods of the input."""
+        return isinstance(self.discard, str)
+
+    def discarded_time(self, period: float) -> float:
+        """Start of the record that is left out, for an input of some period [s]."""
+        if isinstance(self.discard, str):
+            return float(self.discard.split()[0]) * period
+        return self.discard
+
+    def require_fits(self, record: RecordConfig, period: float) -> None:
+        """Check that what is left out is a whole number of samples, and less than all.
+
+        Raises
+        ------
+        ValueError
+            It is not.
+        """
+        time = self.discarded_time(period)
+        shown = f"{self.discard} of {period:g} s" if self.discards_periods else f"{time:g} s"
+        if time and not is_whole(time * record.sampling_frequency):
+            raise ValueError(f"discard = {shown} is not a multiple of the sampling interval")
+        if time >= record.duration:
+            raise ValueError(f"discard = {shown} leaves nothing of duration = {record.duration:g} s")

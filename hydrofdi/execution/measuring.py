@@ -1,0 +1,127 @@
+"""Indicators and features of records, whether they were just simulated or are stored."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.analysis import Indicators
+from hydrofdi.execution.jobs import Job
+from hydrofdi.indicators import measure
+from hydrofdi.quality.pressure import pressure_features
+from hydrofdi.records import Channel, RecordBatch, Remark
+from hydrofdi.store import names
+from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
+from hydrofdi.store.wavelet_numbers import wavelet_numbers
+
+Columns = Mapping[str, NDArray[Any]]
+
+
+def needed_signals(indicators: Indicators) -> set[str]:
+    """The signals that are measured: those of the indicators, and the chamber-1 pressure."""
+    channels = {channel for indicator in indicators.values() for channel in indicator.channels}
+    return {SIGNAL_OF_CHANNEL[channel] for channel in channels if channel in SIGNAL_OF_CHANNEL} | {
+        names.CHAMBER_1_PRESSURE
+    }
+
+
+def measured_columns(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[Any]]:
+    """What is measured of the records of jobs, one row per job; NaN where a run failed.
+
+    Parameters
+    ----------
+    jobs : sequence of Job, length n_job
+        All with the same duration and sampling frequency.
+    records : mapping
+        Signals as the sensors show them, each of shape (n_job, n_time), and ``status``, ``message`` and
+        ``settled_from`` of each record.
+    """
+    columns: dict[str, NDArray[Any]] = {}
+    for rows in _alike(jobs):
+        _insert(columns, rows, len(jobs), _measured_alike([jobs[row] for row in rows], _at(records, rows)))
+    failed = records[names.STATUS] != "ok"
+    for values in columns.values():
+        if values.dtype == float:
+            values[failed] = np.nan
+    return columns | wavelet_numbers(columns)
+
+
+def _alike(jobs: Sequence[Job]) -> list[list[int]]:
+    """Positions of jobs that are analysed alike and have the period of their drive in common."""
+    groups: dict[object, list[int]] = {}
+    for row, job in enumerate(jobs):
+        groups.setdefault((job.analysis, _period(job)), []).append(row)
+    return list(groups.values())
+
+
+def _period(job: Job) -> float | None:
+    return drive_period(job.parameters.input, job.parameters.load.random_force)
+
+
+def _measured_alike(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[Any]]:
+    analysis = jobs[0].analysis
+    batch = record_batch(jobs, records)
+    columns: dict[str, NDArray[Any]] = {}
+    identities = [job.analysis.identities(job.record_id) for job in jobs]
+    for label in analysis.indicators:
+        columns[f"{label}{names.ANALYSIS_ID}"] = np.array([each[label] for each in identities], dtype=object)
+    columns |= measure(batch.window(analysis.n_discarded), analysis.indicators).values
+    with np.errstate(all="ignore"):
+        return columns | pressure_features(
+            [job.parameters for job in jobs],
+            [analysis] * len(jobs),
+            batch[Channel.CHAMBER_1_PRESSURE],
+            records[names.SETTLED_FROM],
+        )
+
+
+def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:
+    """What the sensors show of records, as far as it is measured. The return line's pressure is constant."""
+    wanted = needed_signals(jobs[0].analysis.indicators)
+    channels = {
+        channel: np.ascontiguousarray(records[signal])
+        for channel, signal in SIGNAL_OF_CHANNEL.items()
+        if signal in wanted
+    }
+    if any(Channel.RETURN_PRESSURE in each.channels for each in jobs[0].analysis.indicators.values()):
+        pressures = np.array([job.parameters.supply.return_pressure for job in jobs])
+        n_time = channels[Channel.CHAMBER_1_PRESSURE].shape[1]
+        channels[Channel.RETURN_PRESSURE] = np.repeat(pressures[:, None], n_time, axis=1)
+    return RecordBatch(
+        channels,
+        jobs[0].parameters.record.sampling_frequency,
+        tuple(job.record_id for job in jobs),
+        drive_period=_period(jobs[0]),
+        remarks=tuple(
+            () if status == "ok" else (Remark(status, message, is_unusable=True),)
+            for status, message in zip(records[names.STATUS], records[names.MESSAGE], strict=True)
+        ),
+    )
+
+
+def _at(records: Columns, rows: list[int]) -> dict[str, NDArray[Any]]:
+    n_row = len(records[names.STATUS])
+    if len(rows) == n_row:
+        return dict(records)
+    return {name: values[rows] for name, values in records.items() if name != names.TIME}
+
+
+def _insert(
+    columns: dict[str, NDArray[Any]], rows: list[int], n_job: int, part: Mapping[str, NDArray[Any]]
+) -> None:
+    """Put the numbers of some rows in their places; those of different shapes lie in the largest."""
+    for name, values in part.items():
+        whole = columns.get(name)
+        sizes = np.maximum(values.shape[1:], whole.shape[1:] if whole is not None else 0)
+        shape = (n_job, *np.atleast_1d(sizes).astype(int)[: values.ndim - 1])
+        is_text = values.dtype == object
+        if whole is None or whole.shape != shape:
+            larger = np.full(shape, "" if is_text else np.nan, values.dtype)
+            if whole is not None:
+                larger[tuple(slice(size) for size in whole.shape)] = whole
+            columns[name] = whole = larger
+        inside: list[Any] = [rows, *(slice(size) for size in values.shape[1:])]
+        whole[tuple(inside)] = values

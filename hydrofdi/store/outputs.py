@@ -1,0 +1,55 @@
+"""The outputs of indicators as variables of a file: ``label.output``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from hydrofdi.config.analysis import Indicators
+from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.store.names import ANALYSIS_ID, LEVEL, PHASE, RUN, Variable
+from hydrofdi.transforms.wavelet import n_phase
+
+
+def is_output(name: str) -> bool:
+    """Whether a variable belongs to an indicator; no other name has a dot."""
+    return "." in name
+
+
+def indicators_of(runs: Runs) -> list[Indicators]:
+    """The different indicators that runs are measured with."""
+    return [runs.choice.made(request.wavelet) for request in runs.distinct("wavelet")]
+
+
+def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
+    """The variables that hold what indicators measure, each once."""
+    variables: dict[str, Variable] = {}
+    for indicators in measured:
+        for label, indicator in indicators.items():
+            name = f"{label}{ANALYSIS_ID}"
+            text = f"identity of what {label} measured: hash of the record, the indicator and its options"
+            variables[name] = Variable(name, (RUN,), "", text)
+            for output in indicator.outputs:
+                dimensions = (RUN, *(f"{label}.{dimension}" for dimension in output.dims))
+                name = f"{label}.{output.name}"
+                variables[name] = Variable(name, dimensions, output.unit, output.long_name)
+    return tuple(variables.values())
+
+
+def dimensions(runs: Runs) -> dict[str, int]:
+    """All dimensions of the numbers of runs, and their lengths."""
+    wavelets = [request.wavelet for request in runs.distinct("wavelet")]
+    levels = max((wavelet.levels for wavelet in wavelets), default=0)
+    phases = max((n_phase(wavelet.levels) for wavelet in wavelets if wavelet.phase == "all"), default=0)
+    return {RUN: len(runs), LEVEL: levels, PHASE: phases} | output_dimensions(indicators_of(runs))
+
+
+def output_dimensions(measured: Iterable[Indicators]) -> dict[str, int]:
+    """The dimensions of these variables beside the run, and their largest lengths."""
+    lengths: dict[str, int] = {}
+    for indicators in measured:
+        for label, indicator in indicators.items():
+            for output in indicator.outputs:
+                for dimension, length in output.dims.items():
+                    name = f"{label}.{dimension}"
+                    lengths[name] = max(length, lengths.get(name, 0))
+    return lengths

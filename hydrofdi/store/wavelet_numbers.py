@@ -1,0 +1,60 @@
+"""The numbers of the paper, side by side by level: views of what the indicator ``dwt`` measured."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.analysis import DWT
+from hydrofdi.store.names import APPROXIMATION_RMS, DETAIL_RMS, PHASE_DETAIL_RMS, SETTLED_DETAIL_RMS
+
+_OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_phases"}
+"""Variable → outputs of the indicator that it holds side by side, by level."""
+
+
+def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """``detail_rms``, ``approximation_rms`` and, where measured, ``phase_detail_rms`` of runs.
+
+    Parameters
+    ----------
+    columns : mapping
+        Variable name → array with one row per run.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_run, n_level) or (n_run, n_phase, n_level)
+        NaN where ``dwt`` was not among the indicators.
+    """
+    numbers = {}
+    for name, output in _OUTPUT.items():
+        levels = range(1, 1 + sum(f"{DWT}.{output.format(level)}" in columns for level in range(1, 21)))
+        if levels:
+            arrays = [columns[f"{DWT}.{output.format(level)}"] for level in levels]
+            numbers[name] = np.stack(arrays, axis=-1)
+        elif name != PHASE_DETAIL_RMS:
+            numbers[name] = np.full(columns[SETTLED_DETAIL_RMS].shape, np.nan)
+    return numbers
+
+
+def earlier_output(file: h5py.File, name: str, rows: slice) -> NDArray[Any] | None:
+    """An output of ``dwt`` in a file before format version 3; None where it is none, or is not there."""
+    for variable, output in _OUTPUT.items():
+        match = re.fullmatch(re.escape(f"{DWT}.") + output.format(r"(\d+)"), name)
+        if match and variable in file and int(match[1]) <= file[variable].shape[-1]:
+            return np.asarray(file[variable][rows][..., int(match[1]) - 1])
+    return None
+
+
+def earlier_outputs(file: h5py.File) -> list[str]:
+    """The outputs of ``dwt`` that a file before format version 3 holds under other names."""
+    return [
+        f"{DWT}.{output.format(level)}"
+        for variable, output in _OUTPUT.items()
+        if variable in file
+        for level in range(1, file[variable].shape[-1] + 1)
+    ]

@@ -1,0 +1,72 @@
+"""What a record is, and what an analysis of it is."""
+
+import pytest
+
+from hydrofdi.config import RunSpec, expand_runs, load_experiment
+from hydrofdi.config.analysis import Analysis, IndicatorChoice
+from hydrofdi.config.parameters import RECORD_SECTIONS, RunParameters
+from hydrofdi.config.request import RunRequest, parameter_names
+from hydrofdi.simulation import record_identities, record_identity, run_identities, run_identity
+from hydrofdi.transforms.configuration import WaveletConfig
+
+
+def changed(name):
+    """The nominal request with one parameter changed, without a look at whether it fits the others."""
+    section, field = name.split(".")
+    nominal = RunRequest()
+    content = getattr(nominal, section)
+    value = getattr(content, field)
+    other = value + 1 if isinstance(value, float | int) and not isinstance(value, bool) else "other"
+    fields = {name: getattr(content, name) for name in type(content).model_fields}
+    return nominal.with_valid_sections({section: type(content).model_construct(**fields | {field: other})})
+
+
+@pytest.mark.filterwarnings("ignore:Pydantic serializer warnings")
+@pytest.mark.parametrize("name", [*parameter_names(RunParameters)])
+def test_a_parameter_of_the_plant_the_drive_or_a_sensor_makes_another_record(name):
+    assert record_identity(RunSpec(changed(name))) != record_identity(RunSpec(RunRequest()))
+
+
+@pytest.mark.parametrize("name", ["analysis.discard", "wavelet.name", "wavelet.levels", "wavelet.phase"])
+def test_an_analysis_makes_another_run_of_the_same_record(name):
+    nominal, other = RunSpec(RunRequest()), RunSpec(changed(name))
+    assert record_identity(other) == record_identity(nominal)
+    assert run_identity(other) != run_identity(nominal)
+
+
+def test_every_section_belongs_to_the_record_or_to_the_analysis():
+    assert {*RECORD_SECTIONS, "analysis", "wavelet"} == set(RunRequest.model_fields)
+
+
+def test_the_default_analysis_gives_a_run_the_identity_of_its_record():
+    assert run_identity(RunSpec(RunRequest())) == record_identity(RunSpec(RunRequest())) == "e30852c138879e83"
+
+
+def test_indicators_and_their_options_belong_to_the_analysis():
+    coarse = {"kind": "dwt", "levels": 3}
+    choices = [{"dwt": {}}, {"dwt": {}, "modwt": {}}, {"modwt": {}}, {"dwt": {}, "coarse": coarse}]
+    runs = [RunSpec(RunRequest(), None, IndicatorChoice.of(choice)) for choice in choices]
+    assert len({run_identity(run) for run in runs}) == len(choices)
+    assert len({record_identity(run) for run in runs}) == 1
+
+
+def test_an_analysis_is_named_by_record_indicator_version_options_and_window():
+    base = Analysis()
+    other_wavelet, later = Analysis(wavelet=WaveletConfig(levels=4)), Analysis(n_discarded=10)
+    more = Analysis(choice=IndicatorChoice.of({"dwt": {}, "modwt": {}}))
+    names = [each.identities("record")["dwt"] for each in (base, other_wavelet, later)]
+    assert len({*names, base.identities("other")["dwt"]}) == 4
+    assert more.identities("record")["dwt"] == names[0]
+
+
+def test_identities_of_many_runs_are_those_of_each():
+    settings = (
+        "sweep.grid.wavelet.levels=[4, 5]",
+        "sweep.grid.leakage.internal_flow=[0.1 L/min, 0.5 L/min]",
+        "sweep.grid.analysis.discard=[0 s, 1 period]",
+        "indicators=[dwt, modwt]",
+    )
+    runs = expand_runs(load_experiment(None, settings)).runs
+    assert run_identities(runs) == tuple(run_identity(run) for run in runs)
+    assert record_identities(runs) == tuple(record_identity(run) for run in runs)
+    assert len(set(run_identities(runs))) == len(runs) == 4 * len(set(record_identities(runs)))

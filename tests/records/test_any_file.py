@@ -143,7 +143,10 @@ def test_what_is_read_of_any_cells_is_what_they_say(rows, sign, header, decimal)
         kept = [row for row in rows if sign.join(row).strip(" ")]
         cells = [row[0].strip().strip('"') for row in kept]
         for value, cell in zip(batch[Channel.CHAMBER_1_PRESSURE][0], cells, strict=True):
-            plain = cell.replace(",", ".") if decimal == "," else cell
+            assert "_" not in cell
+            assert decimal == "." or "." not in cell, "a point may divide thousands"
+            plain = cell.replace(",", ".")
+            assert plain == cell or decimal == ","
             meant = float(plain) * 1e5 if plain not in ("", "NA") else np.nan
             np.testing.assert_equal(value, meant)
         if not np.isfinite(batch[Channel.CHAMBER_1_PRESSURE]).all():

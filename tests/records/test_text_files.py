@@ -79,6 +79,14 @@ def test_a_slip_is_told_with_its_line(tmp_path, text, sentence):
     assert re.search(sentence, found), found
 
 
+@pytest.mark.parametrize("cell", ["1.234", "1.234,5", "1_000,5"])
+def test_points_are_no_decimal_signs_where_commas_are(tmp_path, cell):
+    with pytest.raises(DataError, match=f"'{cell}' is not a number"):
+        one(tmp_path, USUAL + "format: {decimal: ','}\n", run_csv=f"P1;x\n1,5;2\n{cell};3\n")
+    with pytest.raises(DataError, match=f"'{cell}' is not a number"):
+        one(tmp_path, USUAL + "format: {decimal: ',', missing: -999}\n")
+
+
 def test_missing_values_make_a_channel_unusable_and_the_rest_goes_on(tmp_path):
     description = """\
 files: "*.csv"

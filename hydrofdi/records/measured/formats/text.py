@@ -66,7 +66,7 @@ class TextTable(Table):
             return self._form.header
         numeric = [self._is_number(cell) for cell in self._cells.row(0) if cell.strip()]
         if any(numeric) and not all(numeric):
-            choice = "write 'format: {header: true}' or 'false'"
+            choice = "Write 'format: {header: true}' or 'false'"
             hint = self._preamble_hint()
             raise DataError(f"{self._cells.place(0)}: is this a header or a row? {choice}{hint}")
         return not all(numeric)

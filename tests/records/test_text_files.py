@@ -179,6 +179,7 @@ channels:
 segment: {part: hold}
 group: "{untit}"
 path: "{unit}.csv"
+format: {delimiter: "\\n", encoding: latin-0}
 """)  # fmt: skip
     with pytest.raises(ConfigError) as mistakes:
         measured_source(file)
@@ -189,6 +190,8 @@ path: "{unit}.csv"
         ":5: channels.supply_pressure.range: the first value must be below the second",
         ":6: segment: needs the channel piston_position",
         ":7: group: unknown name {untit}; did you mean 'unit'?",
+        ":9: format.delimiter: '\\n' cannot stand between columns",
+        ":9: format.encoding: unknown encoding 'latin-0'",
         "sampling_frequency: is missing",
     ):
         assert sentence in text

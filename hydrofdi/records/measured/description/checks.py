@@ -31,6 +31,8 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
     delimiter = config.format.delimiter
     if delimiter is not None and len(delimiter) > 1 and delimiter not in ("tab", "\\t", "space"):
         yield source.mistake(("format", "delimiter"), f"one character, tab or space; found {delimiter!r}")
+    if delimiter in ('"', "\n", "\r"):
+        yield source.mistake(("format", "delimiter"), f"{delimiter!r} cannot stand between columns")
     if delimiter == config.format.decimal:
         yield source.mistake(("format", "delimiter"), f"{delimiter!r} is the decimal sign as well")
 

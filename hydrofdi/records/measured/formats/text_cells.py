@@ -39,7 +39,7 @@ class Cells:
         self.are_blank_delimited = self._delimiter == " "
         self._flat: list[str] = []
         self._rows: list[list[str]] = []
-        if self._is_even():
+        if self._is_even('"' in text):
             self._width = self._lines[0].count(self._delimiter) + 1 if self._lines else 0
             self._flat = self._delimiter.join(self._lines).split(self._delimiter)
         else:
@@ -91,11 +91,11 @@ class Cells:
         """A row as it is written."""
         return self._lines[number]
 
-    def _is_even(self) -> bool:
-        delimiter = self._delimiter
-        if self.are_blank_delimited or any('"' in line for line in self._lines):
+    def _is_even(self, has_quotes: bool) -> bool:
+        """Whether all rows have as many cells as their delimiters say."""
+        if self.are_blank_delimited or has_quotes:
             return False
-        return len({line.count(delimiter) for line in self._lines}) == 1
+        return len({line.count(self._delimiter) for line in self._lines}) == 1
 
     def _divided(self) -> list[list[str]]:
         if self.are_blank_delimited:

@@ -54,6 +54,20 @@ def test_it_is_listed_described_and_measured(environment: dict[str, str]) -> Non
     assert [float(row["swing.range_Pa"]) for row in csv.DictReader(table.splitlines())] == swings.tolist()
 
 
+def test_a_sweep_stores_it_beside_the_signals(environment: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "swings.yaml").write_text(
+        "name: swings\nrecord: {duration: 1 s}\nindicators: [dwt, swing]\n"
+        "sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}\n"
+    )
+    done = run_process("sweep", "swings.yaml", "--workers", "2", env=environment, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "results" / "swings" / "swings.h5") as file:
+        stored = file["swing.range"]
+        assert stored.attrs["units"] == "Pa"
+        assert stored.attrs["long_name"] == "largest less least pressure"
+        np.testing.assert_array_equal(stored[:], np.ptp(file["chamber_1_pressure"][:], axis=1))
+
+
 def test_one_that_cannot_be_loaded_is_named_in_a_line(environment: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "packages" / "swing.py").write_text("import nothing_of_this_name\n")
     done = run_process("measure", MUSEUM, "--indicators", "swing", env=environment)

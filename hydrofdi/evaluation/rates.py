@@ -65,10 +65,14 @@ def clopper_pearson(count: float, total: float, confidence: float = 0.95) -> tup
 def alarm_rate(outcomes: ArrayLike, *, groups: Sequence[str] | None = None, confidence: float = 0.95) -> Rate:
     """The rate of alarms of one population.
 
-    With groups, the interval is that of the effective number of records: the number of independent ones that
-    would give the variance seen between groups, with Student's quantile for the number of groups; at most the
-    number of records, and the number of groups where all agree. After Korn and Graubard, Survey Methodology
-    24 (1998) 193.
+    With groups, the interval is that of the effective number of records: the number of independent ones
+    that would give the variance seen between groups, with Student's quantile for the number of groups; at
+    most the number of records, and the number of groups where no record or every record alarms. After Korn
+    and Graubard, Survey Methodology 24 (1998) 193.
+
+    Bursts that no group has shown yet cannot be known: where rare alarms come in bursts the interval is too
+    short (of 95 % it held the rate in about 80 of 100 repeats, at 1 % in 30 groups of 40 records with a
+    correlation of 0.2 inside).
 
     Parameters
     ----------

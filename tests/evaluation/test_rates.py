@@ -14,7 +14,7 @@ from hydrofdi.evaluation.rates import alarm_rate, alarm_rates, clopper_pearson
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.evaluation.tolerance import tolerance_threshold
-from tests.evaluation.repeats import holds_at_least
+from tests.evaluation.repeats import holds_at_least, holds_in
 
 RULE = partial(quantile_threshold, false_alarm_rate=0.05)
 
@@ -85,6 +85,16 @@ def test_clustered_intervals_hold_where_plain_ones_do_not(n_group):
         plainly += plain.low <= 0.1 <= plain.high
     assert holds_at_least(held, 300, 0.93)
     assert plainly < 0.75 * 300
+
+
+def test_rare_alarms_in_bursts_shorten_the_interval_as_far_as_said():
+    draw = np.random.default_rng(10)
+    groups, held = [str(number) for number in np.repeat(np.arange(30), 40)], 0
+    for _ in range(400):
+        shares = np.repeat(draw.beta(0.04, 3.96, size=30), 40)  # mean 1 %, correlation 0.2 inside a group
+        rate = alarm_rate(draw.random(1200) < shares, groups=groups)
+        held += rate.low <= 0.01 <= rate.high
+    assert holds_in(held, 400, 0.8)
 
 
 def test_a_group_is_judged_by_the_others_alone():

@@ -63,7 +63,7 @@ def detected_level(
 
     With a confidence, levels are tested from the largest downwards by the one-sided binomial bound (29 of 29
     show 90 % with 95 % confidence) until the first fails; a sequence fixed beforehand needs no correction for
-    their number: Maurer, Hothorn and Lehmacher (1995); Hsu and Berger, JASA 94 (1999) 468.
+    their number: Hsu and Berger, Journal of the American Statistical Association 94 (1999) 468.
 
     Parameters
     ----------

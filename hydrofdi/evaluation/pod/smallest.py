@@ -17,8 +17,9 @@ def smallest_detectable(
     """The severity that is detected with a probability: q90/95 unless asked otherwise.
 
     With a confidence, the largest severity q for which 2 (ln L_max - ln L(q)) ≤ χ²₁(2γ - 1), where L(q) is
-    the largest likelihood of curves through POD(q) = p: Cheng and Iles, Technometrics 30 (1988) 309;
-    MIL-HDBK-1823A (2009), appendix G. Where hits and misses are apart, it is a tested level (`monotone`).
+    the largest likelihood of curves through POD(q) = p: Venzon and Moolgavkar, Applied Statistics 37 (1988)
+    87; MIL-HDBK-1823A (2009), appendix G. Where hits and misses are apart, it is a tested level
+    (`monotone`).
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ import pytest
 
 from hydrofdi.cli.rendering import print_document
 from hydrofdi.indicators import make_indicators
+from hydrofdi.indicators.registry import indicator_kind
 from hydrofdi.papers import make_report
 from hydrofdi.report.forms.latex import render_latex
 from hydrofdi.report.forms.markdown import render_markdown
@@ -79,7 +80,7 @@ def test_changes_stand_over_each_axis_against_both_baselines(with_ring):
 def test_runs_without_a_number_are_named_with_the_reason(with_ring):
     _, lead, absent, failed, *_ = block_of(with_ring()).paragraphs
     assert lead == "2 of 6 runs could not be measured."
-    assert absent == "2 L/min at 551 MPa: has no finite number."
+    assert absent == f"2 L/min at 551 MPa: {indicator_kind(KIND).absence}."
     assert failed == "2 L/min at 689 MPa: diverged."
 
 

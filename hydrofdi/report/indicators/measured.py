@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config.analysis import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.store import ExperimentData
 
 Array = NDArray[np.float64]
-
-_OF_THE_DETAILS = "dwt"
-"""The indicator whose numbers stand in the tables of the details."""
 
 
 @dataclass(frozen=True)
@@ -80,15 +78,10 @@ def measured_indicators(data: ExperimentData) -> tuple[MeasuredIndicator, ...]:
     """The indicators of an experiment beside that of the details, as far as they are stored."""
     measured = (
         measured_indicator(label, indicator, data.columns)
-        for label, indicator in _chosen(data).items()
-        if label != _OF_THE_DETAILS
+        for label, indicator in data.experiment.indicator_choice.made(data.experiment.wavelet).items()
+        if label != DWT
     )
     return tuple(indicator for indicator in measured if indicator.outputs)
-
-
-def _chosen(data: ExperimentData) -> Mapping[str, Indicator[Any]]:
-    choice = getattr(data.experiment, "indicator_choice", None)
-    return {} if choice is None else choice.made(data.experiment.wavelet)
 
 
 def measured_indicator(

@@ -1,0 +1,57 @@
+"""A sweep whose experiment file asks for indicators, from the file to the report."""
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+from hydrofdi.pipeline import read_results
+from tests.commands import run_hydrofdi
+from tests.conftest import sweep_in
+
+MEASURED = """\
+name: measured
+record: {duration: 6 s}
+store: {signals: none}
+pressure_1_sensor: {noise: 20 kPa}
+indicators: {dwt: {}, statistics: {kind: pressure_statistics}, ring_down: {}}
+replicates: {count: 3}
+sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], friction.viscous: [40, 60]}}
+"""
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    return sweep_in(tmp_path_factory.mktemp("measured"), MEASURED)
+
+
+def reported(measured, form):
+    return run_hydrofdi("report", measured.directory, "--format", form, cwd=measured.folder).stdout
+
+
+def test_the_report_has_a_section_for_each_indicator_but_that_of_the_details(measured):
+    text = reported(measured, "text")
+    assert "Indicator statistics (pressure_statistics)" in text
+    assert "Indicator ring_down" in text
+    assert "Indicator dwt" not in text
+    assert "Change over friction.viscous [N·s/m]" in text
+
+
+def test_numbers_and_changes_are_those_of_the_file(measured):
+    data = read_results(measured.directory)
+    means = data.columns["statistics.mean"]
+    record = json.loads(reported(measured, "json"))
+    lines = {line["run_id"]: line for line in csv.DictReader(io.StringIO(reported(measured, "csv")))}
+    rows = {run_id: row for row, run_id in enumerate(data.columns["run_id"].astype(str))}
+    assert len(record["rows"]) == 4
+    for row in record["rows"]:
+        place = rows[row["run_id"]]
+        healthy = means[data.replicate_of == data.matched_baseline[place]].mean()
+        change = 100.0 * (means[place] - healthy) / healthy
+        assert row["indicators"]["statistics.mean"] == means[place]
+        line = lines[row["run_id"]]
+        assert float(line["statistics.mean [Pa]"]) == means[place]
+        assert float(line["statistics.mean change_matched [%]"]) == pytest.approx(change)
+        assert np.isfinite(change)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
@@ -43,6 +46,8 @@ class TextTable(Table):
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""
+        if self._matrix is not None:
+            return np.ascontiguousarray(self._matrix[:, position])
         cells = self._cells.column(position, self._first_row)
         try:
             return column_numbers(cells, self._form.decimal, self._form.missing)
@@ -60,6 +65,12 @@ class TextTable(Table):
                 place, title = self._cells.place(row), self.titles[position]
                 raise DataError(f"{place}: column {title!r} changes from {values[0]!r} to {value!r}")
         return values[0] if values else ""
+
+    @cached_property
+    def _matrix(self) -> Array | None:
+        """All columns, where they hold nothing but numbers as NumPy reads them."""
+        is_usual = self._form.decimal == "." and not self._form.missing
+        return self._cells.matrix(self._first_row, len(self.titles)) if is_usual else None
 
     def _has_header(self) -> bool:
         if self._form.header is not None:

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import csv
 import re
+from functools import cached_property
+
+import numpy as np
 
 from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.description.sections import FormatConfig
 
+_MOST_TOGETHER = 32
+"""Columns that are read at once; of more, only those that are wanted are read."""
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " "}
 _UNIT_APART = re.compile(r"(?<=\S)\s+(?=[\[(])")
 """Blanks between a name and its unit."""
@@ -19,6 +25,8 @@ class Cells:
     Attributes
     ----------
     n_row : int
+    width : int
+        Most cells of a row.
     are_blank_delimited : bool
         Whether runs of blanks stand between the cells.
 
@@ -37,32 +45,34 @@ class Cells:
         self._delimiter = _delimiter(self._lines[:2], form)
         self._is_guessed = form.delimiter is None
         self.are_blank_delimited = self._delimiter == " "
-        self._flat: list[str] = []
-        self._rows: list[list[str]] = []
-        if self._is_even('"' in text):
-            self._width = self._lines[0].count(self._delimiter) + 1 if self._lines else 0
-            self._flat = self._delimiter.join(self._lines).split(self._delimiter)
-        else:
-            self._rows = self._divided()
-            self._width = max(map(len, self._rows), default=0)
-
-    @property
-    def width(self) -> int:
-        """Most cells of a row."""
-        return self._width
+        self._rows = [] if self._is_even('"' in text) else self._divided()
+        self.width = max(map(len, self._rows or [self.row(0)])) if self._lines else 0
 
     def row(self, number: int) -> list[str]:
         """Cells of a row."""
-        if self._rows:
-            return self._rows[number]
-        return self._flat[number * self._width : (number + 1) * self._width]
+        return self._rows[number] if self._rows else self._lines[number].split(self._delimiter)
 
     def column(self, position: int, first_row: int) -> list[str]:
         """Cells of a column from a row on; empty where a row is too short."""
         if not self._rows:
-            return self._flat[first_row * self._width + position :: self._width]
+            return self._flat[first_row * self.width + position :: self.width]
         rows = self._rows[first_row:]
         return [row[position] if position < len(row) else "" for row in rows]
+
+    def matrix(self, first_row: int, n_column: int) -> Array | None:
+        """All numbers from a row on, read at once; None where a cell is none, or there are many columns."""
+        if self._rows or first_row >= self.n_row or n_column > _MOST_TOGETHER:
+            return None
+        try:
+            columns = range(n_column)
+            lines = self._lines[first_row:]
+            return np.loadtxt(lines, comments=None, delimiter=self._delimiter, usecols=columns, ndmin=2)
+        except ValueError:
+            return None
+
+    @cached_property
+    def _flat(self) -> list[str]:
+        return self._delimiter.join(self._lines).split(self._delimiter)
 
     @property
     def is_comma_doubtful(self) -> bool:

@@ -23,7 +23,7 @@ from hydrofdi.store.records import StoredRecords
 from tests.conftest import sweep_in
 
 MUSEUM = Path(__file__).parent.parent / "museum"
-VERSIONS = ("format_2_physics_1_first", "format_2_physics_1", "format_2_physics_2")
+VERSIONS = ("format_2_physics_1_first", "format_2_physics_1", "format_2_physics_2", "format_2_physics_3")
 
 
 def stored(place: Path, **options: Any) -> StoredRecords:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hydrofdi.config.analysis import DWT
 from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.indicators.study import IndicatorStudy, study_indicators
 from hydrofdi.report.replicates import ReplicateStudy, study_replicates
@@ -24,6 +25,11 @@ class Analysis:
     """Rows against healthy replicates, where the experiment asks for any."""
     indicators: tuple[IndicatorStudy, ...]
     """Indicators beside the details of P_1, where the experiment measures any."""
+
+    @property
+    def has_details(self) -> bool:
+        """Whether the experiment measures the wavelet details as configured."""
+        return DWT in self.data.experiment.indicators
 
     @property
     def has_baseline(self) -> bool:

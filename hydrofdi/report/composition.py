@@ -25,6 +25,8 @@ _LEAD = (
     " All numbers are computed."
 )
 
+_LEAD_WITHOUT_DETAILS = "Indicators of the runs of the experiment. All numbers are computed."
+
 
 @dataclass(frozen=True)
 class Report:
@@ -68,13 +70,13 @@ def compose_general(analysis: Analysis) -> Document:
         holes_block(analysis),
         doubts_block(analysis),
         external_block(analysis),
-        changes_block(analysis),
+        changes_block(analysis) if analysis.has_details else None,
         settled_block(analysis),
         replicates_block(analysis),
         *indicator_blocks(analysis),
         provenance_block(analysis),
     )
-    return document_of(analysis, _LEAD, blocks)
+    return document_of(analysis, _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS, blocks)
 
 
 def document_of(analysis: Analysis, lead: str, blocks: Iterable[Block | None]) -> Document:

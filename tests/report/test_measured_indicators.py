@@ -55,3 +55,13 @@ def test_numbers_and_changes_are_those_of_the_file(measured):
         assert float(line["statistics.mean [Pa]"]) == means[place]
         assert float(line["statistics.mean change_matched [%]"]) == pytest.approx(change)
         assert np.isfinite(change)
+
+
+def test_without_the_indicator_of_the_details_there_is_no_table_of_them(tmp_path):
+    text = MEASURED.replace("dwt: {}, ", "").replace("replicates: {count: 3}\n", "")
+    text = text.replace("friction.viscous: [40, 60]", "fluid.bulk_modulus: [551 MPa, 689 MPa]")
+    sweep = sweep_in(tmp_path, text)
+    printed = run_hydrofdi("report", sweep.directory, cwd=tmp_path).stdout
+    assert "Indicator statistics" in printed
+    for words in ("details", "Table 3", "Claims"):
+        assert words not in printed

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.analysis import DWT
 from hydrofdi.papers.maddahi2015.claims import ClaimResult, evaluate_claims
 from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm, best_levels, sealed_alarms
 from hydrofdi.papers.maddahi2015.deviations import Deviation, compare_reference
@@ -40,9 +41,9 @@ class Study(Analysis):
 
 
 def is_study(experiment: ExperimentConfig) -> bool:
-    """Whether an experiment is the paper's: the EBM varies, or it lists claims or published values."""
+    """Whether an experiment is the paper's: the EBM varies and details are measured, or it lists claims."""
     varies = "fluid.bulk_modulus" in (*experiment.ensemble.names, *experiment.sweep.names)
-    return varies or bool(experiment.claims or experiment.reference.cells)
+    return (varies and DWT in experiment.indicators) or bool(experiment.claims or experiment.reference.cells)
 
 
 def study_experiment(data: ExperimentData) -> Study:

@@ -90,11 +90,13 @@ def measure_sources(
         A stored file cannot be read.
     """
     batches = ((source, batch) for source in sources for batch in source.batches(labels=True))
-    leading = next(batches, None)
-    if leading is None:
-        return _columns(indicators, RecordBatch({}, 1.0, ())), iter(())
-    columns = _columns(indicators, leading[1])
-    return columns, _measured(chain([leading], batches), indicators, columns)
+    leading = []
+    for source, batch in batches:
+        leading.append((source, batch))
+        if batch.n_record:
+            break
+    columns = _columns(indicators, leading[-1][1] if leading else RecordBatch({}, 1.0, ()))
+    return columns, _measured(chain(leading, batches), indicators, columns)
 
 
 def _columns(indicators: Indicators, records: RecordBatch) -> tuple[Column, ...]:

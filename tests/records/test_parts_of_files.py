@@ -9,6 +9,7 @@ import pytest
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import output_unit
+from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records.measured import measured_source, plain_file_source
 from tests.records.measuring import P1, POSITION, USUAL, VOLTAGE, batches, csv_of, described, kinds, one
 
@@ -313,3 +314,13 @@ def test_rejected_files_alone_come_in_a_batch_without_records(tmp_path):
     batch = one(tmp_path, run_csv="P1\n1\n", walk_csv="")
     assert (batch.n_record, len(batch.rejected)) == (0, 2)
     assert [record.remark.kind for record in batch.rejected] == ["short", "empty"]
+
+
+def test_units_are_those_of_the_first_source_that_has_records(tmp_path):
+    (tmp_path / "damaged").mkdir()
+    damaged = described(tmp_path / "damaged", USUAL.replace("bar", "counts"), run_csv="P1\n1\n")
+    sound = described(tmp_path, USUAL.replace("bar", "counts"), run_csv=csv_of(("P1", RNG.normal(0, 1, 500))))
+    sources = [measured_source(damaged), measured_source(sound)]
+    columns, records = measure_sources(sources, make_indicators(["dwt"]))
+    assert {column.unit for column in columns} == {"counts"}
+    assert [record.is_rejected for record in records] == [True, False]

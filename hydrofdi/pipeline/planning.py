@@ -15,7 +15,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file
-from hydrofdi.simulation import record_identities, run_identities, run_identity
+from hydrofdi.simulation import identities_of_analyses, record_identities, run_identity
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import Failure, ShardIndex, StoredRun, holds_enough, read_failures, read_index
 from hydrofdi.store.experiment_file import computed_variables
@@ -197,7 +197,8 @@ def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: b
             " set store: {signals: none}"
         )
         raise ConfigError([Mistake(message, "store.signals")])
-    run_ids, record_ids = run_identities(table.runs), record_identities(table.runs)
+    record_ids = record_identities(table.runs)
+    run_ids = identities_of_analyses(table.runs, record_ids)
     failures = {} if retry_failed else read_failures(directory)
     return SweepPlan(experiment, directory, table, run_ids, record_ids, read_index(directory), failures)
 

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from hydrofdi.simulation.batch import simulate_batch
     from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
     from hydrofdi.simulation.identity import (
+        identities_of_analyses,
         record_identities,
         record_identity,
         run_identities,
@@ -20,6 +21,7 @@ _HOMES = {
     "Calibration": "hydrofdi.simulation.calibration",
     "Outcome": "hydrofdi.simulation.trajectory",
     "Trajectory": "hydrofdi.simulation.trajectory",
+    "identities_of_analyses": "hydrofdi.simulation.identity",
     "record_identities": "hydrofdi.simulation.identity",
     "record_identity": "hydrofdi.simulation.identity",
     "run_identities": "hydrofdi.simulation.identity",
@@ -33,6 +35,7 @@ __all__ = [
     "Calibration",
     "Outcome",
     "Trajectory",
+    "identities_of_analyses",
     "record_identities",
     "record_identity",
     "run_identities",

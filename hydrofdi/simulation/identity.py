@@ -33,7 +33,13 @@ def record_identities(runs: Runs, physics_version: int = PHYSICS_VERSION) -> tup
 
 def run_identities(runs: Runs, physics_version: int = PHYSICS_VERSION) -> tuple[str, ...]:
     """``run_identity`` of many runs."""
-    records = record_identities(runs, physics_version)
+    return identities_of_analyses(runs, record_identities(runs, physics_version))
+
+
+def identities_of_analyses(runs: Runs, records: tuple[str, ...]) -> tuple[str, ...]:
+    """``run_identity`` of many runs, from the identities of their records."""
+    if runs.are_analysed_by_default:
+        return records
     return tuple([_of_run(*pair) for pair in zip(records, runs.analysis_texts(), strict=True)])
 
 

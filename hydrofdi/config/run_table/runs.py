@@ -181,6 +181,12 @@ class Runs(Sequence[RunSpec]):
         for needs, parameters in zip(solved.tolist(), self._frame.texts(RECORD_SECTIONS), strict=True):
             yield _digest(next(calibrations) if needs else None, parameters)
 
+    @property
+    def are_analysed_by_default(self) -> bool:
+        """Whether no run has an analysis of its own."""
+        requests = (self._frame.request(row) for row in self.first(*ANALYSIS_SECTIONS).tolist())
+        return not any(RunSpec(request, None, self.choice).analysis_text for request in requests)
+
     def analysis_texts(self) -> Iterator[str]:
         """``RunSpec.analysis_text`` of all runs."""
         for sections in self._frame.texts(ANALYSIS_SECTIONS):

@@ -9,7 +9,7 @@ import pytest
 import scipy.io
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.measured import measured_source
+from hydrofdi.records.measured import measured_source, plain_file_source
 from tests.records.measuring import P1, P2, described, one
 
 BAR = np.array([100.0, 101.5, 99.25, 102.125, 7.0])
@@ -184,3 +184,12 @@ def test_names_of_datasets_that_are_no_utf_8_do_no_harm(tmp_path):
         target["P1"] = BAR
         target[b"P\xff"] = BAR
     np.testing.assert_array_equal(one(tmp_path, description("run.h5"))[P1], [BAR * 1e5])
+
+
+@pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
+def test_a_file_without_columns_is_told(tmp_path, suffix):
+    WRITERS[suffix](tmp_path / f"run.{suffix}", {})
+    with pytest.raises(DataError, match="holds no columns"):
+        plain_file_source(tmp_path / f"run.{suffix}", 1e3)
+    with pytest.raises(DataError, match="has no column 'P1'; it has none"):
+        one(tmp_path, description(f"run.{suffix}"))

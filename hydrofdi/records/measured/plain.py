@@ -58,6 +58,8 @@ def plain_file_source(path: Path | str, sampling_frequency: float | None = None)
 
 
 def _description(table: Table, file: Path, sampling_frequency: float | None) -> dict[str, object]:
+    if not table.titles:
+        raise DataError(f"{file}: holds no columns")
     channels: dict[str, dict[str, str]] = {}
     for position, title in enumerate(table.titles):
         channel = _CHANNELS.get(_short(title))

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from full_lanes import advance_full_lanes
 from jobs import AT_REST, Job, lane_jobs
 
 from hydrofdi.indicators import Indicator, indicator_names, make_indicators, measure
@@ -135,6 +136,4 @@ def _seconds(act: Callable[[], object]) -> float:
 
 
 if __name__ == "__main__":
-    from kernel import advance_full_lanes
-
     tell_indicators(*measure_indicators(9, advance_full_lanes))

@@ -20,6 +20,7 @@ import numpy as np
 import plain_loop
 import processes
 import solvers
+from full_lanes import advance_full_lanes
 from indicators import measure_indicators, tell_indicators
 from jobs import AT_REST, IN_MOTION, Job, d2_rms, lane_jobs
 from options import measure_options
@@ -27,11 +28,7 @@ from sensors import measure_sensors, tell_sensors
 
 from hydrofdi.execution import available_cores
 from hydrofdi.simulation import simulate_batch
-from hydrofdi.simulation.batch import chunks
-from hydrofdi.simulation.inputs import Inputs
-from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, WIDTH, pack_lanes
-from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.lanes import WIDTH
 
 KERNEL_RECORD = 4.0
 """Record of the timed kernels [s]."""
@@ -77,19 +74,6 @@ class Target:
         return (
             f"{self.name:58} {self.measured:9.3g} {self.unit:3} {self.relation} {self.target:<5g} {verdict}"
         )
-
-
-def advance_full_lanes(jobs: list[Job]) -> None:
-    """The kernels alone: spools and lanes, chunk by chunk."""
-    runs = [parameters for parameters, _ in jobs]
-    record, inputs = runs[0].record, Inputs(runs, runs[0].record)
-    lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])
-    for window, chunk in chunks(inputs, record):
-        samples = np.empty((window.stop - window.start, N_PAPER_SAMPLED, WIDTH))
-        advance_lanes(
-            lanes, chunk.stages, inputs.column_of_run, chunk.loads, inputs.load_of_run, record.step,
-            record.steps_per_sample, 1, samples, window.start * record.steps_per_sample, ModelOptions(),
-        )  # fmt: skip
 
 
 def lane_pressures(jobs: list[Job]) -> list[np.ndarray]:

@@ -18,7 +18,7 @@ from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.replicates import replicates_block
 
 if TYPE_CHECKING:
-    from hydrofdi.report.figures import FigureKind
+    from hydrofdi.report.contract import FigureKind
 
 _LEAD = (
     "Change δ of the RMS of the wavelet details of the chamber-1 pressure with what the experiment varies."

@@ -14,7 +14,7 @@ from hydrofdi.report.document import Document
 from hydrofdi.store import ExperimentData
 
 if TYPE_CHECKING:
-    from hydrofdi.report.figures import FigureKind
+    from hydrofdi.report.contract import FigureKind
 
 
 @dataclass(frozen=True)

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import matplotlib
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import HydrofdiError, StoreError
 from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.contract import ComposedReport, FigureKind
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.signals import draw_signals
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes
 from hydrofdi.store.files import whole_file
-
-if TYPE_CHECKING:
-    from hydrofdi.report.composition import Report
 
 __all__ = [
     "KINDS",
@@ -37,21 +33,13 @@ KINDS = ("png", "svg", "pdf")
 """File types of figures."""
 
 
-@dataclass(frozen=True)
-class FigureKind:
-    """A figure of a report: its caption, and what draws it."""
-
-    caption: str
-    draw: Callable[[], Figure]
-
-
 def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
     """The figures of any experiment."""
     caption = "δ of each run and level against the fixed and the matched baseline; sealed controls on top"
     return {"sensitivity": FigureKind(caption, partial(draw_sensitivity, analysis))}
 
 
-def draw_figure(report: Report, name: str) -> Figure:
+def draw_figure(report: ComposedReport, name: str) -> Figure:
     """A figure of a report.
 
     Raises
@@ -63,7 +51,7 @@ def draw_figure(report: Report, name: str) -> Figure:
         return report.figures()[name].draw()
 
 
-def draw_all(report: Report, names: Sequence[str]) -> tuple[dict[str, Figure], dict[str, str]]:
+def draw_all(report: ComposedReport, names: Sequence[str]) -> tuple[dict[str, Figure], dict[str, str]]:
     """The figures of these names that the experiment allows, and for the others the reason why not."""
     drawn: dict[str, Figure] = {}
     holes: dict[str, str] = {}
@@ -75,7 +63,7 @@ def draw_all(report: Report, names: Sequence[str]) -> tuple[dict[str, Figure], d
     return drawn, holes
 
 
-def write_figure(report: Report, path: Path) -> str:
+def write_figure(report: ComposedReport, path: Path) -> str:
     """Draw the figure that a file is named after, else the usual one of the report; returns its caption.
 
     Raises

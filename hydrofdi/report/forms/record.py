@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import json
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.contract import ComposedReport
 from hydrofdi.report.external import ExternalStudy
 from hydrofdi.report.forms.indicators_record import indicator_record, output_values
 from hydrofdi.report.forms.numbers import finite
@@ -15,9 +16,6 @@ from hydrofdi.report.forms.replicates_record import replicates_record
 from hydrofdi.report.runs.rows import TableRow, largest_positive, level_name
 from hydrofdi.store import names
 from hydrofdi.units import convert
-
-if TYPE_CHECKING:
-    from hydrofdi.report.composition import Report
 
 
 def general_record(analysis: Analysis, *, with_rows: bool = True) -> dict[str, Any]:
@@ -37,7 +35,7 @@ def general_record(analysis: Analysis, *, with_rows: bool = True) -> dict[str, A
     )
 
 
-def render_json(report: Report) -> str:
+def render_json(report: ComposedReport) -> str:
     """A report as JSON."""
     text = io.StringIO()
     json.dump(report.record(), text, indent=2, allow_nan=False)

@@ -11,7 +11,7 @@ from hydrofdi.papers.maddahi2015.figures.phases import draw_phases
 from hydrofdi.papers.maddahi2015.figures.scenarios import draw_scenarios
 from hydrofdi.papers.maddahi2015.figures.spectrum import draw_spectrum
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.figures import FigureKind
+from hydrofdi.report.contract import FigureKind
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 
 

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Document
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 @dataclass(frozen=True)
 class FigureKind:
-    """A figure of a report: its caption, and what draws it."""
+    """A figure of a report: its caption, and what draws it with matplotlib."""
 
     caption: str
-    draw: Callable[[], Figure]
+    draw: Callable[[], Any]
 
 
 class ComposedReport(Protocol):

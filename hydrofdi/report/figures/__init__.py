@@ -48,7 +48,8 @@ def draw_figure(report: ComposedReport, name: str) -> Figure:
         The experiment does not hold what the figure shows; the message says why.
     """
     with matplotlib.rc_context(SETTINGS):
-        return report.figures()[name].draw()
+        figure: Figure = report.figures()[name].draw()
+    return figure
 
 
 def draw_all(report: ComposedReport, names: Sequence[str]) -> tuple[dict[str, Figure], dict[str, str]]:

@@ -77,7 +77,7 @@ def test_conditions_that_do_not_multiply_are_counted_all_the_same():
     ],
 )  # fmt: skip
 def test_a_plan_says_how_often_coefficients_are_solved(tmp_path, experiment_file, at, message):
-    file = experiment_file("name: drawn\nrun: {duration: 2 s}\n")
+    file = experiment_file("name: drawn\nrecord: {duration: 2 s}\n")
     settings = [part for setting in (FLOWS, DRAWN, f"calibration.at={at}") for part in ("--set", setting)]
     assert message in commands.run("plan", file, *settings, check=0, cwd=tmp_path).stdout.splitlines()
     record = commands.run_json("plan", file, *settings, cwd=tmp_path)
@@ -86,7 +86,7 @@ def test_a_plan_says_how_often_coefficients_are_solved(tmp_path, experiment_file
 
 def test_a_nominal_coefficient_is_shared_and_flows_differ(tmp_path, experiment_file):
     file = experiment_file(
-        "name: drawn\nrun: {duration: 2 s}\ncalibration: {at: nominal}\nstore: {signals: none}\n"
+        "name: drawn\nrecord: {duration: 2 s}\ncalibration: {at: nominal}\nstore: {signals: none}\n"
         "sweep: {grid: {leakage.internal_flow: [0.5 L/min], supply.pressure: [10 MPa, 17.2 MPa]}}\n"
     )
     commands.run("sweep", file, "--workers", "1", check=0, cwd=tmp_path)

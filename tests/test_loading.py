@@ -101,7 +101,7 @@ LINES = [
     ("list for a file", "- 1\n", "1: an experiment file holds 'key: value' pairs"),
     ("text for a file", "hello\n", "1: an experiment file holds 'key: value' pairs"),
     ("key twice", "name: a\nname: b\n", "2: name: key given twice, first in line 1"),
-    ("broken YAML", "a: 1\nrun: {duration: 2 s\n", ": not valid YAML:"),
+    ("broken YAML", "a: 1\nrecord: {duration: 2 s\n", ": not valid YAML:"),
     ("tab", "run:\n\tduration: 2 s\n", "2: not valid YAML:"),
     ("two documents", "name: a\n---\nname: b\n", "not valid YAML"),
     ("control character", b"name: a\x00\n", "not valid YAML"),

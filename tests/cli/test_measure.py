@@ -154,7 +154,7 @@ def test_content_decides_what_a_source_is(tmp_path: Path) -> None:
     for name, source in {"runs.data": MUSEUM / "run.h5", "runs.csv": MUSEUM / "run.h5"}.items():
         (tmp_path / name).write_bytes(source.read_bytes())
         assert len(run_json("measure", tmp_path / name)["records"]) == 1
-    (tmp_path / "experiment.txt").write_text("# a short one\nname: short\nrun: {duration: 1 s}\n")
+    (tmp_path / "experiment.txt").write_text("# a short one\nname: short\nrecord: {duration: 1 s}\n")
     assert [r["label"] for r in run_json("measure", tmp_path / "experiment.txt")["records"]] == [
         "sealed, 551 MPa"
     ]

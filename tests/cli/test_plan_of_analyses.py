@@ -11,6 +11,6 @@ from tests.commands import run
 def test_a_plan_meets_features_of_different_shapes(tmp_path, monkeypatch, wavelet):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mixed.yaml").write_text(
-        f"name: mixed\nrun: {{duration: 4 s}}\nstore: {{signals: none}}\nsweep: {{grid: {{{wavelet}}}}}\n"
+        f"name: mixed\nrecord: {{duration: 4 s}}\nstore: {{signals: none}}\nsweep: {{grid: {{{wavelet}}}}}\n"
     )
     assert "to compute" in run("plan", "mixed.yaml", check=0).stdout

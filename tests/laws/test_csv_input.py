@@ -259,7 +259,7 @@ def test_results_hold_the_file_and_never_print_its_rows(tmp_path: Path, hydrofdi
     _folder(tmp_path, "short.csv")
     config = tmp_path / "experiment.yaml"
     config.write_text(
-        "name: own\nrun: {duration: 2 s}\ninput: {shape: csv, file: long.csv}\n"
+        "name: own\nrecord: {duration: 2 s}\ninput: {shape: csv, file: long.csv}\n"
         "sweep: {grid: {input.file: [long.csv, short.csv], leakage.internal_coefficient: [0, 1e-9]}}\n"
     )
     output = [hydrofdi("plan", config), hydrofdi("plan", config, "--json")]

@@ -159,7 +159,7 @@ def test_discarded_periods_follow_the_period_of_each_run() -> None:
 
 def test_swept_discard_is_stored_and_reported(hydrofdi: Command, experiment_file: Writer) -> None:
     config = experiment_file(
-        "name: late\nrun: {duration: 4 s}\ninput: {period: 1 s}\n"
+        "name: late\nrecord: {duration: 4 s}\ninput: {period: 1 s}\n"
         "sweep: {grid: {analysis.discard: [0 s, 1 period, 2 periods],"
         " leakage.internal_coefficient: [0, 1e-9]}}\n"
     )

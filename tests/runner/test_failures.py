@@ -72,7 +72,7 @@ def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path, lim
 
 def test_a_run_whose_worker_is_killed_becomes_a_row_and_can_be_tried_again(tmp_path):
     file, out = tmp_path / "one.yaml", tmp_path / "one"
-    file.write_text("name: one\nrun: {duration: 2 s, step: 4.0e-7 s}\nstore: {signals: none}\n")
+    file.write_text("name: one\nrecord: {duration: 2 s, step: 4.0e-7 s}\nstore: {signals: none}\n")
     process = start("sweep", file, "--out", out, "--workers", "1")
     assert wait_until(lambda: (out / "run.log").exists() and workers(process.pid))
     pids = wait_until(lambda: workers(process.pid))
@@ -147,7 +147,7 @@ def test_the_lock_of_a_dead_process_is_taken_over_with_a_line(long_sweep):
 def test_a_full_disk_gives_one_line_and_loses_nothing(tmp_path):
     file, out = tmp_path / "disk.yaml", tmp_path / "disk"
     file.write_text(
-        "name: disk\nrun: {duration: 2 s}\nsweep:\n  grid:\n"
+        "name: disk\nrecord: {duration: 2 s}\nsweep:\n  grid:\n"
         "    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 30]}\n"
     )
 
@@ -164,7 +164,7 @@ def test_a_full_disk_gives_one_line_and_loses_nothing(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_reported_in_one_line(tmp_path):
     file, folder = tmp_path / "small.yaml", tmp_path / "closed"
-    file.write_text("name: small\nrun: {duration: 2 s}\nstore: {signals: none}\n")
+    file.write_text("name: small\nrecord: {duration: 2 s}\nstore: {signals: none}\n")
     run("sweep", file, "--out", folder, check=0)
     (folder / "small.h5").unlink(missing_ok=True)
     for path in [*folder.rglob("*"), folder]:

@@ -170,12 +170,12 @@ def test_a_changed_result_is_found_by_rerun(swept):
     copy = out / "copy.h5"
     shutil.copy(shard, copy)
     with h5py.File(copy, "r+") as file:
-        file["detail_rms"][_run_ids(copy).index(run_id), 0] += 1e-9
+        file["dwt.d1"][_run_ids(copy).index(run_id)] += 1e-9
     from hydrofdi.store.shard import content_digest
 
     copy.rename(out / "shards" / f"{content_digest(copy)}.h5")
     shard.unlink()
-    assert run_json("rerun", out, run_id, check=1)["differing"] == ["detail_rms"]
+    assert run_json("rerun", out, run_id, check=1)["differing"] == ["dwt.d1"]
 
 
 def _run_ids(path):
@@ -201,7 +201,7 @@ def test_compression_and_single_precision_change_the_size_alone(tmp_path):
 
 def test_a_folder_that_holds_another_experiment_is_left_alone(swept):
     other = swept / "other.yaml"
-    other.write_text("name: other\nrun: {duration: 2 s}\nstore: {signals: none}\n")
+    other.write_text("name: other\nrecord: {duration: 2 s}\nstore: {signals: none}\n")
     reported = run("sweep", other, "--out", swept / "out", check=2).stderr
     assert "holds the experiment 'grid', not 'other'" in reported
     assert run_json("status", swept / "out")["planned"] == 25

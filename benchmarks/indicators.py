@@ -59,10 +59,10 @@ def simulated_records(values: Mapping[str, Any] = MappingProxyType({})) -> Recor
 
 
 def resting_records() -> RecordBatch:
-    """Records that come to rest, which the position alone tells."""
+    """Records that come to rest, which the position alone shows."""
     records = simulated_records(AT_REST)
-    untold = {key: samples for key, samples in records.channels.items() if key != Channel.INPUT_VOLTAGE}
-    return replace(records, channels=untold)
+    others = {key: samples for key, samples in records.channels.items() if key != Channel.INPUT_VOLTAGE}
+    return replace(records, channels=others)
 
 
 def measure_indicators(

@@ -54,7 +54,7 @@ def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -
     lag, spacing = (
         max(1, round(time * records.sampling_frequency)) for time in (options.jump_time, options.spacing)
     )
-    match _told_by(records, options):
+    match _shown_by(records, options):
         case "command":
             return jumps(records[Channel.INPUT_VOLTAGE], lag, spacing, _LEAST_RATIO, options.least_jump)
         case "period" if records.drive_period is not None:
@@ -68,7 +68,7 @@ def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -
     return jumps(signal, lag, spacing, least_share=options.least_jump)
 
 
-def _told_by(records: RecordBatch, options: SteppingOptions) -> str:
+def _shown_by(records: RecordBatch, options: SteppingOptions) -> str:
     if options.steps != "auto":
         return options.steps
     if Channel.INPUT_VOLTAGE in records.channels:

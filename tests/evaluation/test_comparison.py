@@ -18,12 +18,12 @@ def _pair(draw, n, shifts, correlation):
     return tuple(draw.multivariate_normal(shifts, covariance, size=n).T)
 
 
-def test_equal_detectors_are_told_apart_as_often_as_the_level_says():
-    draw, told = np.random.default_rng(1), 0
+def test_equal_detectors_are_distinguished_as_often_as_the_level_says():
+    draw, n_found = np.random.default_rng(1), 0
     for _ in range(1000):
         healthy, faulty = _pair(draw, 60, (0.0, 0.0), 0.8), _pair(draw, 60, (1.0, 1.0), 0.8)
-        told += compare_areas(healthy, faulty).p_value < 0.05
-    assert holds_in(told, 1000, 0.05)
+        n_found += compare_areas(healthy, faulty).p_value < 0.05
+    assert holds_in(n_found, 1000, 0.05)
 
 
 def test_the_interval_of_the_difference_holds_it():

@@ -280,17 +280,17 @@ def test_the_floor_keeps_false_alarms_from_counting_as_detections():
 
 
 def test_a_right_curve_seldom_lacks_fit_and_a_wrong_one_does():
-    draw, told = np.random.default_rng(16), 0
+    draw, n_found = np.random.default_rng(16), 0
     for _ in range(200):
         curve = probability_of_detection(SEVERITY, hits(draw, SEVERITY, spread=0.25), false_alarm_rate=0.01)
-        told += lack_of_fit(curve).p_value < 0.05
-    assert holds_in(told, 200, 0.05)
+        n_found += lack_of_fit(curve).p_value < 0.05
+    assert holds_in(n_found, 200, 0.05)
     plateau = (draw.random(SEVERITY.size) < np.where(SEVERITY > 0.1, 0.6, 0.01)).astype(float)
     assert lack_of_fit(probability_of_detection(SEVERITY, plateau)).p_value < 1e-6
     assert np.isnan(lack_of_fit(probability_of_detection([0.1, 0.2], [0.0, 1.0])).p_value)
 
 
-def test_lack_of_fit_of_measured_severities_is_told_in_cells():
+def test_lack_of_fit_of_measured_severities_is_found_in_cells():
     draw = np.random.default_rng(17)
     severity = 10.0 ** draw.uniform(-2.0, 0.0, size=3000)
     curve = probability_of_detection(severity, hits(draw, severity), false_alarm_rate=0.01)

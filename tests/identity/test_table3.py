@@ -1,4 +1,4 @@
-"""Table 3 as it was before records and analyses were told apart: `table3.json`, floats as hex.
+"""Table 3 as it was before records and analyses were separated: `table3.json`, floats as hex.
 
 Two types of processor differ in the last digits of a simulation, so the numbers are compared closely.
 """

@@ -86,14 +86,14 @@ def test_another_unit_of_pressure_changes_nothing_and_another_of_time_the_freque
     np.testing.assert_allclose(slower["damping_ratio"], values["damping_ratio"], rtol=1e-9)
 
 
-def test_the_steps_may_be_told_by_the_command_the_period_or_the_pressure():
+def test_the_steps_may_be_found_by_the_command_the_period_or_the_pressure():
     records = ringing(50.0, 0.02)
-    told = {
+    found_by = {
         kind: measured(records, "ring_down", steps=kind)[0]["damping_ratio"]
         for kind in ("command", "period", "signal")
     }
-    np.testing.assert_array_equal(told["command"], told["period"])
-    np.testing.assert_allclose(told["signal"], told["command"], rtol=1e-6)
+    np.testing.assert_array_equal(found_by["command"], found_by["period"])
+    np.testing.assert_allclose(found_by["signal"], found_by["command"], rtol=1e-6)
 
 
 def test_a_record_stands_alone():

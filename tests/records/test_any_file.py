@@ -36,8 +36,8 @@ def read(content, name, description=USUAL):
         return list(measured_source(folder / "m.yaml").batches())
 
 
-def read_or_told(content, name, description=USUAL):
-    """Read a file by its description and without; a mistake may be told, and everything else is a fault."""
+def read_or_refused(content, name, description=USUAL):
+    """Read a file by its description and without; a mistake may be raised, and everything else is a fault."""
     with contextlib.suppress(HydrofdiError):
         return read(content, name, description)
     with contextlib.suppress(HydrofdiError), folder_with({name: content}) as folder:
@@ -100,10 +100,10 @@ def test_any_table_of_numbers_comes_back_in_si(table, delimiter, decimal, unit_p
 @example("\n\n\n", "run.csv")
 @example("P1\r1\r2\r", "run.csv")
 @example(b"\xff\xfeP\x001\x00", "run.csv")
-def test_any_bytes_are_read_or_told(content, name):
+def test_any_bytes_are_read_or_refused(content, name):
     data = content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content
-    read_or_told(gzip.compress(data) if name.endswith("gz") else data, name)
-    read_or_told(data, name)
+    read_or_refused(gzip.compress(data) if name.endswith("gz") else data, name)
+    read_or_refused(data, name)
 
 
 CELLS = st.sampled_from(
@@ -137,7 +137,7 @@ CELLS = st.sampled_from(
 def test_what_is_read_of_any_cells_is_what_they_say(rows, sign, header, decimal):
     text = header.replace("{}", sign) + "\n".join(sign.join(row) for row in rows) + "\n"
     description = f'{USUAL}format: {{decimal: "{decimal}"}}\n'
-    for batch in read_or_told(text, "run.csv", description):
+    for batch in read_or_refused(text, "run.csv", description):
         if not batch.n_record or not header or sign in (",", " ", decimal):
             continue
         kept = [row for row in rows if sign.join(row).strip(" ")]
@@ -178,14 +178,14 @@ def test_a_broken_file_gives_its_numbers_or_a_reason(kind, data):
         content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     stop = data.draw(st.integers(0, len(content)))
     for changed in (bytes(content), bytes(content[:stop])):
-        for batch in read_or_told(changed, f"run.{kind}"):
+        for batch in read_or_refused(changed, f"run.{kind}"):
             assert batch.n_record + len(batch.rejected) == 1
             assert all(rejected.remark.text for rejected in batch.rejected)
 
 
 @settings(max_examples=200)
 @given(st.text(alphabet="fileschanp_1:{}[]\"',. \n#*0kHzbr", max_size=120))
-def test_any_description_is_read_or_told(text):
+def test_any_description_is_read_or_refused(text):
     files = {"m.yaml": text, "run.csv": "P1\n1\n2\n"}
     with folder_with(files) as folder, contextlib.suppress(HydrofdiError):
         list(measured_source(folder / "m.yaml").batches())

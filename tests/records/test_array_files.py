@@ -187,7 +187,7 @@ def test_names_of_datasets_that_are_no_utf_8_do_no_harm(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
-def test_a_file_without_columns_is_told(tmp_path, suffix):
+def test_a_file_without_columns_is_named(tmp_path, suffix):
     WRITERS[suffix](tmp_path / f"run.{suffix}", {})
     with pytest.raises(DataError, match="holds no columns"):
         plain_file_source(tmp_path / f"run.{suffix}", 1e3)

@@ -69,7 +69,7 @@ channels: {chamber_1_pressure: {column: P1, unit: counts}}
     ("P1,T\nbar,degC\n1,2\n", "'bar' is not a number; a line of units is announced by .*units_row: true"),
     ("", "empty"),
 ])  # fmt: skip
-def test_a_slip_is_told_with_its_line(tmp_path, text, sentence):
+def test_a_slip_is_named_with_its_line(tmp_path, text, sentence):
     file = described(tmp_path, run_csv=text)
     try:
         (batch,) = measured_source(file).batches()
@@ -152,7 +152,7 @@ def test_a_damaged_file_is_rejected_and_the_others_go_on(tmp_path):
     assert batch.rejected[0].remark.kind == "damaged"
 
 
-def test_all_mistakes_of_a_description_are_told_with_their_lines(tmp_path):
+def test_all_mistakes_of_a_description_are_listed_with_their_lines(tmp_path):
     file = described(tmp_path, """\
 files: "*.csv"
 channels:
@@ -169,7 +169,7 @@ samplingfrequency: 1 kHz
     assert "measured.yaml:5: samplingfrequency: unknown key; did you mean 'sampling_frequency'?" in lines[2]
 
 
-def test_what_contradicts_itself_is_told_with_its_lines(tmp_path):
+def test_what_contradicts_itself_is_named_with_its_lines(tmp_path):
     file = described(tmp_path, """\
 files: "*.csv"
 channels:
@@ -197,7 +197,7 @@ format: {delimiter: "\\n", encoding: latin-0}
         assert sentence in text
 
 
-def test_a_pattern_without_files_is_told_with_its_line(tmp_path):
+def test_a_pattern_without_files_is_named_with_its_line(tmp_path):
     with pytest.raises(ConfigError, match=r"measured.yaml:1: files.*: no file matches '\*.csv'"):
         measured_source(described(tmp_path))
 

@@ -12,9 +12,9 @@ def square(n_time, period, rng=None, noise=0.0):
 
 
 def test_the_jumps_of_a_square_wave_are_its_half_periods():
-    found, told = jumps(square(10_000, 1000)[None], 5, 50, 8.0), half_periods(1, 10_000, 500.0, 2.0)
+    found, expected = jumps(square(10_000, 1000)[None], 5, 50, 8.0), half_periods(1, 10_000, 500.0, 2.0)
     np.testing.assert_array_equal(found.sample, np.arange(500, 10_000, 500))
-    np.testing.assert_array_equal(found.sample, told.sample)
+    np.testing.assert_array_equal(found.sample, expected.sample)
 
 
 def test_a_later_start_moves_the_half_periods():

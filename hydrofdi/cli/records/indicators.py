@@ -42,7 +42,7 @@ def indicators(
 
 
 def _all_that_load() -> list[Description]:
-    """All indicators; a package that cannot be loaded is told of and hides no other."""
+    """All indicators; a package that cannot be loaded is named and hides no other."""
     from hydrofdi.cli.terminal import tell
     from hydrofdi.errors import ConfigError
     from hydrofdi.indicators import indicator_names

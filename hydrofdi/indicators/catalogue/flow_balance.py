@@ -29,7 +29,7 @@ class FlowBalanceOptions(NominalActuator):
 
     estimate: tuple[Literal["flow_gain", "offset"], ...] = ()
     """What is estimated beside K_i and 1/β: a factor of the flow gain, and an offset of the spool. With one
-    amplitude of the drive the factor can hardly be told from the leak: see the condition number."""
+    amplitude of the drive the factor can hardly be distinguished from the leak: see the condition number."""
 
     switching: Literal["left_out", "kept"] = "left_out"
     """What becomes of windows in which the spool moves by a fifth of its range from one sample to the next:

@@ -14,7 +14,7 @@ from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.transforms.stretches import stretches_where
 
 _CHAMBERS = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE
-_TOLD_BY = {"command": Channel.INPUT_VOLTAGE, "position": Channel.PISTON_POSITION}
+_SHOWN_BY = {"command": Channel.INPUT_VOLTAGE, "position": Channel.PISTON_POSITION}
 
 
 class PressureDecayOptions(Section):
@@ -58,8 +58,8 @@ class PressureDecay(Indicator[PressureDecayOptions]):
     @property
     def channels(self) -> frozenset[Channel]:
         """Both chamber pressures, and what tells the rests where it is named."""
-        told = _TOLD_BY.get(self.options.rest)
-        return frozenset(_CHAMBERS) | (frozenset() if told is None else {told})
+        shown_by = _SHOWN_BY.get(self.options.rest)
+        return frozenset(_CHAMBERS) | (frozenset() if shown_by is None else {shown_by})
 
     @property
     def outputs(self) -> tuple[Output, ...]:
@@ -77,7 +77,7 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         """Nothing tells the rests."""
         if self.options.rest == "command" and Channel.INPUT_VOLTAGE in records.relative:
             return "input_voltage has no scale: where it is zero is not known"
-        if self._told_by(records) is None:
+        if self._shown_by(records) is None:
             return (
                 "neither input_voltage nor piston_position tells when it rests; rest: whole takes all of it"
             )
@@ -102,15 +102,15 @@ class PressureDecay(Indicator[PressureDecayOptions]):
             "duration": np.where(duration > 0.0, duration, np.nan),
         }
 
-    def _told_by(self, records: RecordBatch) -> str | None:
+    def _shown_by(self, records: RecordBatch) -> str | None:
         if self.options.rest != "auto":
             return self.options.rest
         known = records.channels.keys() - (records.relative & {Channel.INPUT_VOLTAGE})
-        return next((name for name, channel in _TOLD_BY.items() if channel in known), None)
+        return next((name for name, channel in _SHOWN_BY.items() if channel in known), None)
 
     def _is_resting(self, records: RecordBatch) -> NDArray[np.bool_]:
         options = self.options
-        match self._told_by(records):
+        match self._shown_by(records):
             case "command":
                 resting: NDArray[np.bool_] = np.abs(records[Channel.INPUT_VOLTAGE]) <= options.largest_command
                 return resting

@@ -23,7 +23,7 @@ class RejectionError(Exception):
 
 
 @contextmanager
-def damage_told(what: str) -> Iterator[None]:
+def damage_named(what: str) -> Iterator[None]:
     """Turn whatever a library raises on a broken file into `RejectionError`."""
     try:
         yield

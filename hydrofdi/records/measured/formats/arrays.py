@@ -10,7 +10,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.formats.table import Table, split_title
-from hydrofdi.records.measured.rejection import damage_told
+from hydrofdi.records.measured.rejection import damage_named
 
 _EXACT = 2**53
 """Integers up to here are exact as floats."""
@@ -48,7 +48,7 @@ class ArrayTable(Table):
     def unit(self, position: int) -> str:
         """Unit that the file states."""
         name = self._columns[position][0]
-        with damage_told(self._what):
+        with damage_named(self._what):
             stated = "" if self._units is None else self._units(name)
         return stated or split_title(name)[1]
 
@@ -72,7 +72,7 @@ class ArrayTable(Table):
 
     def _vector(self, position: int) -> Any:
         name, number = self._columns[position]
-        with damage_told(self._what):
+        with damage_named(self._what):
             values = np.asarray(self._load(name))
             values = values.T if values.ndim == 2 and values.shape[1] > values.shape[0] else values
         return values.reshape(-1) if number is None else values[:, number]

@@ -7,7 +7,7 @@ from io import BytesIO
 from pathlib import Path
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.measured.rejection import RejectionError, damage_told
+from hydrofdi.records.measured.rejection import RejectionError, damage_named
 
 Content = Path | BytesIO
 
@@ -25,7 +25,7 @@ def file_bytes(path: Path) -> bytes:
         It cannot be read or unpacked.
     """
     opener = gzip.open if path.suffix.lower() == ".gz" else open
-    with damage_told("gzip" if path.suffix.lower() == ".gz" else "a file"), opener(path, "rb") as file:
+    with damage_named("gzip" if path.suffix.lower() == ".gz" else "a file"), opener(path, "rb") as file:
         data = file.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
         raise DataError(f"{path}: is larger than {_MOST_BYTES / 2**30:g} GiB")

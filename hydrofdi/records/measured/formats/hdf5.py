@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrofdi.records.measured.formats.arrays import ArrayTable
 from hydrofdi.records.measured.formats.content import Content
-from hydrofdi.records.measured.rejection import damage_told
+from hydrofdi.records.measured.rejection import damage_named
 
 _MISSING = {"_FillValue", "missing_value"}
 _PACKING = {"scale_factor", "add_offset"} | _MISSING
@@ -22,7 +22,7 @@ def hdf5_table(place: str, content: Content) -> Iterator[ArrayTable]:
     """The datasets of a file; units from their attribute ``units`` or ``unit``."""
     import h5py
 
-    with damage_told("HDF5"):
+    with damage_named("HDF5"):
         file = h5py.File(content, "r")
     with file:
         datasets: dict[str, Any] = {}
@@ -31,7 +31,7 @@ def hdf5_table(place: str, content: Content) -> Iterator[ArrayTable]:
             if isinstance(item, h5py.Dataset) and item.shape is not None:
                 datasets[_text(name)] = item
 
-        with damage_told("HDF5"):
+        with damage_named("HDF5"):
             file.visititems(keep)
             shapes = {name: item.shape for name, item in datasets.items()}
         yield ArrayTable(

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrofdi.records.measured.formats.arrays import ArrayTable
 from hydrofdi.records.measured.formats.content import Content
-from hydrofdi.records.measured.rejection import damage_told
+from hydrofdi.records.measured.rejection import damage_named
 
 
 def mat_table(place: str, content: Content) -> ArrayTable:
@@ -17,7 +17,7 @@ def mat_table(place: str, content: Content) -> ArrayTable:
     from scipy.io import loadmat
 
     opened: Any = content
-    with damage_told("MAT"):
+    with damage_named("MAT"):
         variables = loadmat(opened, simplify_cells=True)
         own = {name: value for name, value in variables.items() if not name.startswith("__")}
         arrays = dict(_leaves("", own))

@@ -10,18 +10,18 @@ import numpy as np
 
 from hydrofdi.records.measured.formats.arrays import ArrayTable
 from hydrofdi.records.measured.formats.content import Content
-from hydrofdi.records.measured.rejection import RejectionError, damage_told
+from hydrofdi.records.measured.rejection import RejectionError, damage_named
 
 
 @contextmanager
 def npz_table(place: str, content: Content) -> Iterator[ArrayTable]:
     """The arrays of an archive."""
-    with damage_told("NPZ"):
+    with damage_named("NPZ"):
         archive: Any = np.load(content, allow_pickle=False)
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise RejectionError("damaged", "cannot be read as NPZ: it is no archive of arrays")
     with archive:
-        with damage_told("NPZ"):
+        with damage_named("NPZ"):
             arrays = {name: np.asarray(archive[name]) for name in archive.files}
         shapes = {name: array.shape for name, array in arrays.items()}
         yield ArrayTable(place, "NPZ", shapes, arrays.__getitem__)

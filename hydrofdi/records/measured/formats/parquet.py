@@ -7,7 +7,7 @@ from typing import Any
 from hydrofdi.errors import DataError
 from hydrofdi.records.measured.formats.arrays import ArrayTable
 from hydrofdi.records.measured.formats.content import Content
-from hydrofdi.records.measured.rejection import damage_told
+from hydrofdi.records.measured.rejection import damage_named
 
 
 def parquet_table(place: str, content: Content) -> ArrayTable:
@@ -23,7 +23,7 @@ def parquet_table(place: str, content: Content) -> ArrayTable:
     except ImportError:
         message = "Parquet needs the extra 'parquet': pip install 'hydrofdi[parquet]'"
         raise DataError(f"{place}: {message}") from None
-    with damage_told("Parquet"):
+    with damage_named("Parquet"):
         file = parquet.ParquetFile(content)
         n_row, names = file.metadata.num_rows, file.schema_arrow.names
 

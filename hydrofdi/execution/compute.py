@@ -22,7 +22,8 @@ from hydrofdi.quality.settling import how_records_settle
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.tap import Tap
-from hydrofdi.store import names, write_shard
+from hydrofdi.store import write_shard
+from hydrofdi.store.layout import names
 from hydrofdi.store.shard import read_records
 from hydrofdi.units import convert
 

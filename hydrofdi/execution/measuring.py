@@ -13,9 +13,9 @@ from hydrofdi.execution.jobs import Job
 from hydrofdi.indicators import measure
 from hydrofdi.quality.pressure import pressure_features
 from hydrofdi.records import Channel, RecordBatch, Remark
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
-from hydrofdi.store.wavelet_numbers import wavelet_numbers
 
 Columns = Mapping[str, NDArray[Any]]
 

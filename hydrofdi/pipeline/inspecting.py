@@ -15,9 +15,9 @@ from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, read_index
-from hydrofdi.store.names import MESSAGE, RUN, Variable, stored_variables
-from hydrofdi.store.outputs import output_variables
-from hydrofdi.store.provenance import read_provenance
+from hydrofdi.store.folder.provenance import read_provenance
+from hydrofdi.store.layout.names import MESSAGE, RUN, Variable, stored_variables
+from hydrofdi.store.layout.outputs import output_variables
 from hydrofdi.store.reading import read_statuses
 from hydrofdi.store.request import read_request
 from hydrofdi.store.results import ShardResults

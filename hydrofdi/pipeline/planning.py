@@ -19,8 +19,8 @@ from hydrofdi.simulation import identities_of_analyses, record_identities, run_i
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import Failure, ShardIndex, StoredRun, holds_enough, read_failures, read_index
 from hydrofdi.store.experiment_file import computed_variables
-from hydrofdi.store.names import stored_signals
-from hydrofdi.store.outputs import dimensions
+from hydrofdi.store.layout.names import stored_signals
+from hydrofdi.store.layout.outputs import dimensions
 
 _CALIBRATION_ROUNDS = 14
 """Simulations that a calibration takes, about."""

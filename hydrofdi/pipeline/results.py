@@ -20,7 +20,7 @@ from hydrofdi.store import (
     read_index,
     read_unfinished,
 )
-from hydrofdi.store.names import RUN_ID
+from hydrofdi.store.layout.names import RUN_ID
 from hydrofdi.store.request import REQUEST_FILE, read_request, request_record
 
 

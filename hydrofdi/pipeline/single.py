@@ -15,7 +15,7 @@ from hydrofdi.pipeline.places import library_versions
 from hydrofdi.simulation import record_identity, run_identity
 from hydrofdi.simulation.second_opinion import Solver, simulate_with_solver
 from hydrofdi.store import Columns, HeldResults, write_experiment
-from hydrofdi.store.names import NO_BASELINE
+from hydrofdi.store.layout.names import NO_BASELINE
 
 
 @dataclass(frozen=True)

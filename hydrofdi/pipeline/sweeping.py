@@ -41,11 +41,11 @@ from hydrofdi.store import (
     write_experiment,
     write_failure,
 )
-from hydrofdi.store.calibrations import read_calibrations, write_calibrations
 from hydrofdi.store.files import remove_leftovers
-from hydrofdi.store.lock import experiment_lock, require_unlocked
-from hydrofdi.store.log import RunLog
-from hydrofdi.store.provenance import add_provenance, environment_record, now
+from hydrofdi.store.folder.calibrations import read_calibrations, write_calibrations
+from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
+from hydrofdi.store.folder.log import RunLog
+from hydrofdi.store.folder.provenance import add_provenance, environment_record, now
 from hydrofdi.store.reading import is_current, read_statuses
 from hydrofdi.store.request import read_request, require_same_experiment, write_request
 from hydrofdi.store.results import MISSING

@@ -10,7 +10,8 @@ from hydrofdi.report.indicators.study import IndicatorStudy, study_indicators
 from hydrofdi.report.replicates import ReplicateStudy, study_replicates
 from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.report.runs.table import SensitivityTable
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from hydrofdi.report.intervals import Share, clustered_share
 from hydrofdi.report.runs.rows import TableRow, largest_positive
 from hydrofdi.report.runs.table import SensitivityTable
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 from hydrofdi.transforms.change import percentage_change
 
 Array = NDArray[np.float64]

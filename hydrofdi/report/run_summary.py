@@ -9,7 +9,8 @@ from typing import Any
 
 from hydrofdi.config import RunSpec
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.store import Columns, names
+from hydrofdi.store import Columns
+from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 

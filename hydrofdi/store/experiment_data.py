@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.names import (
+from hydrofdi.store.layout.names import (
     FIXED_BASELINE,
     LEAKAGE_COEFFICIENT,
     LEAKAGE_LEVEL,

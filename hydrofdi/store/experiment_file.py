@@ -18,7 +18,7 @@ from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
-from hydrofdi.store.names import (
+from hydrofdi.store.layout.names import (
     ANALYSIS_ID,
     BULK_MODULUS,
     BY_LEVEL,
@@ -39,11 +39,11 @@ from hydrofdi.store.names import (
     axis_variable,
     stored_variables,
 )
-from hydrofdi.store.outputs import dimensions, indicators_of, is_output, output_variables
+from hydrofdi.store.layout.outputs import dimensions, indicators_of, is_output, output_variables
+from hydrofdi.store.layout.variables import fit_to_dimensions
+from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.results import Results
 from hydrofdi.store.signals import create_signal, write_block
-from hydrofdi.store.variables import fit_to_dimensions
-from hydrofdi.store.wavelet_numbers import wavelet_numbers
 
 
 def write_experiment(

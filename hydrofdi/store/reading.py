@@ -21,7 +21,7 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.names import (
+from hydrofdi.store.layout.names import (
     FORMAT_VERSION,
     PHASE,
     READABLE_FORMATS,
@@ -35,12 +35,12 @@ from hydrofdi.store.names import (
     axis_variable,
     stored_variables,
 )
-from hydrofdi.store.outputs import is_output
+from hydrofdi.store.layout.outputs import is_output
+from hydrofdi.store.layout.variables import absent_values, held_values
+from hydrofdi.store.layout.wavelet_numbers import earlier_outputs, wavelet_numbers
 from hydrofdi.store.request import stored_experiment
 from hydrofdi.store.results import MISSING
 from hydrofdi.store.signals import signal_rows
-from hydrofdi.store.variables import absent_values, held_values
-from hydrofdi.store.wavelet_numbers import earlier_outputs, wavelet_numbers
 
 _VERSION = "version_"
 """Prefix of the attributes that hold library versions."""

@@ -14,7 +14,7 @@ from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord, Remark
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.names import (
+from hydrofdi.store.layout.names import (
     BULK_MODULUS,
     LEAKAGE_COEFFICIENT,
     LEAKAGE_LEVEL,

@@ -11,10 +11,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.store.failures import Failure
 from hydrofdi.store.files import open_for_reading
+from hydrofdi.store.folder.failures import Failure
 from hydrofdi.store.index import ShardIndex
-from hydrofdi.store.names import MESSAGE, RUN_ID, STATUS, TIME, Variable
+from hydrofdi.store.layout.names import MESSAGE, RUN_ID, STATUS, TIME, Variable
 from hydrofdi.store.shard import Columns, read_variables
 from hydrofdi.store.signals import Block, lacking_blocks, read_blocks, signal_rows
 

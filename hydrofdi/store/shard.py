@@ -17,7 +17,7 @@ from hydrofdi.config.store import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
-from hydrofdi.store.names import (
+from hydrofdi.store.layout.names import (
     FEATURES,
     FORMAT_VERSION,
     READABLE_FORMATS,
@@ -30,9 +30,9 @@ from hydrofdi.store.names import (
     Variable,
     stored_variables,
 )
-from hydrofdi.store.outputs import is_output
+from hydrofdi.store.layout.outputs import is_output
+from hydrofdi.store.layout.variables import held_values
 from hydrofdi.store.signals import create_signal, write_block
-from hydrofdi.store.variables import held_values
 
 Columns = Mapping[str, NDArray[Any]]
 """Variable name → array with one row per run; and ``time`` → sampling instants [s]."""

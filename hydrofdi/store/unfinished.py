@@ -13,11 +13,11 @@ from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.errors import StoreError
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import computed_columns, requested_columns
-from hydrofdi.store.names import LEAKAGE_COEFFICIENT, RUN, Variable, stored_variables
-from hydrofdi.store.outputs import is_output
+from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, RUN, Variable, stored_variables
+from hydrofdi.store.layout.outputs import is_output
+from hydrofdi.store.layout.variables import enlarged
+from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.results import ShardResults
-from hydrofdi.store.variables import enlarged
-from hydrofdi.store.wavelet_numbers import wavelet_numbers
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from hydrofdi.config.claims import ClaimId
 from hydrofdi.papers.maddahi2015 import CLAIMS, study_experiment
 from hydrofdi.papers.maddahi2015.claims import claim_margins
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 
 LEAKAGES, BULK_MODULI = 3, 3
 

@@ -4,7 +4,7 @@ import pytest
 
 from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.papers.maddahi2015.composition import compose_study
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 
 
 def text_of(analysis, key):

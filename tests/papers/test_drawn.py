@@ -14,8 +14,9 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.composition import compose_study
 from hydrofdi.report.document import Cell, Rows
 from hydrofdi.report.runs import changes
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
+from hydrofdi.store.layout import names
 from hydrofdi.store.reading import FileSignals
 from hydrofdi.transforms.change import percentage_change
 from tests.conftest import run_hydrofdi, sweep_in

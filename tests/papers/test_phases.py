@@ -12,7 +12,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015 import StudyReport, study_experiment
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.report.figures import draw_figure
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 
 

@@ -11,8 +11,9 @@ import pytest
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.pipeline import read_results
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
+from hydrofdi.store.layout import names
 from hydrofdi.store.reading import FileSignals
 
 MADE_UP = """\

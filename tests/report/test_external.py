@@ -15,8 +15,8 @@ from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.pipeline import read_results
 from hydrofdi.report import analyze
 from hydrofdi.report.forms.markdown import render_markdown
-from hydrofdi.store import names
-from hydrofdi.store.names import LATER_ADDED
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.names import LATER_ADDED
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 

@@ -20,7 +20,7 @@ from hydrofdi.report.indicators.axes import varied_axes
 from hydrofdi.report.indicators.changes import healthy_spread, relative_change
 from hydrofdi.report.indicators.measured import measured_indicator
 from hydrofdi.report.indicators.study import study_indicator
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 
 FREQUENCIES = [60.0, 66.0, 59.4, 66.0, np.nan, np.nan]
 """Of the sealed runs at 551 and 689 MPa, with 0.12 L/min, and with 2 L/min, which has none and failed."""

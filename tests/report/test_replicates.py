@@ -15,7 +15,7 @@ from hydrofdi.papers import make_report
 from hydrofdi.pipeline import read_results
 from hydrofdi.report.replicates import study_replicates
 from hydrofdi.report.runs.summary import summarize_table
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 

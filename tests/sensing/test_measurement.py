@@ -16,7 +16,7 @@ from hydrofdi.sensing.channels import CLOCK, random_generator
 from hydrofdi.sensing.measurement import sensor_reading
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
 from hydrofdi.simulation import simulate_batch
-from hydrofdi.store.names import stored_variables
+from hydrofdi.store.layout.names import stored_variables
 from hydrofdi.transforms.wavelet import detail_rms
 
 SIGNALS = [variable.name for variable in stored_variables("all") if variable.is_signal]

@@ -11,7 +11,7 @@ from hydrofdi.simulation.kernels.kernel import keep_state, state_of, take_sample
 from hydrofdi.simulation.kernels.lanes import LANES, LEAKAGE, PARAMETERS, SAMPLED, STATES, pack_lanes
 from hydrofdi.simulation.kernels.options import ModelOptions
 from hydrofdi.simulation.trajectory import Trajectory
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 
 EVERYTHING = ModelOptions()._replace(supply_droop=True, bristles=True, closed_loop=True)
 

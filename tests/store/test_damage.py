@@ -14,14 +14,15 @@ import pytest
 
 from hydrofdi.errors import StoreError
 from hydrofdi.store import read_experiment, read_index
-from hydrofdi.store.lock import experiment_lock
+from hydrofdi.store.folder.lock import experiment_lock
 
 WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
 from hydrofdi.config.store import StoreConfig
-from hydrofdi.store import names, write_shard
+from hydrofdi.store import write_shard
+from hydrofdi.store.layout import names
 
 n_run, n_time = 16, 40_000
 columns = {names.TIME: np.arange(float(n_time))}

@@ -10,7 +10,7 @@ import xarray
 
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline import read_results
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi
 
 MUSEUM = Path(__file__).parent.parent / "museum"

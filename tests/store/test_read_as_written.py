@@ -10,7 +10,7 @@ import xarray
 
 from hydrofdi.pipeline import read_results
 from hydrofdi.report import analyze, summarize_table
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi, sweep_in
 
 FRICTION = """\

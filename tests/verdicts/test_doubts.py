@@ -6,7 +6,7 @@ import pytest
 
 from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.quality.run_quality import RunQuality
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from tests.conftest import REPOSITORY
 
 

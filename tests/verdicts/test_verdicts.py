@@ -9,7 +9,7 @@ import pytest
 
 from hydrofdi.config import RunParameters
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 
 SHORT = RunParameters().with_values({"record.duration": 2.0, "input.period": 0.5})

@@ -18,7 +18,8 @@ from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid, gathered
 from hydrofdi.report.runs.changes import baseline_changes
 from hydrofdi.report.runs.rows import Levels, largest_positive
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 
 Changes = NDArray[np.float64]
 """δ [%]."""

@@ -10,7 +10,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hydrofdi.report.figures.style import BLUE, ORANGE
-from hydrofdi.store import Columns, names
+from hydrofdi.store import Columns
+from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import detail_coefficients
 from hydrofdi.units import convert
 

@@ -14,7 +14,7 @@ from hydrofdi.report.forms.indicators_record import indicator_record, output_val
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.replicates_record import replicates_record
 from hydrofdi.report.runs.rows import TableRow, largest_positive, level_name
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 

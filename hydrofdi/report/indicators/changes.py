@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.report.runs.changes import ROUNDING
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 
 Array = NDArray[np.float64]
 

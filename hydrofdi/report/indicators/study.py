@@ -15,7 +15,8 @@ from hydrofdi.report.indicators.measured import (
     measured_indicators,
 )
 from hydrofdi.report.ranges import Range, range_of
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 
 
 @dataclass(frozen=True)

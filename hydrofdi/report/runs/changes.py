@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.report.runs.table import EXTERNAL
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 from hydrofdi.transforms.change import percentage_change
 
 ROUNDING = 1e-9

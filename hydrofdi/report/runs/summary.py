@@ -15,7 +15,8 @@ from hydrofdi.report.runs.changes import (
 )
 from hydrofdi.report.runs.rows import ExternalLeakage, LevelChanges, TableRow
 from hydrofdi.report.runs.table import SensitivityTable
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import level_bands
 
 _NUMBERS = (

@@ -10,7 +10,8 @@ import numpy as np
 from hydrofdi.papers.maddahi2015.claims.catalogue import CLAIMS, Claim
 from hydrofdi.papers.maddahi2015.claims.checks import D3, Check, Margin
 from hydrofdi.papers.maddahi2015.grid.modes import Mode, ModeGrid
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.grid.modes import ABSENT
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 
 
 def run_position(study: Study, leakage: int, bulk_modulus: int) -> int:

@@ -10,7 +10,7 @@ from hydrofdi.papers.maddahi2015.figures.choice import run_position, shown_bulk_
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import SERIES
 from hydrofdi.report.wording import kilopascal, mode_name
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import detail_coefficients
 
 

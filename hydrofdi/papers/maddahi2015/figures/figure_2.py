@@ -16,7 +16,7 @@ from hydrofdi.report.figures.signals import (
 )
 from hydrofdi.report.figures.style import BLUE, INK, ORANGE
 from hydrofdi.report.wording import mode_name
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 
 
 def draw_figure_2(study: Study) -> Figure:

@@ -12,7 +12,7 @@ from hydrofdi.papers.maddahi2015.grid.modes import ABSENT
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import BLUE, INK, RULE
 from hydrofdi.report.wording import litres_per_minute, megapascal
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 
 _MARKERS = "osD^vP"
 

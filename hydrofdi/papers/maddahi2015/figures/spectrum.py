@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import INK, series
 from hydrofdi.report.runs.changes import ROUNDING
 from hydrofdi.report.wording import megapascal, mode_name
-from hydrofdi.store import names
+from hydrofdi.store.layout import names
 from hydrofdi.transforms.spectrum import power_spectrum
 
 

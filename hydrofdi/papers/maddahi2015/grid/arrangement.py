@@ -17,7 +17,8 @@ from hydrofdi.report.runs.changes import (
     leaks_out_more,
     normal_bulk_modulus,
 )
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 
 
 def arrange_modes(data: ExperimentData) -> ModeGrid:

@@ -10,7 +10,8 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.report.wording import counted
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 
 _FEW_CELLS, _CELLS_PER_RUN = 10_000, 4
 """A grid has few cells in all, or few for each of its runs."""

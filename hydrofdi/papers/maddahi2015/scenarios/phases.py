@@ -11,7 +11,8 @@ from hydrofdi.papers.maddahi2015.claims import Margin, claim_margins
 from hydrofdi.papers.maddahi2015.controls import alarm_matrix
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
 from hydrofdi.papers.maddahi2015.standings import phase_grids, settled_grid
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 
 Mask = NDArray[np.bool_]
 

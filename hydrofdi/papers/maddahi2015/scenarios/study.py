@@ -17,7 +17,8 @@ from hydrofdi.papers.maddahi2015.scenarios.phases import ScenarioPhases, scenari
 from hydrofdi.papers.maddahi2015.scenarios.values import ValueShare, value_shares
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.intervals import Share, clustered_share
-from hydrofdi.store import ExperimentData, names
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 from hydrofdi.store.results import MISSING
 
 Mask = NDArray[np.bool_]

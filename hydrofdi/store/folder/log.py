@@ -8,7 +8,7 @@ from typing import Any
 
 from hydrofdi.errors import StoreError
 from hydrofdi.store.files import reason
-from hydrofdi.store.provenance import now
+from hydrofdi.store.folder.provenance import now
 
 _FILE = "run.log"
 

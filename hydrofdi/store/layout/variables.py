@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.store.names import (
+from hydrofdi.store.layout.names import (
     DETAIL_RMS,
     LATER_ADDED,
     LEVEL,
@@ -20,8 +20,8 @@ from hydrofdi.store.names import (
     SETTLED_DETAIL_RMS,
     Variable,
 )
-from hydrofdi.store.outputs import is_output
-from hydrofdi.store.wavelet_numbers import earlier_output
+from hydrofdi.store.layout.outputs import is_output
+from hydrofdi.store.layout.wavelet_numbers import earlier_output
 
 _OPTIONAL = {variable.name for variable in (*LATER_ADDED, *OVER_PHASES)}
 

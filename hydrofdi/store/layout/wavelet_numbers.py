@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.analysis import DWT
-from hydrofdi.store.names import APPROXIMATION_RMS, DETAIL_RMS, PHASE_DETAIL_RMS, SETTLED_DETAIL_RMS
+from hydrofdi.store.layout.names import APPROXIMATION_RMS, DETAIL_RMS, PHASE_DETAIL_RMS, SETTLED_DETAIL_RMS
 
 _OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_phases"}
 """Variable → outputs of the indicator that it holds side by side, by level."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from hydrofdi.config.analysis import Indicators
 from hydrofdi.config.run_table.runs import Runs
-from hydrofdi.store.names import ANALYSIS_ID, LEVEL, PHASE, RUN, Variable
+from hydrofdi.store.layout.names import ANALYSIS_ID, LEVEL, PHASE, RUN, Variable
 from hydrofdi.transforms.wavelet import n_phase
 
 

@@ -1,0 +1,1 @@
+"""What the folder of an experiment holds beside its results."""

@@ -1,0 +1,1 @@
+"""What stands in a result file, and under which names."""

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.io
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -156,9 +155,7 @@ def test_what_is_read_of_any_cells_is_what_they_say(rows, sign, header, decimal)
 def sound(kind):
     """A sound file of a kind, as bytes."""
     target, values = io.BytesIO(), np.arange(64.0)
-    if kind == "mat":
-        scipy.io.savemat(target, {"P1": values, "s": {"a": 1.0}}, do_compression=True)
-    elif kind == "npz":
+    if kind == "npz":
         np.savez_compressed(target, P1=values)
     elif kind == "parquet":
         parquet, pyarrow = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
@@ -168,11 +165,11 @@ def sound(kind):
     return target.getvalue()
 
 
-@pytest.mark.parametrize("kind", ["mat", "npz", "parquet", "csv.gz"])
+@pytest.mark.parametrize("kind", ["npz", "parquet", "csv.gz"])
 @settings(max_examples=120)
 @given(st.data())
 def test_a_broken_file_gives_its_numbers_or_a_reason(kind, data):
-    """HDF5 is left out: its library may hang or crash on changed bytes; it notices files that are cut off."""
+    """MAT and HDF5 are left out: their libraries may hang or crash on changed bytes."""
     content = bytearray(sound(kind))
     for _ in range(data.draw(st.integers(1, 4))):
         content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))

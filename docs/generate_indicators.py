@@ -48,6 +48,8 @@ def _section(indicator: Description) -> Iterator[str]:
     yield f"\n### {indicator.name}\n\n{indicator.summary}"
     if indicator.equation:
         yield f"\nEquation: {indicator.equation}."
+    if indicator.caution:
+        yield f"\n**Caution.** {indicator.caution}"
     if indicator.needs_scale:
         yield "\nIt needs channels in SI; counts are of no use to it."
     if indicator.options:

@@ -50,6 +50,8 @@ class Indicator(Protocol[Chosen]):
         Where it was published.
     equation : str
         Its definition, in one line.
+    caution : str
+        What has to be known before its numbers are believed; empty where nothing has.
     absence : str
         Why a record may have none of its outputs, in a few words.
     is_cheap : bool
@@ -67,6 +69,7 @@ class Indicator(Protocol[Chosen]):
     summary: ClassVar[str]
     source: ClassVar[str]
     equation: ClassVar[str] = ""
+    caution: ClassVar[str] = ""
     absence: ClassVar[str] = "has no finite number"
     is_cheap: ClassVar[bool] = True
     needs_scale: ClassVar[bool] = False

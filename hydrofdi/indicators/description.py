@@ -45,6 +45,7 @@ class Description:
     summary: str
     source: str
     equation: str
+    caution: str
     is_cheap: bool
     needs_scale: bool
     channels: tuple[Channel, ...]
@@ -72,7 +73,8 @@ def describe(name: str) -> Description:
         for field, info in kind.Options.model_fields.items()
     )
     return Description(
-        name, kind.version, kind.summary, kind.source, kind.equation, kind.is_cheap, kind.needs_scale,
+        name, kind.version, kind.summary, kind.source, kind.equation, kind.caution, kind.is_cheap,
+        kind.needs_scale,
         tuple(sorted(indicator.channels)), tuple(indicator.outputs), options,
     )  # fmt: skip
 

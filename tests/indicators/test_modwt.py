@@ -8,7 +8,7 @@ from indicators.laws import assert_batch_has_no_effect, assert_unit_scales, nois
 @pytest.mark.parametrize("wavelet", ["db8", "haar", "sym5"])
 def test_coefficients_are_those_of_pywavelets(wavelet):
     record = ringing(1, 1, 2048)
-    found = values("modwt", record, wavelet=wavelet, levels=4)
+    found = values("modwt", record, wavelet=wavelet, levels=4, boundary="circle")
     for level, (approximation, detail) in zip(range(4, 0, -1), pywt.swt(record[0], wavelet, 4), strict=True):
         np.testing.assert_allclose(found[f"d{level}"], np.sqrt(np.mean(detail**2)), rtol=1e-9)
         np.testing.assert_allclose(found[f"a{level}"], np.sqrt(np.mean(approximation**2)), rtol=1e-9)
@@ -32,14 +32,14 @@ def test_without_the_boundary_only_coefficients_inside_the_record_count():
 @pytest.mark.parametrize("n_time", [3000, 3001])
 def test_levels_share_the_energy_of_the_record(n_time):
     record = ringing(3, 1, n_time)
-    found = values("modwt", record)
+    found = values("modwt", record, boundary="circle")
     energy = sum(found[f"d{level}"] ** 2 / 2**level for level in range(1, 6)) + found["a5"] ** 2 / 2**5
     np.testing.assert_allclose(energy, np.mean(record**2), rtol=1e-12)
 
 
 def test_a_circular_shift_changes_nothing():
     record = ringing(4, 1, 2500)
-    one, other = values("modwt", record), values("modwt", np.roll(record, 777, axis=1))
+    one, other = (values("modwt", each, boundary="circle") for each in (record, np.roll(record, 777, axis=1)))
     for key in one:
         np.testing.assert_allclose(one[key], other[key], rtol=1e-9)
 
@@ -63,3 +63,12 @@ def test_another_unit_scales_the_numbers():
 def test_a_record_shorter_than_the_longest_filter_is_not_measured():
     assert obstacle("modwt", noise(8, 465)) == "5 levels of db8 need 466 samples, not 465"
     assert values("modwt", noise(8, 466), boundary="left_out")["d5"] > 0
+
+
+def test_ends_that_do_not_join_leave_the_details_alone():
+    record = noise(9, (1, 4000))
+    ramp = np.linspace(0.0, 1e9, 4000)
+    alone, tilted = values("modwt", record), values("modwt", record + ramp)
+    for level in ("d1", "d2", "d3"):
+        np.testing.assert_allclose(tilted[level], alone[level], rtol=1e-6)
+    assert values("modwt", record + ramp, boundary="circle")["d1"] > 10.0 * alone["d1"]

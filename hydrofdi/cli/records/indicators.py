@@ -101,6 +101,8 @@ def _print_one(indicator: Description) -> None:
     facts.add_column(no_wrap=True)
     facts.add_column(overflow="fold")
     facts.add_row("equation", indicator.equation or "–")
+    if indicator.caution:
+        facts.add_row("caution", indicator.caution)
     facts.add_row("source", indicator.source)
     facts.add_row("channels", ", ".join(indicator.channels))
     facts.add_row("cost", indicator.cost)

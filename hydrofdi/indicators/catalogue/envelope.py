@@ -48,6 +48,10 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
     summary = "RMS of the envelope of a band, and how fast it decays after the steps of the drive."
     source = "Feldman, Hilbert Transform Applications in Mechanical Vibration (2011)"
     equation = "A(t) = |x + i H x| in the band; ln A = c − σ t by least squares weighted by A²"
+    caution = (
+        "The gain of the band rises and falls over three eighths of its width at each side, so a frequency "
+        "that moves within it moves the amplitude. Heavy damping gives too small a rate of decay."
+    )
     Options = EnvelopeOptions
 
     @property
@@ -61,7 +65,7 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
         return (
             Output("amplitude", self.unit, "RMS of the envelope"),
             Output("decay_rate", "1/s", "rate of decay σ of the envelope, mean over the steps"),
-            Output("decay_rate_spread", "1/s", "its standard deviation over the steps"),
+            Output("decay_rate_spread", "1/s", "its standard deviation over the steps, of two at least"),
             Output("steps", "1", "number of steps that the decay was fitted to"),
         )
 
@@ -88,11 +92,12 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
         steps, rates = steps.where(moves), _decay_rates(windows[moves], sampling)
         count = steps.counts(records.n_record).astype(float)
         mean = steps.sums(rates, records.n_record) / count
-        variance = steps.sums(np.square(rates - mean[steps.record]), records.n_record) / count
+        squares = steps.sums(np.square(rates - mean[steps.record]), records.n_record)
+        spread = np.where(count > 1.0, np.sqrt(squares / count), np.nan)
         return {
             "amplitude": root_mean_square(envelope),
             "decay_rate": mean,
-            "decay_rate_spread": np.sqrt(variance),
+            "decay_rate_spread": spread,
             "steps": count,
         }
 

@@ -52,6 +52,10 @@ class FlowBalance(Indicator[FlowBalanceOptions]):
     equation = (
         "∫φ(q_1 − A x_p') = K_i ∫φ sgn(ΔP) √abs(ΔP) + (1/β) ∫φ (V + A x_p) P_1', φ = sin²; chamber 2 alike"
     )
+    caution = (
+        "Noise of the pressures biases β upwards, by more than its stated deviation; K_i hardly moves. The "
+        "deviations count what the fit leaves, not errors of the nominal model."
+    )
     absence = "the balance does not determine a leakage"
     needs_scale = True
     Options = FlowBalanceOptions

@@ -21,9 +21,10 @@ class ModwtOptions(ChannelOptions):
     levels: Levels = 5
     """Number of levels; d1 is the finest detail."""
 
-    boundary: Literal["circle", "left_out"] = "circle"
-    """``circle``: the record begins again where it ends, as whole periods of a settled motion do.
-    ``left_out``: only the coefficients count that look at nothing but the record."""
+    boundary: Literal["left_out", "circle"] = "left_out"
+    """``left_out``: only the coefficients count that look at nothing but the record. ``circle``: the record
+    begins again where it ends, as whole periods of a settled motion do; where its ends do not join, their
+    jump outweighs the fine details."""
 
     @property
     def transform(self) -> WaveletConfig:
@@ -36,10 +37,7 @@ class Modwt(SingleChannelIndicator[ModwtOptions]):
 
     name = "modwt"
     version = 1
-    summary = (
-        "RMS of the coefficients of the undecimated wavelet transform: as dwt, but the same wherever the "
-        "record starts."
-    )
+    summary = "RMS of the coefficients of the undecimated wavelet transform: dwt at all start phases at once."
     source = "Percival and Walden, Wavelet Methods for Time Series Analysis (2000), chapter 5"
     equation = "d_j = sqrt(2^j · mean over t of W_j[t]²), W_j: MODWT; level j covers f_s/2^(j+1) to f_s/2^j"
     Options = ModwtOptions

@@ -9,10 +9,9 @@ from pathlib import Path
 from hydrofdi.errors import DataError
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.content import Content, content_of, file_bytes
-from hydrofdi.records.measured.formats.hdf5 import hdf5_table
-from hydrofdi.records.measured.formats.mat import mat_table
 from hydrofdi.records.measured.formats.npz import npz_table
 from hydrofdi.records.measured.formats.parquet import parquet_table
+from hydrofdi.records.measured.formats.reading_apart import table_read_apart
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
 from hydrofdi.settings.mistakes import nearest
@@ -52,10 +51,9 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
         case "npz":
             with npz_table(place, content) as table:
                 yield table
-        case "mat" if not _is_hdf5(content):
-            yield mat_table(place, content)
         case _:
-            with hdf5_table(place, content) as table:
+            known = "MAT" if kind == "mat" and not _is_hdf5(content) else "HDF5"
+            with table_read_apart(place, known, content) as table:
                 yield table
 
 

@@ -1,0 +1,161 @@
+"""Program that reads arrays of HDF5 and MAT files for another process; `reading_apart` starts it by its path.
+
+It imports nothing of this package, so that it starts fast. A request is a line of JSON on standard input,
+followed by the bytes of a file that has no path. The answer is a line of JSON on standard output, followed by
+the bytes of an array.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from io import BytesIO
+from typing import Any, BinaryIO, cast
+
+import numpy as np
+
+_MISSING = {"_FillValue", "missing_value"}
+_PACKING = {"scale_factor", "add_offset"} | _MISSING
+"""Attributes by which NetCDF packs numbers."""
+
+
+class Hdf5File:
+    """Datasets of HDF5 by their path; MAT files of version 7.3 are HDF5."""
+
+    def __init__(self, content: str | BytesIO) -> None:
+        import h5py
+
+        self._file: Any = h5py.File(content, "r")
+        self._datasets: dict[str, Any] = {}
+
+        def keep(name: str | bytes, item: Any) -> None:
+            if isinstance(item, h5py.Dataset) and item.shape is not None:
+                self._datasets[_text(name)] = item
+
+        self._file.visititems(keep)
+        self.shapes = {name: item.shape for name, item in self._datasets.items()}
+
+    def array(self, name: str) -> Any:
+        """Values of a dataset; fill values, scale and offset of NetCDF applied."""
+        dataset = self._datasets[name]
+        values, attributes = dataset[()], dataset.attrs
+        if not _PACKING & attributes.keys() or np.asarray(values).dtype.kind not in "iuf":
+            return values
+        missing = np.isin(values, [attributes[key] for key in _MISSING & attributes.keys()])
+        scale, offset = attributes.get("scale_factor", 1.0), attributes.get("add_offset", 0.0)
+        return np.where(missing, np.nan, np.asarray(values, dtype=np.float64) * scale + offset)
+
+    def unit(self, name: str) -> str:
+        """The attribute ``units`` or ``unit``; empty where there is none."""
+        attributes = self._datasets[name].attrs
+        found = next((attributes[key] for key in ("units", "unit") if key in attributes), "")
+        return _text(found) if isinstance(found, str | bytes) else ""
+
+    def close(self) -> None:
+        """Release the file."""
+        self._file.close()
+
+
+class MatFile:
+    """Variables of MAT files up to version 7, and fields of structures as ``structure/field``."""
+
+    def __init__(self, content: str | BytesIO) -> None:
+        from scipy.io import loadmat
+
+        variables = loadmat(cast(Any, content), appendmat=False, simplify_cells=True)
+        own = {name: value for name, value in variables.items() if not name.startswith("__")}
+        self._arrays = dict(_leaves("", own))
+        self.shapes = {name: array.shape for name, array in self._arrays.items()}
+
+    def array(self, name: str) -> Any:
+        """Values of a variable."""
+        return self._arrays[name]
+
+    def unit(self, name: str) -> str:
+        """MAT files state no units."""
+        return ""
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+
+class Server:
+    """Answers requests about one file at a time."""
+
+    def __init__(self, requests: BinaryIO, answers: BinaryIO) -> None:
+        self._requests, self._answers = requests, answers
+        self._file: Hdf5File | MatFile | None = None
+
+    def answer(self, request: Mapping[str, Any]) -> None:
+        """Do what a request says and send the outcome; what a library raises is sent as its reason."""
+        actions: dict[str, Callable[..., tuple[dict[str, Any], Any]]] = {
+            "open": self._open, "array": self._array, "unit": self._unit, "close": self._close,
+        }  # fmt: skip
+        try:
+            head, body = actions[request["do"]](**request["of"])
+            line = json.dumps(head).encode()
+        except Exception as error:
+            reason = " ".join(str(error).split())[:120] or type(error).__name__
+            line, body = json.dumps({"error": reason}).encode(), b""
+        self._answers.write(line + b"\n")
+        self._answers.write(body)
+        self._answers.flush()
+
+    def _open(self, kind: str, path: str | None, size: int) -> tuple[dict[str, Any], Any]:
+        content = BytesIO(self._requests.read(size)) if path is None else path
+        self._file = Hdf5File(content) if kind == "HDF5" else MatFile(content)
+        return {"shapes": self._file.shapes}, b""
+
+    def _array(self, name: str) -> tuple[dict[str, Any], Any]:
+        assert self._file is not None
+        values = np.asarray(self._file.array(name))
+        if values.dtype.kind not in "biufcSU":
+            return {
+                "texts": [_text(value) for value in values.reshape(-1).tolist()],
+                "shape": values.shape,
+            }, b""
+        head = {"dtype": values.dtype.str, "shape": values.shape}
+        return head, np.ascontiguousarray(values).reshape(-1).view(np.uint8) if values.nbytes else b""
+
+    def _unit(self, name: str) -> tuple[dict[str, Any], Any]:
+        assert self._file is not None
+        return {"unit": self._file.unit(name)}, b""
+
+    def _close(self) -> tuple[dict[str, Any], Any]:
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+        return {}, b""
+
+
+def main() -> None:
+    """Serve until standard input ends; each request has its limit of time, kept even within a library."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    server = Server(sys.stdin.buffer, answers)
+    for line in iter(sys.stdin.buffer.readline, b""):
+        request = json.loads(line)
+        faulthandler.dump_traceback_later(request["seconds"], exit=True)
+        server.answer(request)
+        faulthandler.cancel_dump_traceback_later()
+
+
+def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _leaves(f"{path}/{name}" if path else str(name), inner)
+    else:
+        yield path, np.asarray(value)
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+if __name__ == "__main__":
+    main()

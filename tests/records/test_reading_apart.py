@@ -1,0 +1,222 @@
+"""HDF5 and MAT files are read in a process of their own: whatever happens to it, the next file is read."""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import psutil
+import pytest
+import scipy.io
+
+from hydrofdi.records.measured import measured_source
+from hydrofdi.records.measured.formats import reading_apart
+from hydrofdi.records.measured.rejection import RejectionError
+from tests.records.measuring import P1, described
+
+BAR = np.array([100.0, 101.5, 99.25])
+ALL = (
+    'files: "*.{}"\nsampling_frequency: 1 kHz\nchannels: {{chamber_1_pressure: {{column: P1, unit: bar}}}}\n'
+)
+
+
+def write(file, arrays):
+    if file.suffix == ".mat":
+        scipy.io.savemat(file, arrays)
+        return
+    with h5py.File(file, "w") as target:
+        for name, values in arrays.items():
+            target[name] = values
+
+
+def crashing_mat():
+    """A MAT file with a number for the type of its data that SciPy follows out of its memory."""
+    target = io.BytesIO()
+    scipy.io.savemat(target, {"P1": np.arange(64.0)})
+    content = bytearray(target.getvalue())
+    content[176:178] = b"\xff\xff"
+    return bytes(content)
+
+
+def write_hanging(file):
+    """A dataset whose values are in a pipe that nobody writes to."""
+    os.mkfifo(file.with_suffix(".pipe"))
+    with h5py.File(file, "w") as target:
+        target.create_dataset("P1", (3,), "f8", external=[(str(file.with_suffix(".pipe")), 0, 24)])
+
+
+def read(folder, suffix):
+    (batch,) = measured_source(described(folder, ALL.format(suffix))).batches()
+    return batch
+
+
+def readers(process=None):
+    """Processes that a process has started to read files."""
+    program = reading_apart.array_reader.__file__
+    return [child for child in psutil.Process(process).children() if program in child.cmdline()]
+
+
+def has_ended(process):
+    try:
+        return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
+
+
+def wait_until(holds):
+    stop = time.monotonic() + 60
+    while not holds():
+        assert time.monotonic() < stop
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(reading_apart, "SECONDS", 1.0)
+
+
+def test_a_file_that_crashes_its_library_is_rejected_and_the_next_is_read(tmp_path):
+    (tmp_path / "1.mat").write_bytes(crashing_mat())
+    write(tmp_path / "2.mat", {"P1": BAR})
+    batch = read(tmp_path, "mat")
+    assert [rejected.record_id for rejected in batch.rejected] == ["1.mat"]
+    assert batch.rejected[0].remark.kind == "damaged"
+    assert "as MAT" in batch.rejected[0].remark.text
+    np.testing.assert_array_equal(batch[P1], [BAR * 1e5])
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_file_that_hangs_its_library_is_rejected(tmp_path, impatient):
+    write_hanging(tmp_path / "1.h5")
+    (rejected,) = read(tmp_path, "h5").rejected
+    assert rejected.remark.text == "reading it as HDF5 took longer than 1 s"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_the_file_after_one_that_hangs_is_read(tmp_path, monkeypatch):
+    write_hanging(tmp_path / "1.h5")
+    monkeypatch.setattr(reading_apart, "SECONDS", 1.0)
+    assert read(tmp_path, "h5").n_record == 0
+    monkeypatch.undo()
+    (tmp_path / "1.h5").unlink()
+    write(tmp_path / "2.h5", {"P1": BAR})
+    np.testing.assert_array_equal(read(tmp_path, "h5")[P1], [BAR * 1e5])
+
+
+@pytest.mark.parametrize("suffix", ["h5", "mat"])
+def test_a_reader_killed_in_the_middle_of_a_file_rejects_it_alone(tmp_path, suffix):
+    file, kind = tmp_path / f"run.{suffix}", {"h5": "HDF5", "mat": "MAT"}[suffix]
+    write(file, {"P1": BAR, "P2": BAR})
+    with reading_apart.table_read_apart("run", kind, file) as table:
+        np.testing.assert_array_equal(table.numbers(0), BAR)
+        for reader in readers():
+            reader.kill()
+        with pytest.raises(RejectionError, match=f"^reading it as {kind} crashed$"):
+            table.numbers(1)
+    with reading_apart.table_read_apart("run", kind, file) as table:
+        np.testing.assert_array_equal(table.numbers(1), BAR)
+
+
+def test_a_reader_killed_between_files_is_replaced_in_silence(tmp_path):
+    write(tmp_path / "run.h5", {"P1": BAR})
+    for _ in range(3):
+        assert read(tmp_path, "h5").n_record == 1
+        for reader in readers():
+            reader.kill()
+            reader.wait(60)
+
+
+def test_one_process_reads_file_after_file_and_two_at_once_have_their_own(tmp_path):
+    for number in range(4):
+        write(tmp_path / f"{number}.h5", {"P1": BAR + number})
+    np.testing.assert_array_equal(read(tmp_path, "h5")[P1], [(BAR + n) * 1e5 for n in range(4)])
+    (first,) = readers()[:1]
+    read(tmp_path, "h5")
+    assert first in readers()
+    with (
+        reading_apart.table_read_apart("a", "HDF5", tmp_path / "0.h5") as table,
+        reading_apart.table_read_apart("b", "HDF5", tmp_path / "3.h5") as other,
+    ):
+        np.testing.assert_array_equal(other.numbers(0), BAR + 3)
+        np.testing.assert_array_equal(table.numbers(0), BAR)
+
+
+def test_a_file_is_released_when_it_has_been_read(tmp_path):
+    file = tmp_path / "run.h5"
+    write(file, {"P1": BAR})
+    read(tmp_path, "h5")
+    with h5py.File(file, "r+") as target:
+        target["P1"][:] = BAR + 1
+    np.testing.assert_array_equal(read(tmp_path, "h5")[P1], [(BAR + 1) * 1e5])
+
+
+def test_text_and_arrays_of_every_shape_come_over(tmp_path):
+    arrays = {
+        "empty": np.zeros((0,)), "big_endian": BAR.astype(">f4"), "flag": np.array([True, False]),
+        "matrix": np.asfortranarray(np.arange(6.0).reshape(3, 2)), "scalar": 7.5,
+    }  # fmt: skip
+    write(tmp_path / "run.h5", arrays | {"word": "prüfstand", "bytes": b"rig"})
+    with reading_apart.table_read_apart("run", "HDF5", tmp_path / "run.h5") as table:
+        for name in ("big_endian", "flag", "empty"):
+            np.testing.assert_array_equal(table.numbers(table.find(name)), arrays[name])
+        np.testing.assert_array_equal(table.numbers(table.find("matrix[2]")), [1.0, 3.0, 5.0])
+        assert table.text(table.find("word")) == "prüfstand"
+        assert table.text(table.find("bytes")) == "rig"
+        assert table.text(table.find("scalar")) == "7.5"
+
+
+PROGRAM = """\
+import sys, time
+from pathlib import Path
+from hydrofdi.records.measured.formats import reading_apart
+reading_apart.SECONDS = 5.0
+assert __name__ == "__main__"
+with reading_apart.table_read_apart("run", "HDF5", Path(sys.argv[1])) as table:
+    print("open", flush=True)
+    {then}
+print("read", flush=True)
+"""
+
+
+def start(file, then):
+    command = [sys.executable, "-c", PROGRAM.replace("{then}", then), str(file)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "open\n"
+    return process
+
+
+@pytest.mark.parametrize("then", ["time.sleep(600)", "table.numbers(0)"])
+def test_no_reader_outlives_a_process_that_is_killed(tmp_path, then):
+    """While it waits for a request, and while its library hangs."""
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("needs named pipes")
+    write_hanging(tmp_path / "run.h5")
+    process = start(tmp_path / "run.h5", then)
+    (reader,) = readers(process.pid)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    wait_until(lambda: has_ended(reader))
+
+
+def test_no_reader_outlives_a_program_that_ends(tmp_path):
+    write(tmp_path / "run.h5", {"P1": BAR})
+    process = start(tmp_path / "run.h5", "time.sleep(0.5)")
+    (reader,) = readers(process.pid)
+    assert process.communicate()[0] == "read\n"
+    assert process.returncode == 0
+    assert has_ended(reader)
+
+
+def test_the_reader_starts_without_the_package_and_the_folder_it_is_started_in(tmp_path):
+    """A module of the user named like one of Python's is not taken, and stray output is no answer."""
+    (tmp_path / "json.py").write_text("raise SystemExit")
+    command = [sys.executable, "-P", "-X", "importtime", reading_apart.array_reader.__file__]
+    done = subprocess.run(command, input="", capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert done.stdout == ""
+    assert not any(name in done.stderr for name in ("hydrofdi", "pydantic", "h5py"))
+    assert Path(reading_apart.array_reader.__file__).is_file()

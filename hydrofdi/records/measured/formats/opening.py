@@ -14,6 +14,7 @@ from hydrofdi.records.measured.formats.parquet import parquet_table
 from hydrofdi.records.measured.formats.reading_apart import table_read_apart
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
+from hydrofdi.records.measured.rejection import damage_named
 from hydrofdi.settings.mistakes import nearest
 
 _KINDS = {
@@ -87,7 +88,7 @@ def _decoded(path: Path, place: str, encoding: str) -> str:
 
 def _is_hdf5(content: Content) -> bool:
     if isinstance(content, Path):
-        with content.open("rb") as file:
+        with damage_named("a file"), content.open("rb") as file:
             start = file.read(_SIGNATURE_PLACES[-1] + 8)
     else:
         start = content.getvalue()[: _SIGNATURE_PLACES[-1] + 8]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.records import Array, RecordBatch
+from hydrofdi.records import Array, RecordBatch, Remark
 
 Indicators = Mapping[str, Indicator[Any]]
 """Label → indicator."""
@@ -35,6 +35,8 @@ class Measures:
 def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     """All outputs of indicators for a batch; what cannot be measured is NaN, with the reason.
 
+    Indicators are handed the samples alone: no name, group, label or remark of a record.
+
     Parameters
     ----------
     records : RecordBatch
@@ -43,11 +45,12 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     """
     values: dict[str, Array] = {}
     obstacles: dict[str, tuple[str | None, ...]] = {}
-    unlabelled = _in_rows(records.without_labels())
+    blinded = _in_rows(records.blinded())
     for label, indicator in indicators.items():
-        reasons = _obstacles(unlabelled, indicator)
+        common = _common_obstacle(blinded, indicator)
+        reasons = [common or _own_obstacle(remarks, indicator) for remarks in records.remarks]
         fit = [row for row, reason in enumerate(reasons) if reason is None]
-        numbers = _finite(_numbers(unlabelled, indicator, fit))
+        numbers = _finite(_numbers(blinded, indicator, fit))
         values |= {f"{label}.{name}": array for name, array in numbers.items()}
         absent = indicator.absence
         obstacles[label] = tuple(
@@ -101,13 +104,6 @@ def _found(numbers: dict[str, Array], n_record: int) -> NDArray[np.bool_]:
     return found
 
 
-def _obstacles(records: RecordBatch, indicator: Indicator[Any]) -> list[str | None]:
-    common = _common_obstacle(records, indicator)
-    if common is not None:
-        return [common] * records.n_record
-    return [_own_obstacle(records, indicator, row) for row in range(records.n_record)]
-
-
 def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | None:
     missing = sorted(indicator.channels - records.channels.keys())
     if missing:
@@ -119,11 +115,11 @@ def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | N
     return indicator.obstacle(records)
 
 
-def _own_obstacle(records: RecordBatch, indicator: Indicator[Any], row: int) -> str | None:
+def _own_obstacle(remarks: Sequence[Remark], indicator: Indicator[Any]) -> str | None:
     return next(
         (
             remark.text
-            for remark in records.remarks[row]
+            for remark in remarks
             if remark.is_unusable and (remark.channel is None or remark.channel in indicator.channels)
         ),
         None,

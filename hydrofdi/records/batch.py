@@ -171,6 +171,7 @@ class RecordBatch:
             start_time=self.start_time + first / self.sampling_frequency,
         )
 
-    def without_labels(self) -> RecordBatch:
-        """The same records with nothing known of them."""
-        return replace(self, labels=None)
+    def blinded(self) -> RecordBatch:
+        """The same samples with nothing that names or describes the records, which are numbered."""
+        numbers = tuple(map(str, range(self.n_record)))
+        return replace(self, record_ids=numbers, sources=(), groups=(), remarks=(), rejected=(), labels=None)

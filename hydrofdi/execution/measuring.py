@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from hydrofdi.config.analysis import Indicators
 from hydrofdi.execution.jobs import Job
 from hydrofdi.indicators import measure
+from hydrofdi.indicators.record_measures import needed_channels
 from hydrofdi.quality.pressure import pressure_features
-from hydrofdi.records import Channel, RecordBatch, Remark
+from hydrofdi.records import RecordBatch, Remark
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
@@ -22,10 +23,8 @@ Columns = Mapping[str, NDArray[Any]]
 
 def needed_signals(indicators: Indicators) -> set[str]:
     """The signals that are measured: those of the indicators, and the chamber-1 pressure."""
-    channels = {channel for indicator in indicators.values() for channel in indicator.channels}
-    return {SIGNAL_OF_CHANNEL[channel] for channel in channels if channel in SIGNAL_OF_CHANNEL} | {
-        names.CHAMBER_1_PRESSURE
-    }
+    needed = needed_channels(indicators) & SIGNAL_OF_CHANNEL.keys()
+    return {SIGNAL_OF_CHANNEL[channel] for channel in needed} | {names.CHAMBER_1_PRESSURE}
 
 
 def measured_columns(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[Any]]:
@@ -43,9 +42,11 @@ def measured_columns(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray
     for rows in _alike(jobs):
         _insert(columns, rows, len(jobs), _measured_alike([jobs[row] for row in rows], _at(records, rows)))
     failed = records[names.STATUS] != "ok"
-    for values in columns.values():
+    for name, values in columns.items():
         if values.dtype == float:
             values[failed] = np.nan
+        elif name.endswith(names.OBSTACLE):
+            values[failed] = records[names.MESSAGE][failed]
     return columns | wavelet_numbers(columns)
 
 
@@ -63,35 +64,28 @@ def _period(job: Job) -> float | None:
 
 def _measured_alike(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[Any]]:
     analysis = jobs[0].analysis
-    batch = record_batch(jobs, records)
     columns: dict[str, NDArray[Any]] = {}
     identities = [job.analysis.identities(job.record_id) for job in jobs]
     for label in analysis.indicators:
         columns[f"{label}{names.ANALYSIS_ID}"] = np.array([each[label] for each in identities], dtype=object)
-    columns |= measure(batch.window(analysis.n_discarded), analysis.indicators).values
+    measures = measure(record_batch(jobs, records).window(analysis.n_discarded), analysis.indicators)
+    columns |= measures.values
+    for label, reasons in measures.obstacles.items():
+        columns[f"{label}{names.OBSTACLE}"] = np.array([reason or "" for reason in reasons], dtype=object)
     with np.errstate(all="ignore"):
         return columns | pressure_features(
             [job.parameters for job in jobs],
             [analysis] * len(jobs),
-            batch[Channel.CHAMBER_1_PRESSURE],
+            np.ascontiguousarray(records[names.CHAMBER_1_PRESSURE]),
             records[names.SETTLED_FROM],
         )
 
 
 def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:
-    """What the sensors show of records, as far as it is measured. The return line's pressure is constant."""
-    wanted = needed_signals(jobs[0].analysis.indicators)
-    channels = {
-        channel: np.ascontiguousarray(records[signal])
-        for channel, signal in SIGNAL_OF_CHANNEL.items()
-        if signal in wanted
-    }
-    if any(Channel.RETURN_PRESSURE in each.channels for each in jobs[0].analysis.indicators.values()):
-        pressures = np.array([job.parameters.supply.return_pressure for job in jobs])
-        n_time = channels[Channel.CHAMBER_1_PRESSURE].shape[1]
-        channels[Channel.RETURN_PRESSURE] = np.repeat(pressures[:, None], n_time, axis=1)
+    """What the sensors show of records, as far as indicators need it."""
+    needed = needed_channels(jobs[0].analysis.indicators)
     return RecordBatch(
-        channels,
+        {channel: records[signal] for channel, signal in SIGNAL_OF_CHANNEL.items() if channel in needed},
         jobs[0].parameters.record.sampling_frequency,
         tuple(job.record_id for job in jobs),
         drive_period=_period(jobs[0]),

@@ -39,7 +39,13 @@ from hydrofdi.store.layout.names import (
     axis_variable,
     stored_variables,
 )
-from hydrofdi.store.layout.outputs import dimensions, indicators_of, is_output, output_variables
+from hydrofdi.store.layout.outputs import (
+    dimensions,
+    indicators_of,
+    is_needless,
+    is_output,
+    output_variables,
+)
 from hydrofdi.store.layout.variables import fit_to_dimensions
 from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.results import Results
@@ -80,7 +86,8 @@ def write_experiment(
         for variable in (*REQUESTED, *replicated, *_axis_variables(table)):
             _write_column(file, variable, requested[variable.name])
         for variable in variables:
-            _write_column(file, variable, columns[variable.name])
+            if not is_needless(variable.name, columns[variable.name]):
+                _write_column(file, variable, columns[variable.name])
         by_level = wavelet_numbers(columns)
         for variable in BY_LEVEL:
             if variable.name in by_level:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.folder.failures import Failure
 from hydrofdi.store.index import ShardIndex
-from hydrofdi.store.layout.names import MESSAGE, RUN_ID, STATUS, TIME, Variable
+from hydrofdi.store.layout.names import MESSAGE, OBSTACLE, RUN_ID, STATUS, TIME, Variable
 from hydrofdi.store.shard import Columns, read_variables
 from hydrofdi.store.signals import Block, lacking_blocks, read_blocks, signal_rows
 
@@ -120,9 +120,11 @@ class ShardResults:
             STATUS: np.array(self.statuses(), dtype=object),
         }
         columns = known | self._gathered([variable for variable in variables if variable.name not in known])
+        told = [name for name in columns if name == MESSAGE or name.endswith(OBSTACLE)]
         for position, located in enumerate(self._located):
-            if located is None and MESSAGE in columns:
-                columns[MESSAGE][position] = self._reason(position)[1]
+            if located is None:
+                for name in told:
+                    columns[name][position] = self._reason(position)[1]
         return {variable.name: columns[variable.name] for variable in variables}
 
     def statuses(self) -> list[str]:

@@ -30,7 +30,7 @@ from hydrofdi.store.layout.names import (
     Variable,
     stored_variables,
 )
-from hydrofdi.store.layout.outputs import is_output
+from hydrofdi.store.layout.outputs import is_needless, is_output
 from hydrofdi.store.layout.variables import held_values
 from hydrofdi.store.signals import create_signal, write_block
 
@@ -152,7 +152,11 @@ def _has_phases(columns: Columns) -> bool:
 
 def _outputs(columns: Columns) -> list[Variable]:
     """The outputs of indicators; what they are is written into experiment files."""
-    return [Variable(name, (RUN,), "", "") for name in columns if is_output(name)]
+    return [
+        Variable(name, (RUN,), "", "")
+        for name, values in columns.items()
+        if is_output(name) and not is_needless(name, values)
+    ]
 
 
 def content_digest(path: Path) -> str:

@@ -10,6 +10,7 @@ from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.indicators.axes import Axis
 from hydrofdi.report.indicators.study import GroupChange, IndicatorStudy, OutputStudy
 from hydrofdi.report.ranges import Range
+from hydrofdi.store.layout.names import OBSTACLE
 
 
 def indicator_record(study: IndicatorStudy, run_ids: list[str]) -> dict[str, Any]:
@@ -74,9 +75,12 @@ def _plain(values: Any) -> Any:
     return finite(float(values)) if np.ndim(values) == 0 else [_plain(part) for part in values]
 
 
-def output_columns(study: IndicatorStudy, row: int) -> dict[str, float | None]:
-    """Header with unit → number of a run, and its changes; each number of an array by itself."""
-    columns: dict[str, float | None] = {}
+def output_columns(study: IndicatorStudy, row: int) -> dict[str, float | str | None]:
+    """Header with unit → number of a run, and its changes; each number of an array by itself.
+
+    Where a run of the experiment could not be measured, ``label.obstacle`` says why.
+    """
+    columns: dict[str, float | str | None] = {}
     for output in study.outputs:
         name, unit = study.measured.variable(output.measured), output.measured.output.unit
         shown = "" if unit == "1" else f" [{unit}]"
@@ -86,4 +90,6 @@ def output_columns(study: IndicatorStudy, row: int) -> dict[str, float | None]:
             columns[f"{name}{index}{shown}"] = finite(float(values[place]))
         columns[f"{name} change_fixed [%]"] = finite(float(output.fixed.percent[row]))
         columns[f"{name} change_matched [%]"] = finite(float(output.matched.percent[row]))
+    if study.unmeasured:
+        columns[f"{study.measured.label}{OBSTACLE}"] = study.unmeasured.get(row, "")
     return columns

@@ -13,6 +13,7 @@ from hydrofdi.config.analysis import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout.names import OBSTACLE
 
 Array = NDArray[np.float64]
 
@@ -57,15 +58,22 @@ class MeasuredIndicator:
         Its name in the experiment.
     indicator : Indicator
     outputs : tuple of MeasuredOutput
+    obstacles : ndarray of str, shape (n_run,), or None
+        Why a run has no number, empty where it has; None where the file does not say.
     """
 
     label: str
     indicator: Indicator[Any]
     outputs: tuple[MeasuredOutput, ...]
+    obstacles: NDArray[Any] | None = None
 
     def variable(self, output: MeasuredOutput) -> str:
         """``label.output``."""
         return f"{self.label}.{output.output.name}"
+
+    def obstacle(self, row: int) -> str:
+        """Why a run has no number; in general words where the file does not say."""
+        return str("" if self.obstacles is None else self.obstacles[row]) or self.indicator.absence
 
     @property
     def has_number(self) -> NDArray[np.bool_]:
@@ -93,4 +101,4 @@ def measured_indicator(
         for output in indicator.outputs
         if f"{label}.{output.name}" in columns
     )
-    return MeasuredIndicator(label, indicator, tuple(outputs))
+    return MeasuredIndicator(label, indicator, tuple(outputs), columns.get(f"{label}{OBSTACLE}"))

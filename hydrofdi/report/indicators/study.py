@@ -170,5 +170,5 @@ def _unmeasured(measured: MeasuredIndicator, data: ExperimentData, kept: NDArray
     reasons = {}
     for row in np.flatnonzero(kept & ~measured.has_number).tolist():
         status = str(data.columns[names.STATUS][row])
-        reasons[row] = measured.indicator.absence if status == "ok" else status
+        reasons[row] = measured.obstacle(row) if status == "ok" else status
     return reasons

@@ -37,7 +37,9 @@ class Variable:
     @property
     def is_text(self) -> bool:
         """Whether it holds texts."""
-        return self.name in {RUN_ID, RECORD_ID, STATUS, MESSAGE, VERDICT} or self.name.endswith(ANALYSIS_ID)
+        return self.name in {RUN_ID, RECORD_ID, STATUS, MESSAGE, VERDICT} or self.name.endswith(
+            (ANALYSIS_ID, OBSTACLE)
+        )
 
     @property
     def is_signal(self) -> bool:
@@ -53,6 +55,8 @@ class Variable:
 RUN_ID, RECORD_ID, STATUS, MESSAGE = "run_id", "record_id", "status", "message"
 ANALYSIS_ID = ".analysis_id"
 """Behind the label of an indicator: the identity of what it measured of a record."""
+OBSTACLE = ".obstacle"
+"""Behind the label of an indicator: why it could not measure a record. Only in files where it could not."""
 VERDICT = "verdict"
 DETAIL_RMS, APPROXIMATION_RMS = "detail_rms", "approximation_rms"
 SETTLED_DETAIL_RMS, SETTLED_APPROXIMATION_RMS = "settled_detail_rms", "settled_approximation_rms"

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
+
+from numpy.typing import NDArray
 
 from hydrofdi.config.analysis import Indicators
 from hydrofdi.config.run_table.runs import Runs
-from hydrofdi.store.layout.names import ANALYSIS_ID, LEVEL, PHASE, RUN, Variable
+from hydrofdi.store.layout.names import ANALYSIS_ID, LEVEL, OBSTACLE, PHASE, RUN, Variable
 from hydrofdi.transforms.wavelet import n_phase
 
 
@@ -20,6 +23,11 @@ def indicators_of(runs: Runs) -> list[Indicators]:
     return [runs.choice.made(request.wavelet) for request in runs.distinct("wavelet")]
 
 
+def is_needless(name: str, values: NDArray[Any]) -> bool:
+    """Whether a variable need not be stored: reasons where no record has one."""
+    return name.endswith(OBSTACLE) and not any(values)
+
+
 def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
     """The variables that hold what indicators measure, each once."""
     variables: dict[str, Variable] = {}
@@ -28,6 +36,10 @@ def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
             name = f"{label}{ANALYSIS_ID}"
             text = f"identity of what {label} measured: hash of the record, the indicator and its options"
             variables[name] = Variable(name, (RUN,), "", text)
+            name = f"{label}{OBSTACLE}"
+            variables[name] = Variable(
+                name, (RUN,), "", f"why {label} could not be measured; empty where it was"
+            )
             for output in indicator.outputs:
                 dimensions = (RUN, *(f"{label}.{dimension}" for dimension in output.dims))
                 name = f"{label}.{output.name}"

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.faults import FaultyIndicatorError, raised, require_sound_outputs
 from hydrofdi.records import Array, RecordBatch, Remark
 
 Indicators = Mapping[str, Indicator[Any]]
@@ -26,16 +27,20 @@ class Measures:
         ``label.output`` → numbers; NaN where there are none.
     obstacles : dict of str to tuple of (str or None), length n_record
         Label → why a record has no numbers; None where it has any.
+    faults : dict of str to str
+        Label → what is wrong with an indicator that failed; it is the obstacle of all records.
     """
 
     values: dict[str, Array]
     obstacles: dict[str, tuple[str | None, ...]]
+    faults: dict[str, str] = field(default_factory=dict)
 
 
 def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     """All outputs of indicators for a batch; what cannot be measured is NaN, with the reason.
 
-    Indicators are handed the samples alone: no name, group, label or remark of a record.
+    Indicators are handed the samples alone, read-only: no name, group, label or remark of a record. One that
+    raises, or gives other outputs than it says, is an obstacle of every record; the others go on.
 
     Parameters
     ----------
@@ -43,21 +48,22 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     indicators : mapping of str to Indicator
         Label → indicator.
     """
-    values: dict[str, Array] = {}
-    obstacles: dict[str, tuple[str | None, ...]] = {}
-    blinded = _in_rows(records.blinded())
+    measures = Measures({}, {})
+    blinded = _handed_out(records.blinded())
     for label, indicator in indicators.items():
-        common = _common_obstacle(blinded, indicator)
-        reasons = [common or _own_obstacle(remarks, indicator) for remarks in records.remarks]
-        fit = [row for row, reason in enumerate(reasons) if reason is None]
-        numbers = _finite(_numbers(blinded, indicator, fit))
-        values |= {f"{label}.{name}": array for name, array in numbers.items()}
-        absent = indicator.absence
-        obstacles[label] = tuple(
-            absent if reason is None and not found else reason
+        try:
+            reasons = _obstacles(blinded, records.remarks, indicator)
+            numbers = _numbers(blinded, indicator, reasons)
+        except FaultyIndicatorError as fault:
+            measures.faults[label] = str(fault)
+            reasons = [str(fault)] * records.n_record
+            numbers = _nothing(blinded, indicator)
+        measures.values.update({f"{label}.{name}": array for name, array in numbers.items()})
+        measures.obstacles[label] = tuple(
+            indicator.absence if reason is None and not found else reason
             for reason, found in zip(reasons, _found(numbers, records.n_record), strict=True)
         )
-    return Measures(values, obstacles)
+    return measures
 
 
 def output_unit(indicator: Indicator[Any], output: Output, records: RecordBatch) -> str:
@@ -69,31 +75,42 @@ def output_unit(indicator: Indicator[Any], output: Output, records: RecordBatch)
     return f"{units[unit]}/{per}" if unit in units else output.unit
 
 
-def _in_rows(records: RecordBatch) -> RecordBatch:
-    """Each record in one piece of memory, so that sums over it are rounded alike in any batch."""
-    rows = {channel: np.ascontiguousarray(samples) for channel, samples in records.channels.items()}
-    return replace(records, channels=rows)
+def _handed_out(records: RecordBatch) -> RecordBatch:
+    """The samples as indicators see them: read-only, so that none changes what the next one is given.
+
+    Each record lies in one piece of memory, so that sums over it are rounded alike in any batch.
+    """
+    handed = {channel: np.ascontiguousarray(samples).view() for channel, samples in records.channels.items()}
+    for samples in handed.values():
+        samples.flags.writeable = False
+    return replace(records, channels=handed)
 
 
-def _numbers(records: RecordBatch, indicator: Indicator[Any], fit: list[int]) -> dict[str, Array]:
-    if len(fit) == records.n_record > 0:
+def _numbers(
+    records: RecordBatch, indicator: Indicator[Any], reasons: Sequence[str | None]
+) -> dict[str, Array]:
+    """Its outputs; NaN where there is an obstacle, and for what overflows."""
+    numbers = _nothing(records, indicator)
+    fit = [row for row, reason in enumerate(reasons) if reason is None]
+    if not fit:
+        return numbers
+    chosen = records if len(fit) == records.n_record else _handed_out(records.rows(fit))
+    try:
         with np.errstate(all="ignore"):
-            return dict(indicator.measure(records))
-    numbers = {
-        output.name: np.full((records.n_record, *output.dims.values()), np.nan)
-        for output in indicator.outputs
-    }
-    if fit:
-        with np.errstate(all="ignore"):
-            measured = indicator.measure(records.rows(fit))
-        for name, array in numbers.items():
-            array[fit] = measured[name]
+            measured = indicator.measure(chosen)
+    except Exception as error:
+        raise raised(indicator, error) from error
+    require_sound_outputs(measured, indicator, len(fit))
+    for name, array in numbers.items():
+        array[fit] = np.where(np.isfinite(measured[name]), measured[name], np.nan)
     return numbers
 
 
-def _finite(numbers: Mapping[str, Array]) -> dict[str, Array]:
-    """NaN for what overflows."""
-    return {name: np.where(np.isfinite(array), array, np.nan) for name, array in numbers.items()}
+def _nothing(records: RecordBatch, indicator: Indicator[Any]) -> dict[str, Array]:
+    return {
+        output.name: np.full((records.n_record, *output.dims.values()), np.nan)
+        for output in indicator.outputs
+    }
 
 
 def _found(numbers: dict[str, Array], n_record: int) -> NDArray[np.bool_]:
@@ -102,6 +119,16 @@ def _found(numbers: dict[str, Array], n_record: int) -> NDArray[np.bool_]:
     for array in numbers.values():
         found |= ~np.isnan(array).all(axis=tuple(range(1, array.ndim)))
     return found
+
+
+def _obstacles(
+    records: RecordBatch, remarks: Sequence[Sequence[Remark]], indicator: Indicator[Any]
+) -> list[str | None]:
+    try:
+        common = _common_obstacle(records, indicator)
+    except Exception as error:
+        raise raised(indicator, error) from error
+    return [common or _own_obstacle(each, indicator) for each in remarks]
 
 
 def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import chain
 from math import prod
 
@@ -60,6 +60,8 @@ class RecordMeasures:
         Label of an indicator → why it could not be measured.
     is_rejected : bool
         Whether it is no record that anything could be measured of.
+    faults : mapping of str to str
+        Label of an indicator that failed → what is wrong with it; that is also its reason.
     """
 
     record_id: str
@@ -70,6 +72,7 @@ class RecordMeasures:
     values: dict[str, Array]
     reasons: dict[str, str]
     is_rejected: bool = False
+    faults: Mapping[str, str] = field(default_factory=dict)
 
 
 def needed_channels(indicators: Indicators) -> frozenset[Channel]:
@@ -139,6 +142,7 @@ def _record(batch: RecordBatch, measures: Measures, row: int) -> RecordMeasures:
         ",".join(kinds) or "ok",
         {name: values[row] for name, values in measures.values.items()},
         {label: reason for label, rows in measures.obstacles.items() if (reason := rows[row]) is not None},
+        faults=measures.faults,
     )
 
 

@@ -49,7 +49,8 @@ def measure(
 ) -> int:
     """Measure indicators of any records, simulated or measured.
 
-    Exit code 1 where records are rejected. 'hydrofdi indicators' lists what can be measured.
+    Exit code 1 where records are rejected or an indicator fails. 'hydrofdi indicators' lists what can be
+    measured.
     """
     from hydrofdi.indicators import load_indicators
     from hydrofdi.indicators.record_measures import measure_sources, needed_channels
@@ -63,7 +64,7 @@ def measure(
     counted = _Counted(records)
     _write(chosen_form, out, columns, counted)
     _tell(counted, out, with_reason=chosen_form is not Format.table)
-    return 1 if counted.n_rejected else 0
+    return 1 if counted.n_rejected or counted.faults else 0
 
 
 def _form(form: Format | None, out: Path | None) -> Format:
@@ -88,12 +89,15 @@ class _Counted:
         self._records = records
         self.n_record = self.n_rejected = self.n_unmeasured = 0
         self.first_reason = self.first_rejection = ""
+        self.faults: dict[str, None] = {}
 
     def __iter__(self) -> Iterator[RecordMeasures]:
         for record in self._records:
             self.n_record += 1
             self.n_rejected += record.is_rejected
-            for label, reason in list(record.reasons.items())[:1]:
+            self.faults |= dict.fromkeys(record.faults.values())
+            others = [(label, text) for label, text in record.reasons.items() if label not in record.faults]
+            for label, reason in others[:1]:
                 if record.is_rejected:
                     self.first_rejection = self.first_rejection or f"{record.record_id}: {reason}"
                 else:
@@ -131,6 +135,8 @@ def _tell(counted: _Counted, out: Path | None, *, with_reason: bool) -> None:
 
     if out is not None:
         tell(f"wrote {out}: {_records(counted.n_record)}")
+    for fault in counted.faults:
+        tell(f"failed: {fault}")
     if counted.n_unmeasured and with_reason:
         tell(f"without some numbers: {_records(counted.n_unmeasured)}; the first: {counted.first_reason}")
     if counted.n_rejected:

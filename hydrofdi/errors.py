@@ -68,3 +68,7 @@ class ReportError(HydrofdiError):
 
 class RenamedKeyWarning(FutureWarning):
     """An experiment uses a key under a name that it no longer has."""
+
+
+class IndicatorWarning(UserWarning):
+    """An indicator of another package cannot be used."""

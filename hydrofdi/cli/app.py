@@ -23,7 +23,7 @@ from hydrofdi.cli.report import report
 from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
-from hydrofdi.errors import HydrofdiError, RenamedKeyWarning
+from hydrofdi.errors import HydrofdiError, IndicatorWarning, RenamedKeyWarning
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
@@ -66,7 +66,7 @@ def main() -> None:
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     try:
         with warnings.catch_warnings():
-            _show_renamed_keys()
+            _show_warnings()
             code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or DONE
         sys.stdout.flush()
     except HydrofdiError as error:
@@ -89,16 +89,17 @@ def main() -> None:
     sys.exit(code)
 
 
-def _show_renamed_keys() -> None:
+def _show_warnings() -> None:
     show = warnings.showwarning
 
     def tell(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-        if issubclass(category, RenamedKeyWarning):
+        if issubclass(category, RenamedKeyWarning | IndicatorWarning):
             print(f"warning: {message}", file=sys.stderr)
         else:
             show(message, category, *place, **more)
 
-    warnings.simplefilter("always", RenamedKeyWarning)
+    for shown in (RenamedKeyWarning, IndicatorWarning):
+        warnings.simplefilter("always", shown)
     warnings.showwarning = tell
 
 

@@ -19,7 +19,8 @@ from hydrofdi.config.store import StoreConfig
 from hydrofdi.config.sweeps.replicates import ReplicatesConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators import make_indicators
+from hydrofdi.indicators.selection import make_chosen
+from hydrofdi.settings.yaml_source import Source
 
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""
@@ -32,9 +33,9 @@ class ExperimentConfig(RunRequest):
     """Name of the experiment and of its folder below ``results/``."""
 
     indicators: dict[str, Any] = Field(default_factory=lambda: {DWT: {}})
-    """Indicators that are measured of every record (``hydrofdi indicators``): a list of names, or
-    ``label: {options}``, where the option ``kind`` names the indicator if the label does not. The options of
-    ``dwt`` itself are the section ``wavelet``, which may vary in a sweep."""
+    """Indicators that are measured of every record (``hydrofdi indicators``): ``all``, a name, a list of
+    names, or ``label: {options}``, where the option ``kind`` names the indicator if the label does not. The
+    options of ``dwt`` itself are the section ``wavelet``, which may vary in a sweep."""
 
     baseline: dict[str, Any] = Field(default_factory=dict, validate_default=True)
     """Dotted parameters that, put into a run, make it the healthy run that δ compares with. The internal
@@ -71,7 +72,7 @@ class ExperimentConfig(RunRequest):
         """The indicators with their options, which are checked by making them."""
         chosen = {str(label): dict(options or {}) for label, options in given.items()}
         try:
-            make_indicators(chosen)
+            make_chosen(chosen, Source(chosen))
         except ConfigError as error:
             raise ValueError("; ".join(str(mistake) for mistake in error.mistakes)) from None
         return chosen

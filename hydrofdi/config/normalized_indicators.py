@@ -6,7 +6,8 @@ from typing import Any
 
 from hydrofdi.config.analysis import DWT
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators import make_indicators
+from hydrofdi.indicators.choice import chosen_options
+from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.settings.yaml_source import Source
 
 
@@ -15,19 +16,17 @@ def normalize_indicators(source: Source) -> None:
 
     Options of the indicator ``dwt`` under its own label are those of the section ``wavelet``.
     """
-    given = source.data.get("indicators")
-    if given is None:
-        source.data.pop("indicators", None)
+    if "indicators" not in source.data:
         return
-    if isinstance(given, dict) and isinstance(given.get(DWT), dict):
-        given = given | {DWT: _moved_to_wavelet(source, given[DWT])}
+    chosen = chosen_options(source.data["indicators"], source, ("indicators",))
+    if isinstance(chosen.get(DWT), dict):
+        chosen[DWT] = _moved_to_wavelet(source, chosen[DWT])
     try:
-        made = make_indicators(given, source, ("indicators",))
-    except ConfigError:
-        source.data["indicators"] = {}
+        make_chosen(chosen, source, ("indicators",))
+    except ConfigError:  # its mistakes are in the source
+        del source.data["indicators"]
         return
-    options = given if isinstance(given, dict) else {}
-    source.data["indicators"] = {label: options.get(label) or {} for label in made}
+    source.data["indicators"] = {label: dict(options or {}) for label, options in chosen.items()}
 
 
 def _moved_to_wavelet(source: Source, options: dict[str, Any]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from typing import Any
 
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.request import parameter_names
+from hydrofdi.indicators.labels import LABEL_PATTERN, TAKEN
 from hydrofdi.settings.schema import described_schema
 
 
@@ -25,6 +26,20 @@ def experiment_schema() -> dict[str, Any]:
     ):
         mapping["propertyNames"] = names
         mapping.pop("default", None)
+    chosen = schema["properties"]["indicators"]
+    schema["properties"]["indicators"] = {
+        "description": chosen["description"],
+        "anyOf": [
+            {"type": "string", "description": "'all', a name, or names with commas between them"},
+            {"type": "array", "items": {"type": "string"}, "minItems": 1, "uniqueItems": True},
+            {
+                "type": "object",
+                "minProperties": 1,
+                "propertyNames": {"pattern": LABEL_PATTERN, "not": {"enum": sorted(TAKEN)}},
+                "additionalProperties": {"type": ["object", "null"]},
+            },
+        ],
+    }
     schema["properties"]["extends"] = {
         "description": "Experiment file, or files, whose keys this one overrides.",
         "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],

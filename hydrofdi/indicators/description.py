@@ -9,7 +9,7 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.registry import indicator_kind
+from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.records import Channel
 from hydrofdi.settings.docstrings import field_texts
 from hydrofdi.settings.quantities import SI
@@ -67,7 +67,7 @@ def describe(name: str) -> Description:
         There is none of this name, or it cannot be loaded.
     """
     kind = indicator_kind(name)
-    indicator, texts = kind(), field_texts(kind.Options)
+    indicator, texts = sound_indicator(name), field_texts(kind.Options)
     options = tuple(
         Option(field, _default(info), _unit(info), " ".join(texts.get(field, "").split()))
         for field, info in kind.Options.model_fields.items()

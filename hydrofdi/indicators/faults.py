@@ -14,6 +14,7 @@ import numpy as np
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Channel
+from hydrofdi.settings.quantities import Section
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _TAKEN = {"analysis_id", "obstacle"}
@@ -70,20 +71,22 @@ def _fault_of_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -
     return ""
 
 
-def require_sound_declaration(indicator: Indicator[Any], label: str) -> None:
-    """Check what an indicator says of itself.
+def made_soundly(kind: type[Indicator[Any]], name: str, options: Section) -> Indicator[Any]:
+    """An indicator of a class, once what it says of itself has been checked.
 
     Raises
     ------
     ConfigError
-        It has no outputs, or not of the kind that files can hold, or needs what is no channel.
+        It cannot be made, has no outputs or not of the kind that files can hold, or needs what is no channel.
     """
     try:
+        indicator = kind(options)
         fault = _fault_of_declaration(indicator)
     except Exception as error:
-        fault = f"{type(error).__name__}: {error}"
+        raise ConfigError(f"indicator {name!r} is faulty: {type(error).__name__}: {error}") from error
     if fault:
-        raise ConfigError(f"indicator {label!r}: is faulty: {fault}")
+        raise ConfigError(f"indicator {name!r} is faulty: {fault}")
+    return indicator
 
 
 def _fault_of_declaration(indicator: Indicator[Any]) -> str:

@@ -8,6 +8,7 @@ A package adds its own by an entry point in the group ``hydrofdi.indicators``::
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -17,9 +18,13 @@ from typing import Any
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import catalogue
 from hydrofdi.indicators.contract import Indicator
+from hydrofdi.indicators.faults import made_soundly
 from hydrofdi.settings.mistakes import nearest
 
 GROUP = "hydrofdi.indicators"
+
+_DECLARED = ("version", "summary", "source", "Options", "channels", "outputs", "measure")
+"""What every indicator says of itself."""
 
 Kind = type[Indicator[Any]]
 
@@ -45,6 +50,21 @@ def indicator_kind(name: str) -> Kind:
     raise ConfigError(f"there is no indicator {name!r}{nearest(name, indicator_names())}")
 
 
+def sound_indicator(name: str, options: Mapping[str, Any] | None = None) -> Indicator[Any]:
+    """An indicator with options, whose declaration has been checked.
+
+    Raises
+    ------
+    ConfigError
+        There is none of this name, it cannot be loaded, or its declaration is faulty.
+    ValidationError
+        The options are mistaken.
+    """
+    kind = indicator_kind(name)
+    chosen = kind.Options.model_validate(dict(options or {}))
+    return made_soundly(kind, name, chosen)
+
+
 @cache
 def _own_names() -> frozenset[str]:
     return frozenset(module.name for module in iter_modules(catalogue.__path__))
@@ -57,16 +77,38 @@ def _own(name: str) -> Kind:
     return kind
 
 
+def shadows() -> list[str]:
+    """What other packages add under names that are taken: a sentence for each."""
+    return [
+        f"indicator {point.name!r} of {point.value} has the name of one of hydrofdi; it is left out"
+        for point in _points()
+        if point.name in _own_names()
+    ]
+
+
 @cache
-def _added() -> dict[str, EntryPoint]:
-    return {point.name: point for point in entry_points(group=GROUP)}
+def _points() -> tuple[EntryPoint, ...]:
+    return tuple(entry_points(group=GROUP))
 
 
-def _load(point: EntryPoint) -> Kind:
+@cache
+def _added() -> dict[str, list[EntryPoint]]:
+    return {point.name: [each for each in _points() if each.name == point.name] for point in _points()}
+
+
+def _load(points: list[EntryPoint]) -> Kind:
+    point = points[0]
+    if len(points) > 1:
+        found = " and ".join(sorted(each.value for each in points))
+        raise ConfigError(f"indicator {point.name!r} is added twice, by {found}")
     try:
         kind: Kind = point.load()
     except Exception as error:
         raise ConfigError(f"indicator {point.name!r}: {point.value} cannot be loaded: {error}") from None
-    if getattr(kind, "name", None) != point.name:
+    if not isinstance(kind, type) or getattr(kind, "name", None) != point.name:
         raise ConfigError(f"indicator {point.name!r}: {point.value} is no indicator of this name")
+    missing = [part for part in _DECLARED if not hasattr(kind, part)]
+    if missing or not isinstance(kind.version, int):
+        fault = f"has no {' and no '.join(missing)}" if missing else "has a version that is no whole number"
+        raise ConfigError(f"indicator {point.name!r}: {point.value} {fault}")
     return kind

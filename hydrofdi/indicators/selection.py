@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.indicators.choice import chosen_options
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.registry import indicator_kind, indicator_names
+from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.settings.validation import read_yaml
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
+
+_KIND_HINT = "; under a label of your own, add 'kind: NAME'"
 
 
 def load_indicators(text: str) -> dict[str, Indicator[Any]]:
@@ -23,7 +26,7 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     Parameters
     ----------
     text : str
-        ``NAME,…``, ``all``, or the path of a YAML file with an ``indicators:`` mapping.
+        ``NAME,…``, ``all``, or the path of a YAML file with ``indicators:``.
 
     Raises
     ------
@@ -36,22 +39,19 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
         if not isinstance(source.data, dict) or "indicators" not in source.data:
             raise ConfigError([Mistake("has no 'indicators:'", origin=text)])
         return make_indicators(source.data["indicators"], source, within)
-    names = indicator_names() if text == "all" else [name.strip() for name in text.split(",") if name.strip()]
-    if not names:
-        raise ConfigError("--indicators names none; 'hydrofdi indicators' lists them")
-    return make_indicators(names)
+    return make_indicators(text)
 
 
 def make_indicators(
-    chosen: Mapping[str, Any] | Sequence[str], source: Source | None = None, within: KeyPath = ()
+    chosen: Any, source: Source | None = None, within: KeyPath = ()
 ) -> dict[str, Indicator[Any]]:
     """Label → indicator, in the order given.
 
     Parameters
     ----------
-    chosen : mapping or sequence of str
-        Names, or label → options. The label is the indicator's name, unless ``kind`` among the options
-        gives it: so one indicator can be measured twice.
+    chosen : str, sequence of str, or mapping
+        ``all``, a name or ``NAME,…``; names; or label → options. The label is the indicator's name, unless
+        ``kind`` among the options gives it: so one indicator can be measured twice.
     source : Source, optional
         What the choice was read from, for the lines of mistakes.
     within : tuple of str
@@ -63,10 +63,20 @@ def make_indicators(
         With every mistake.
     """
     source = Source(chosen) if source is None else source
-    if isinstance(chosen, str) or not isinstance(chosen, Mapping | Sequence):
-        raise ConfigError([source.mistake(within, "expected a list of names, or 'name: {options}' pairs")])
-    options = chosen if isinstance(chosen, Mapping) else {name: {} for name in chosen}
-    made = {label: _make(str(label), given, source, (*within, label)) for label, given in options.items()}
+    return make_chosen(chosen_options(chosen, source, within), source, within)
+
+
+def make_chosen(
+    options: Mapping[str, Any], source: Source, within: KeyPath = ()
+) -> dict[str, Indicator[Any]]:
+    """Label → indicator.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake, those in the source included.
+    """
+    made = {label: _make(label, given, source, (*within, label)) for label, given in options.items()}
     if source.mistakes:
         raise ConfigError(source.mistakes)
     return {label: indicator for label, indicator in made.items() if indicator is not None}
@@ -78,14 +88,16 @@ def _make(label: str, given: Any, source: Source, path: KeyPath) -> Indicator[An
         source.mistakes.append(source.mistake(path, f"expected 'option: value' pairs; found {options!r}"))
         return None
     options = dict(options)
+    is_named = "kind" in options
     try:
-        kind = indicator_kind(str(options.pop("kind", label)))
-        return kind(kind.Options.model_validate(options))
+        name = str(options.pop("kind", label))
+        return sound_indicator(name, options)
     except ConfigError as error:
-        source.mistakes.extend(source.mistake(path, mistake.message) for mistake in error.mistakes)
+        hint = "" if is_named or label in indicator_names() else _KIND_HINT
+        source.mistakes.extend(source.mistake(path, f"{each.message}{hint}") for each in error.mistakes)
     except ValidationError as errors:
+        fields = [*indicator_kind(name).Options.model_fields]
         source.mistakes.extend(
-            source.mistake((*path, *error["loc"]), describe_error(error, [*kind.Options.model_fields]))
-            for error in errors.errors()
+            source.mistake((*path, *error["loc"]), describe_error(error, fields)) for error in errors.errors()
         )
     return None

@@ -9,7 +9,7 @@ import pytest
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator, Output, make_indicators, measure
-from hydrofdi.indicators.faults import require_sound_declaration
+from hydrofdi.indicators.faults import made_soundly
 from hydrofdi.records import Channel, RecordBatch, Remark
 
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -98,6 +98,6 @@ def test_a_fault_in_what_it_says_of_the_batch_is_one_too() -> None:
     ],
 )
 def test_a_faulty_declaration_is_a_mistake(declared: dict[str, Any], sentence: str) -> None:
-    with pytest.raises(ConfigError, match="indicator 'swing': is faulty") as error:
-        require_sound_declaration(type("Faulty", (Swing,), declared)(), "swing")
+    with pytest.raises(ConfigError, match="indicator 'swing' is faulty") as error:
+        made_soundly(type("Faulty", (Swing,), declared), "swing", Swing.Options())
     assert sentence in str(error.value)

@@ -47,7 +47,10 @@ def _all_that_load() -> list[Description]:
     from hydrofdi.errors import ConfigError
     from hydrofdi.indicators import indicator_names
     from hydrofdi.indicators.description import describe
+    from hydrofdi.indicators.registry import shadows
 
+    for shadow in shadows():
+        tell(f"warning: {shadow}")
     described = []
     for name in indicator_names():
         try:

@@ -1,0 +1,70 @@
+"""The forms in which indicators are chosen: ``all``, names, or labels with options."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hydrofdi.errors import ConfigError, IndicatorWarning
+from hydrofdi.indicators.labels import label_mistake
+from hydrofdi.indicators.registry import indicator_names, shadows, sound_indicator
+from hydrofdi.settings.yaml_source import Path as KeyPath
+from hydrofdi.settings.yaml_source import Source
+
+_LISTED = "'hydrofdi indicators' lists them"
+_WITH_OPTIONS = "indicators: {dwt: {}, modwt: {levels: 3}}"
+
+
+def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
+    """Label → options of whatever form a choice has; mistakes are collected."""
+    for shadow in shadows():
+        warnings.warn(shadow, IndicatorWarning, stacklevel=2)
+    if isinstance(chosen, str) and chosen.strip() == "all":
+        return {name: {} for name in _sound_names()}
+    given = [name.strip() for name in chosen.split(",")] if isinstance(chosen, str) else chosen
+    is_unnamed = isinstance(chosen, str) and "" in given
+    if not isinstance(given, Mapping | Sequence) or not given or is_unnamed:
+        message = f"expected 'all', names, or 'name: {{options}}' pairs; found {chosen!r}; {_LISTED}"
+        source.mistakes.append(source.mistake(within, message))
+        return {}
+    if not isinstance(given, Mapping):
+        return _named(given, source, within)
+    for label in given:
+        if mistake := label_mistake(label):
+            source.mistakes.append(source.mistake((*within, label), f"{label!r} {mistake}"))
+    return {str(label): options for label, options in given.items() if label_mistake(label) is None}
+
+
+def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, Any]:
+    names: dict[str, Any] = {}
+    for place, item in enumerate(given):
+        name = item.strip() if isinstance(item, str) else item
+        message = ""
+        if isinstance(name, Mapping):
+            message = (
+                "a list holds names alone; with options, write 'indicators: {dwt: {}, modwt: {levels: 3}}'"
+            )
+        elif not isinstance(name, str) or not name:
+            message = f"expected the name of an indicator; found {name!r}; {_LISTED}"
+        elif name in names:
+            message = f"{name!r} is named twice; give one a label of its own: 'LABEL: {{kind: {name}}}'"
+        elif name == "all":
+            message = "'all' stands alone"
+        if message:
+            source.mistakes.append(source.mistake((*within, place), message))
+        else:
+            names[name] = {}
+    return names
+
+
+def _sound_names() -> list[str]:
+    """All indicators that can be made; each of the others is warned of."""
+    names = []
+    for name in indicator_names():
+        try:
+            sound_indicator(name)
+            names.append(name)
+        except ConfigError as error:
+            warnings.warn(f"{error}; it is left out", IndicatorWarning, stacklevel=3)
+    return names

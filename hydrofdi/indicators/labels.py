@@ -1,0 +1,32 @@
+"""What an indicator may be called in an experiment: its label stands in the names of variables."""
+
+from __future__ import annotations
+
+import re
+
+LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
+
+_IN_FILES = """
+run time level phase run_id record_id status message verdict bulk_modulus replicate_of_run fixed_baseline_run
+matched_baseline_run internal_leakage_level internal_leakage_coefficient internal_leakage_flow
+chamber_1_pressure chamber_2_pressure piston_position piston_velocity spool_position input_voltage
+reference_position load_force valve_supply_pressure detail_rms approximation_rms phase_detail_rms
+settled_detail_rms settled_approximation_rms settled_phase_detail_rms settled_from settling_change
+mean_chamber_1_pressure mean_internal_leakage_flow mean_external_leakage_flow_1 mean_external_leakage_flow_2
+chamber_1_pressure_min chamber_1_pressure_max chamber_2_pressure_min chamber_2_pressure_max
+piston_position_min piston_position_max above_supply_share cavitating_share clipped_share pressure_variation
+volume_residual energy_residual hydraulic_mode_frequency hydraulic_mode_damping_ratio
+"""
+
+TAKEN = frozenset(_IN_FILES.split())
+"""Variables and dimensions of an experiment file."""
+
+
+def label_mistake(label: object) -> str | None:
+    """What is wrong with a label; None where nothing is."""
+    if not isinstance(label, str) or not re.fullmatch(LABEL_PATTERN, label):
+        rule = "letters, digits, '_' and '-', beginning with a letter, 64 at the most"
+        return f"is no label of an indicator ({rule})"
+    if label in TAKEN:
+        return "is the name of a variable of experiment files; take another label, with 'kind: NAME'"
+    return None

@@ -25,6 +25,22 @@ class Format(StrEnum):
     json = "json"
 
 
+def _format(text: str) -> Format:
+    """The form with this name."""
+    if text in list(Format):
+        return Format(text)
+    hint = "; --html writes a page" if text.lower() in {"html", "htm"} else ""
+    raise ReportError(f"--format: '{text}' is none of the forms {', '.join(Format)}{hint}")
+
+
+_FORMAT = typer.Option(
+    "--format",
+    parser=_format,
+    metavar=f"[{'|'.join(Format)}]",
+    help="Form of the report; --html writes a page.",
+)
+
+
 def report(
     places: Annotated[
         list[Path] | None,
@@ -34,7 +50,7 @@ def report(
             " [default: <name>.html in the folder].",
         ),
     ] = None,
-    form: Annotated[Format, typer.Option("--format", help="Form of the report.")] = Format.text,
+    form: Annotated[Format, _FORMAT] = Format.text,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write all forms and figures to this folder.")

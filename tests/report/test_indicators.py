@@ -63,7 +63,9 @@ def test_the_section_names_channels_options_and_healthy_values(with_ring):
     assert "chamber 1 pressure" in block.paragraphs[0]
     assert "the default ones" in block.paragraphs[0]
     frequency = block.sheets[0].rows[0]
-    assert [cell.text for cell in frequency] == ["frequency", "natural frequency f_h", "Hz", "60", "4"]
+    assert [cell.text for cell in frequency] == ["frequency", "natural frequency f_h", "Hz", "60", "1"], (
+        "of one sealed run"
+    )
 
 
 def test_changes_stand_over_each_axis_against_both_baselines(with_ring):

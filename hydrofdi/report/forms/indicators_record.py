@@ -35,6 +35,7 @@ def _output_record(study: IndicatorStudy, output: OutputStudy) -> dict[str, Any]
         "long_name": described.long_name,
         "dims": dict(described.dims),
         "runs": output.n_run,
+        "healthy_runs": output.n_healthy,
         "healthy": _range_record(output.healthy),
         "healthy_change_percent": _range_record(output.spread) if study.has_replicates else None,
         "changes": [

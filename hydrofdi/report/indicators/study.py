@@ -56,6 +56,8 @@ class OutputStudy:
         Its values in the fixed baselines; the mean of their replicates where there are any.
     spread : Range
         Changes of the replicates of the fixed baselines, each against the mean of the others [%].
+    n_healthy : int
+        Runs that they are taken from: the fixed baselines, or their replicates, as far as they have a number.
     n_run : int
         Runs that have a number.
     fixed, matched : Changes
@@ -67,6 +69,7 @@ class OutputStudy:
     measured: MeasuredOutput
     healthy: Range
     spread: Range
+    n_healthy: int
     n_run: int
     fixed: Changes
     matched: Changes
@@ -133,10 +136,12 @@ def _study_output(
     matched = changes(values, data.matched_baseline, spread, data)
     baselines = np.unique(data.fixed_baseline[kept & (data.fixed_baseline != names.NO_BASELINE)])
     healthy = spread.mean if data.has_replicates else values
+    sources = np.isin(data.replicate_of, baselines) if data.has_replicates else baselines
     return OutputStudy(
         measured=measured,
         healthy=range_of(healthy[baselines].tolist()),
         spread=range_of([*spread.low[baselines].tolist(), *spread.high[baselines].tolist()]),
+        n_healthy=int(np.isfinite(values[sources]).sum()),
         n_run=int(np.isfinite(values[kept]).sum()),
         fixed=fixed,
         matched=matched,

@@ -74,7 +74,7 @@ def _outputs_sheet(key: str, study: IndicatorStudy) -> Sheet:
     return Sheet(
         key,
         "Outputs without a leak, under the conditions of the fixed baseline",
-        ("Output", "Meaning", "Unit", "Value", *spread, "Runs"),
+        ("Output", "Meaning", "Unit", "Value", *spread, "Healthy runs"),
         tuple(_output_cells(study, output) for output in study.outputs),
         text_columns=(0, 1, 2),
         note="Healthy change: each replicate against the mean of the others." if spread else "",
@@ -90,7 +90,7 @@ def _output_cells(study: IndicatorStudy, output: OutputStudy) -> tuple[Cell, ...
         Cell(_unit(output) or HOLE),
         Cell(_value(output, output.healthy), value=output.healthy.low),
         *spread,
-        Cell(f"{output.n_run:,}", value=output.n_run),
+        Cell(f"{output.n_healthy:,}", value=output.n_healthy),
     )
 
 

@@ -28,6 +28,19 @@ def is_needless(name: str, values: NDArray[Any]) -> bool:
     return name.endswith(OBSTACLE) and not any(values)
 
 
+def cf_unit(unit: str) -> str:
+    """A unit as all variables of a file state it, in the style of CF: ``m3 s-1`` for ``m^3/s``."""
+    first, *divisors = unit.replace("·", " ").replace("^", "").split("/")
+    factors = [*first.split(), *map(_inverse, divisors)]
+    return " ".join(factors[1:] if divisors and factors[0] == "1" else factors)
+
+
+def _inverse(unit: str) -> str:
+    """A unit to the negative power: ``kg-0.5`` for ``kg0.5``."""
+    name = unit.rstrip("0123456789.")
+    return f"{name}-{unit[len(name) :] or 1}"
+
+
 def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
     """The variables that hold what indicators measure, each once."""
     variables: dict[str, Variable] = {}
@@ -43,7 +56,7 @@ def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
             for output in indicator.outputs:
                 dimensions = (RUN, *(f"{label}.{dimension}" for dimension in output.dims))
                 name = f"{label}.{output.name}"
-                variables[name] = Variable(name, dimensions, output.unit, output.long_name)
+                variables[name] = Variable(name, dimensions, cf_unit(output.unit), output.long_name)
     return tuple(variables.values())
 
 

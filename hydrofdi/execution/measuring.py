@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.analysis import Indicators
 from hydrofdi.execution.jobs import Job
 from hydrofdi.indicators import measure
-from hydrofdi.indicators.record_measures import needed_channels
+from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.pressure import pressure_features
 from hydrofdi.records import RecordBatch, Remark
 from hydrofdi.store.layout import names
@@ -23,7 +23,7 @@ Columns = Mapping[str, NDArray[Any]]
 
 def needed_signals(indicators: Indicators) -> set[str]:
     """The signals that are measured: those of the indicators, and the chamber-1 pressure."""
-    needed = needed_channels(indicators) & SIGNAL_OF_CHANNEL.keys()
+    needed = used_channels(indicators) & SIGNAL_OF_CHANNEL.keys()
     return {SIGNAL_OF_CHANNEL[channel] for channel in needed} | {names.CHAMBER_1_PRESSURE}
 
 
@@ -83,7 +83,7 @@ def _measured_alike(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[
 
 def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:
     """What the sensors show of records, as far as indicators need it."""
-    needed = needed_channels(jobs[0].analysis.indicators)
+    needed = used_channels(jobs[0].analysis.indicators)
     return RecordBatch(
         {channel: records[signal] for channel, signal in SIGNAL_OF_CHANNEL.items() if channel in needed},
         jobs[0].parameters.record.sampling_frequency,

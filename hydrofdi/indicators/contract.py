@@ -86,6 +86,11 @@ class Indicator(Protocol[Chosen]):
         ...
 
     @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """Channels that it looks at where records have them. It sees these and those that it needs alone."""
+        return frozenset()
+
+    @property
     def outputs(self) -> tuple[Output, ...]:
         """What it gives."""
         ...

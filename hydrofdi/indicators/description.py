@@ -49,6 +49,7 @@ class Description:
     is_cheap: bool
     needs_scale: bool
     channels: tuple[Channel, ...]
+    optional_channels: tuple[Channel, ...]
     outputs: tuple[Output, ...]
     options: tuple[Option, ...]
 
@@ -75,7 +76,8 @@ def describe(name: str) -> Description:
     return Description(
         name, kind.version, kind.summary, kind.source, kind.equation, kind.caution, kind.is_cheap,
         kind.needs_scale,
-        tuple(sorted(indicator.channels)), tuple(indicator.outputs), options,
+        tuple(sorted(indicator.channels)), tuple(sorted(indicator.optional_channels)),
+        tuple(indicator.outputs), options,
     )  # fmt: skip
 
 

@@ -39,8 +39,9 @@ class Measures:
 def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     """All outputs of indicators for a batch; what cannot be measured is NaN, with the reason.
 
-    Indicators are handed the samples alone, read-only: no name, group, label or remark of a record. One that
-    raises, or gives other outputs than it says, is an obstacle of every record; the others go on.
+    Indicators are handed the samples of their own channels alone, read-only: no name, group, label or remark
+    of a record, and nothing that depends on which other indicators are measured. One that raises, or gives
+    other outputs than it says, is an obstacle of every record; the others go on.
 
     Parameters
     ----------
@@ -52,8 +53,9 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     blinded = _handed_out(records.blinded())
     for label, indicator in indicators.items():
         try:
-            reasons = _obstacles(blinded, records.remarks, indicator)
-            numbers = _numbers(blinded, indicator, reasons)
+            seen = _seen_by(indicator, blinded)
+            reasons = _obstacles(seen, records.remarks, indicator)
+            numbers = _numbers(seen, indicator, reasons)
         except FaultyIndicatorError as fault:
             measures.faults[label] = str(fault)
             reasons = [str(fault)] * records.n_record
@@ -84,6 +86,12 @@ def _handed_out(records: RecordBatch) -> RecordBatch:
     for samples in handed.values():
         samples.flags.writeable = False
     return replace(records, channels=handed)
+
+
+def _seen_by(indicator: Indicator[Any], records: RecordBatch) -> RecordBatch:
+    """Records with the channels of an indicator."""
+    seen = indicator.channels | indicator.optional_channels
+    return replace(records, channels={each: records[each] for each in records.channels if each in seen})
 
 
 def _numbers(

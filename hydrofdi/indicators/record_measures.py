@@ -75,9 +75,11 @@ class RecordMeasures:
     faults: Mapping[str, str] = field(default_factory=dict)
 
 
-def needed_channels(indicators: Indicators) -> frozenset[Channel]:
-    """All channels that some indicators need."""
-    return frozenset().union(*(indicator.channels for indicator in indicators.values()))
+def used_channels(indicators: Indicators) -> frozenset[Channel]:
+    """All channels that some indicators need, or look at where records have them."""
+    return frozenset().union(
+        *(indicator.channels | indicator.optional_channels for indicator in indicators.values())
+    )
 
 
 def measure_sources(

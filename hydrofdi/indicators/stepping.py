@@ -34,6 +34,11 @@ def stepping_channels(options: SteppingOptions) -> frozenset[Channel]:
     return frozenset({Channel.INPUT_VOLTAGE} if options.steps == "command" else ())
 
 
+def optional_stepping_channels(options: SteppingOptions) -> frozenset[Channel]:
+    """The channels that show the steps where records have them."""
+    return frozenset({Channel.INPUT_VOLTAGE} if options.steps == "auto" else ())
+
+
 def stepping_obstacle(records: RecordBatch, options: SteppingOptions) -> str | None:
     """Why the steps of records cannot be found."""
     if options.steps == "period" and records.drive_period is None:

@@ -1,10 +1,13 @@
 """What every indicator keeps, read from the list of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hydrofdi.indicators import indicator_names, make_indicators, measure
 from hydrofdi.indicators.description import describe
+from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.records import Channel, RecordBatch
 from indicators.laws import SAMPLING_FREQUENCY, ringing
 from indicators.signals import assert_rows_stand_alone, square_wave
@@ -35,6 +38,17 @@ def all_channels(n_record=4):
 
 @pytest.mark.parametrize("name", indicator_names())
 class TestEachIndicator:
+    def test_sees_the_same_whatever_else_is_measured(self, name):
+        records = replace(all_channels(), drive_period=None)
+        records[Channel.SUPPLY_PRESSURE][:] *= 0.9
+        records[Channel.INPUT_VOLTAGE][:] = np.roll(records[Channel.INPUT_VOLTAGE], 100, axis=1)
+        alone = make_indicators([name])
+        read = {each: records[each] for each in used_channels(alone)}
+        values = measure(replace(records, channels=read), alone).values
+        beside = measure(records, make_indicators(indicator_names())).values
+        for key, array in values.items():
+            np.testing.assert_array_equal(array, beside[key])
+
     def test_gives_what_it_says_and_leaves_the_records_as_they_are(self, name):
         records = all_channels()
         before = {channel: samples.copy() for channel, samples in records.channels.items()}

@@ -108,6 +108,8 @@ def _print_one(indicator: Description) -> None:
         facts.add_row("caution", indicator.caution)
     facts.add_row("source", indicator.source)
     facts.add_row("channels", ", ".join(indicator.channels))
+    if indicator.optional_channels:
+        facts.add_row("if there", ", ".join(indicator.optional_channels))
     facts.add_row("cost", indicator.cost)
     if indicator.needs_scale:
         facts.add_row("scale", "needs channels in SI; counts are of no use to it")

@@ -53,13 +53,13 @@ def measure(
     measured.
     """
     from hydrofdi.indicators import load_indicators
-    from hydrofdi.indicators.record_measures import measure_sources, needed_channels
+    from hydrofdi.indicators.record_measures import measure_sources, used_channels
     from hydrofdi.pipeline.sources import open_source
 
     chosen_form = _form(Format.json if json else form, out)
     chosen = load_indicators(indicators)
     given = frequency(sampling_frequency)
-    opened = [open_source(path, needed_channels(chosen), given) for path in sources]
+    opened = [open_source(path, used_channels(chosen), given) for path in sources]
     columns, records = measure_sources(opened, chosen)
     counted = _Counted(records)
     _write(chosen_form, out, columns, counted)

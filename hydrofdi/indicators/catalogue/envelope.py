@@ -13,6 +13,7 @@ from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndi
 from hydrofdi.indicators.stepping import (
     SteppingOptions,
     drive_steps,
+    optional_stepping_channels,
     stepping_channels,
     stepping_obstacle,
 )
@@ -58,6 +59,11 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
     def channels(self) -> frozenset[Channel]:
         """The channel that oscillates, and the input voltage where it tells the steps."""
         return super().channels | stepping_channels(self.options)
+
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The input voltage, which shows the steps."""
+        return optional_stepping_channels(self.options)
 
     @property
     def outputs(self) -> tuple[Output, ...]:

@@ -66,6 +66,11 @@ class FlowBalance(Indicator[FlowBalanceOptions]):
         return frozenset({P1, P2, X}) | self.options.valve_channels
 
     @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The supply pressure."""
+        return frozenset({Channel.SUPPLY_PRESSURE}) if self.options.supply == "auto" else frozenset()
+
+    @property
     def outputs(self) -> tuple[Output, ...]:
         """Estimates, each with its standard deviation."""
         at = f"at {self.options.reference_pressure / 1e6:g} MPa"

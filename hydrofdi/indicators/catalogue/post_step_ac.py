@@ -12,6 +12,7 @@ from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.stepping import (
     SteppingOptions,
     drive_steps,
+    optional_stepping_channels,
     stepping_channels,
     stepping_obstacle,
 )
@@ -54,6 +55,11 @@ class PostStepAc(Indicator[PostStepAcOptions]):
     def channels(self) -> frozenset[Channel]:
         """The pressure, and the input voltage where it tells the steps."""
         return frozenset({self.options.channel}) | stepping_channels(self.options)
+
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The input voltage, which shows the steps."""
+        return optional_stepping_channels(self.options)
 
     @property
     def outputs(self) -> tuple[Output, ...]:

@@ -62,6 +62,11 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         return frozenset(_CHAMBERS) | (frozenset() if shown_by is None else {shown_by})
 
     @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """What may show the rests."""
+        return frozenset(_SHOWN_BY.values()) if self.options.rest == "auto" else frozenset()
+
+    @property
     def outputs(self) -> tuple[Output, ...]:
         """Rates are negative where a pressure falls, and where the pressures approach each other."""
         return (

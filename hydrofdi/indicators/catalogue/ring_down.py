@@ -13,6 +13,7 @@ from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.stepping import (
     SteppingOptions,
     drive_steps,
+    optional_stepping_channels,
     stepping_channels,
     stepping_obstacle,
 )
@@ -66,6 +67,11 @@ class RingDown(Indicator[RingDownOptions]):
         """The pressures, and the input voltage where it tells the steps."""
         less = () if self.options.less is None else (self.options.less,)
         return frozenset({self.options.channel, *less}) | stepping_channels(self.options)
+
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The input voltage, which shows the steps."""
+        return optional_stepping_channels(self.options)
 
     @property
     def outputs(self) -> tuple[Output, ...]:

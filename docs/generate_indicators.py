@@ -53,7 +53,8 @@ def _section(indicator: Description) -> Iterator[str]:
     if indicator.needs_scale:
         yield "\nIt needs channels in SI; counts are of no use to it."
     if indicator.optional_channels:
-        yield f"\nIt looks at {', '.join(f'`{each}`' for each in indicator.optional_channels)} where a record has it."
+        optional = ", ".join(f"`{each}`" for each in indicator.optional_channels)
+        yield f"\nIt looks at {optional} where a record has it."
     if indicator.options:
         yield "\n| option | default | meaning |\n|---|---|---|"
         for option in indicator.options:

@@ -9,7 +9,7 @@ from typing import Any
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
 from hydrofdi.config.normalized_indicators import normalize_indicators
-from hydrofdi.config.renamed_keys import rename_keys
+from hydrofdi.config.renamed_keys import RENAMED, given_twice, rename_keys
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.validation import read_yaml, validated
@@ -122,6 +122,10 @@ def _refuse_contradictory_settings(source: Source, settings: Sequence[str]) -> N
         if {one, other} <= keys:
             message = f"give {one.split('.')[-1]} or {other.split('.')[-1]}, not both"
             source.mistakes.append(Mistake(message, one.rpartition(".")[0], "--set"))
+    for old, new in RENAMED.items():
+        for around in ("", *(f"{'.'.join(mapping)}." for mapping in _DOTTED_MAPPINGS)):
+            if {around + old, around + new} <= keys:
+                source.mistakes.append(Mistake(given_twice(old), around + old, "--set"))
 
 
 def _setting_path(key: str) -> Path:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterator
 from typing import Any
 
-from hydrofdi.errors import RenamedKeyWarning
+from hydrofdi.errors import Mistake, RenamedKeyWarning
 from hydrofdi.settings.yaml_source import Path, Source
 
 RENAMED = {
@@ -21,7 +22,11 @@ _OLD_NAME = re.compile(r"\b(" + "|".join(map(re.escape, RENAMED)) + r")\b")
 
 
 def rename_keys(source: Source) -> None:
-    """Give the keys of a source their present names, and warn of each that has an old one."""
+    """Give the keys of a source their present names, and warn of each that has an old one.
+
+    A key under both of its names is a mistake of the source.
+    """
+    source.mistakes.extend(_twice(source, source.data, ()))
     found: dict[str, str] = {}
     for old, new in RENAMED.items():
         section, field = old.split(".")
@@ -39,6 +44,11 @@ def rename_keys(source: Source) -> None:
         warnings.warn(message, RenamedKeyWarning, stacklevel=2)
 
 
+def given_twice(old: str) -> str:
+    """What to say where a key stands under its old name and its present one."""
+    return f"give it once: {old} is the old name of {RENAMED[old]}"
+
+
 def with_present_keys(data: Any) -> Any:
     """Data of an experiment file of this or an earlier version, with the present names of all keys."""
     renamed = _renamed(data)
@@ -54,6 +64,30 @@ def with_present_keys(data: Any) -> Any:
             if not renamed[section]:
                 del renamed[section]
     return renamed
+
+
+def _twice(source: Source, data: Any, path: Path) -> Iterator[Mistake]:
+    """A mistake for each key that stands under both names, with the places of both."""
+    if isinstance(data, dict):
+        for old, new in RENAMED.items():
+            names: list[tuple[Path, Path]] = [((old,), (new,))]
+            if not path:
+                names.append((tuple(old.split(".")), tuple(new.split("."))))
+            for former, present in names:
+                if _holds(data, former) and _holds(data, present):
+                    place = source.origin((*path, *present))
+                    yield source.mistake((*path, *former), f"{given_twice(old)} ({place})")
+    parts = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, part in parts:
+        yield from _twice(source, part, (*path, key))
+
+
+def _holds(data: Any, path: Path) -> bool:
+    for key in path:
+        if not isinstance(data, dict) or key not in data:
+            return False
+        data = data[key]
+    return True
 
 
 def _section(data: dict[str, Any], name: str) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from hydrofdi.config.renamed_keys import RENAMED, given_twice, rename_keys
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.validation import read_yaml, validated
-from hydrofdi.settings.yaml_source import Path, Source, parse_yaml
+from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
 
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
     ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
@@ -123,7 +123,7 @@ def _refuse_contradictory_settings(source: Source, settings: Sequence[str]) -> N
             message = f"give {one.split('.')[-1]} or {other.split('.')[-1]}, not both"
             source.mistakes.append(Mistake(message, one.rpartition(".")[0], "--set"))
     for old, new in RENAMED.items():
-        for around in ("", *(f"{'.'.join(mapping)}." for mapping in _DOTTED_MAPPINGS)):
+        for around in ("", *(f"{dotted(mapping)}." for mapping in _DOTTED_MAPPINGS)):
             if {around + old, around + new} <= keys:
                 source.mistakes.append(Mistake(given_twice(old), around + old, "--set"))
 

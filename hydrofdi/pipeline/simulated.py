@@ -10,9 +10,15 @@ from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_run
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord, Remark
 from hydrofdi.sensing import Measurement
-from hydrofdi.simulation import Outcome, Trajectory, run_identities, simulate_batch
+from hydrofdi.simulation import Outcome, Trajectory, record_identities, simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, batch_length, condition_label, drive_period
+from hydrofdi.store.records import (
+    SIGNAL_OF_CHANNEL,
+    batch_length,
+    condition_label,
+    distinct_records,
+    drive_period,
+)
 
 
 @dataclass(frozen=True)
@@ -33,7 +39,7 @@ class SimulatedRecords:
     channels: Collection[Channel] = tuple(Channel)
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """The runs in their order; those that fail are rejected with how they ended.
+        """The records in the order of their runs; those that fail are rejected with how they ended.
 
         Raises
         ------
@@ -41,13 +47,16 @@ class SimulatedRecords:
             The sweep is impossible.
         """
         runs = expand_runs(self.experiment).runs
-        run_ids = run_identities(runs)
+        record_ids = record_identities(runs)
+        rows = distinct_records(record_ids, [True] * len(record_ids))
         known: dict[str, float] = {}
         first = 0
-        while first < len(runs):
-            alike = _alike(runs, first)
+        while first < len(rows):
+            alike = _alike(runs, rows[first:])
             coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
-            made = _Simulated(alike, coefficients, run_ids[first : first + len(alike)])
+            made = _Simulated(
+                alike, coefficients, [record_ids[row] for row in rows[first : first + len(alike)]]
+            )
             yield made.batch(self.name, self.channels, labels=labels)
             first += len(alike)
 
@@ -56,7 +65,7 @@ class SimulatedRecords:
 class _Simulated:
     runs: Sequence[RunSpec]
     coefficients: Sequence[float]
-    run_ids: Sequence[str]
+    record_ids: Sequence[str]
 
     def batch(self, name: str, channels: Collection[Channel], *, labels: bool) -> RecordBatch:
         trajectory, outcomes = self._simulated()
@@ -70,13 +79,13 @@ class _Simulated:
                 if channel in channels
             },
             parameters.record.sampling_frequency,
-            tuple(self.run_ids[row] for row in good),
+            tuple(self.record_ids[row] for row in good),
             sources=(name,) * len(good),
             drive_period=_period(parameters),
             labels=tuple(texts[row] for row in good) if labels else None,
             rejected=tuple(
                 RejectedRecord(
-                    self.run_ids[row], name, "", Remark(outcome.status, outcome.message), texts[row]
+                    self.record_ids[row], name, "", Remark(outcome.status, outcome.message), texts[row]
                 )
                 for row, outcome in enumerate(outcomes)
                 if not outcome.is_ok
@@ -101,13 +110,12 @@ class _Simulated:
         )
 
 
-def _alike(runs: Sequence[RunSpec], first: int) -> list[RunSpec]:
-    """Runs from one on that fit into one batch."""
-    lead = runs[first].parameters
+def _alike(runs: Sequence[RunSpec], rows: Sequence[int]) -> list[RunSpec]:
+    """The first of some runs, as many as fit into one batch."""
+    lead = runs[rows[0]].parameters
     length = max(batch_length(lead.record.n_sample) // WIDTH * WIDTH, 1)
     alike = []
-    for row in range(first, min(first + length, len(runs))):
-        run = runs[row]
+    for run in (runs[row] for row in rows[:length]):
         if (run.parameters.record.time_axis, _period(run.parameters)) != (
             lead.record.time_axis,
             _period(lead),

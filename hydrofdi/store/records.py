@@ -19,6 +19,7 @@ from hydrofdi.store.layout.names import (
     LEAKAGE_COEFFICIENT,
     LEAKAGE_LEVEL,
     MESSAGE,
+    RECORD_ID,
     RUN_ID,
     STATUS,
     VALVE_SUPPLY_PRESSURE,
@@ -44,6 +45,16 @@ SIGNAL_OF_CHANNEL = {
 def batch_length(n_time: int) -> int:
     """Number of records of so many samples that make a batch."""
     return max(1, min(_MOST_RECORDS, _MOST_SAMPLES // max(n_time, 1)))
+
+
+def distinct_records(record_ids: Sequence[str], are_ok: Sequence[bool]) -> list[int]:
+    """Positions of the runs that stand for their records: of each the first that went well, or the first."""
+    chosen: dict[str, int] = {}
+    for position, (record_id, is_ok) in enumerate(zip(record_ids, are_ok, strict=True)):
+        first = chosen.setdefault(record_id, position)
+        if is_ok and not are_ok[first]:
+            chosen[record_id] = position
+    return sorted(chosen.values())
 
 
 def drive_period(drive: InputConfig, random_force: float) -> float | None:
@@ -73,7 +84,7 @@ def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str
 
 @dataclass(frozen=True)
 class StoredRecords:
-    """Records of the runs of an experiment.
+    """Records of the runs of an experiment; runs that share a record give it once.
 
     Attributes
     ----------
@@ -116,11 +127,13 @@ class StoredRecords:
     def _windows(self) -> Iterator[list[int]]:
         """Runs that follow each other and have the period of their drive in common."""
         length = batch_length(self._n_time)
-        for first in range(0, self.data.n_run, length):
-            window = range(first, min(first + length, self.data.n_run))
+        are_ok = [self._is_ok(row) for row in range(self.data.n_run)]
+        rows = distinct_records(self._identities, are_ok)
+        for first in range(0, len(rows), length):
+            window = rows[first : first + length]
             by_period = sorted(window, key=lambda row: self._periods[row] or 0.0)
-            for _, rows in groupby(by_period, key=lambda row: self._periods[row]):
-                yield list(rows)
+            for _, alike in groupby(by_period, key=lambda row: self._periods[row]):
+                yield list(alike)
 
     def _batch(self, positions: Sequence[int]) -> RecordBatch:
         rows = [row for row in positions if self._is_ok(row)]
@@ -153,7 +166,10 @@ class StoredRecords:
 
     @cached_property
     def _identities(self) -> list[str]:
-        return [str(run_id) for run_id in self.data.columns[RUN_ID]]
+        """Of the records; of the runs in files that do not name records."""
+        run_ids = self.data.columns[RUN_ID]
+        record_ids = self.data.columns.get(RECORD_ID, run_ids)
+        return [str(record or run) for record, run in zip(record_ids, run_ids, strict=True)]
 
     @cached_property
     def _sampling_frequency(self) -> float:

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from hydrofdi.indicators import Indicator, make_indicators
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.absent import AbsentIndicator
+from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.transforms.configuration import WaveletConfig
 
 Indicators = Mapping[str, Indicator[Any]]
@@ -38,8 +41,20 @@ class IndicatorChoice:
         return _made(self.text, wavelet)
 
     @property
+    def absent(self) -> dict[str, str]:
+        """Labels of indicators that are not installed, and why; they are only found in stored experiments."""
+        made = _made(self.text, PAPER).items()
+        return {label: each.reason for label, each in made if isinstance(each, AbsentIndicator)}
+
+    @property
     def identity(self) -> str:
-        """Name, version and options of each indicator; empty where they are the default."""
+        """Name, version and options of each indicator; empty where they are the default.
+
+        Raises
+        ------
+        ConfigError
+            One is not installed, so that its version is not known.
+        """
         return _identity(self.text)
 
 
@@ -48,12 +63,24 @@ def _made(text: str, wavelet: WaveletConfig) -> Indicators:
     options = json.loads(text)
     if DWT in options:
         options[DWT] = wavelet.stated()
-    return make_indicators(options)
+    return {label: _installed(label, given) for label, given in options.items()}
+
+
+def _installed(label: str, options: Mapping[str, Any]) -> Indicator[Any]:
+    """An indicator, or what stands for one that is not installed."""
+    own = dict(options)
+    try:
+        return sound_indicator(str(own.pop("kind", label)), own)
+    except ConfigError as error:
+        return AbsentIndicator(str(error))
 
 
 @lru_cache(maxsize=1024)
 def _identity(text: str) -> str:
     made = _made(text, WaveletConfig())
+    for each in made.values():
+        if isinstance(each, AbsentIndicator):
+            raise ConfigError(f"{each.reason}; install the package that adds it")
     shown = {label: [made[label].name, made[label].version, made[label].options.stated()] for label in made}
     return "" if shown == {DWT: [DWT, 1, {}]} else json.dumps(shown, separators=(",", ":"))
 

@@ -25,6 +25,9 @@ from hydrofdi.settings.yaml_source import Source
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""
 
+STORED = "stored"
+"""Context of the validation of a stored experiment, whose indicators need not be installed."""
+
 
 class ExperimentConfig(RunRequest):
     """A nominal actuator, the parameters that vary, and the healthy state to compare with."""
@@ -68,9 +71,11 @@ class ExperimentConfig(RunRequest):
 
     @field_validator("indicators")
     @classmethod
-    def _known_indicators(cls, given: dict[str, Any]) -> dict[str, Any]:
-        """The indicators with their options, which are checked by making them."""
+    def _known_indicators(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        """The indicators with their options, which are checked by making them; stored ones as they are."""
         chosen = {str(label): dict(options or {}) for label, options in given.items()}
+        if info.context == STORED:
+            return chosen
         try:
             make_chosen(chosen, Source(chosen))
         except ConfigError as error:

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.config import RunSpec
+from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
+from hydrofdi.pipeline.results import stored_run_ids
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, read_index
 from hydrofdi.store.folder.provenance import read_provenance
@@ -181,7 +182,7 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     StoreError
         The folder holds no experiment, no such run, or the run is not stored.
     """
-    plan = _stored_plan(directory)
+    plan = plan_sweep(_request(directory), directory)  # needs its indicators
     position = _find(plan, wanted)
     run, run_id = plan.table.runs[position], plan.run_ids[position]
     stored = plan.index.runs.get(run_id)
@@ -215,10 +216,16 @@ def _computed(run: RunSpec, run_id: str) -> Columns:
     return compute_columns([Job.of(run, run_id, coefficient, record_identity(run))])
 
 
-def _stored_plan(directory: Path) -> SweepPlan:
+def _request(directory: Path) -> ExperimentConfig:
     if not directory.is_dir():
         raise StoreError(f"{directory}: no such folder")
-    return plan_sweep(read_request(directory), directory)
+    return read_request(directory)
+
+
+def _stored_plan(directory: Path) -> SweepPlan:
+    experiment = _request(directory)
+    run_ids = stored_run_ids(directory, experiment) if experiment.indicator_choice.absent else None
+    return plan_sweep(experiment, directory, run_ids=run_ids)
 
 
 def _find(plan: SweepPlan, wanted: str) -> int:

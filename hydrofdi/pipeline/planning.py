@@ -172,7 +172,13 @@ class Prediction:
     free_bytes: int
 
 
-def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: bool = False) -> SweepPlan:
+def plan_sweep(
+    experiment: ExperimentConfig,
+    directory: Path,
+    *,
+    retry_failed: bool = False,
+    run_ids: tuple[str, ...] | None = None,
+) -> SweepPlan:
     """The runs of an experiment, and which of them are stored. Writes nothing.
 
     Parameters
@@ -182,6 +188,8 @@ def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: b
         Folder of the experiment.
     retry_failed : bool
         Whether runs that failed without a result count as missing.
+    run_ids : tuple of str, optional
+        The identities of its runs, where an indicator is not installed that belongs to them.
 
     Raises
     ------
@@ -198,7 +206,7 @@ def plan_sweep(experiment: ExperimentConfig, directory: Path, *, retry_failed: b
         )
         raise ConfigError([Mistake(message, "store.signals")])
     record_ids = record_identities(table.runs)
-    run_ids = identities_of_analyses(table.runs, record_ids)
+    run_ids = run_ids or identities_of_analyses(table.runs, record_ids)
     failures = {} if retry_failed else read_failures(directory)
     return SweepPlan(experiment, directory, table, run_ids, record_ids, read_index(directory), failures)
 

@@ -78,6 +78,12 @@ def _read_same(file: Path, directory: Path) -> ExperimentData | None:
     return data if data.configuration == request_record(directory) else None
 
 
+def stored_run_ids(directory: Path, experiment: ExperimentConfig) -> tuple[str, ...] | None:
+    """The identities of all runs in the experiment file; None where it does not hold the latest request."""
+    data = _read_same(experiment_file(directory, experiment), directory)
+    return None if data is None else tuple(map(str, data.columns[RUN_ID]))
+
+
 def _read_shards(
     experiment: ExperimentConfig, file: Path, index: ShardIndex, physics_version: int
 ) -> ExperimentData:

@@ -90,8 +90,12 @@ def read_experiment(path: Path) -> ExperimentData:
         }
         physics = int(file.attrs["physics_version"])
         configuration = json.loads(file.attrs["configuration"])
+    remarks = tuple(
+        f"Indicator {label} is left out: {why}. Its numbers stay in the file."
+        for label, why in experiment.indicator_choice.absent.items()
+    )
     return ExperimentData(
-        path, experiment, columns, versions, FileSignals(path), configuration, physics_version=physics
+        path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics
     )
 
 

@@ -10,8 +10,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.experiment import STORED
 from hydrofdi.config.renamed_keys import with_present_keys
 from hydrofdi.errors import StoreError
+from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.store.files import write_whole_text
 
 REQUEST_FILE = "experiment.json"
@@ -77,7 +79,14 @@ def read_request(directory: Path) -> ExperimentConfig:
     except FileNotFoundError:
         raise StoreError(f"{directory}: is no folder of an experiment (it has no {REQUEST_FILE})") from None
     except (OSError, ValidationError, ValueError) as error:
-        raise StoreError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None
+        raise StoreError(f"{path}: cannot be read: {_reason(error)}") from None
+
+
+def _reason(error: Exception) -> str:
+    if not isinstance(error, ValidationError):
+        return str(error).splitlines()[0]
+    first = error.errors()[0]
+    return ": ".join(filter(None, (".".join(map(str, first["loc"])), describe_error(first))))
 
 
 def stored_experiment(text: str) -> ExperimentConfig:
@@ -90,4 +99,4 @@ def stored_experiment(text: str) -> ExperimentConfig:
     """
     with suppress(json.JSONDecodeError):
         text = json.dumps(with_present_keys(json.loads(text)))
-    return ExperimentConfig.model_validate_json(text)
+    return ExperimentConfig.model_validate_json(text, context=STORED)

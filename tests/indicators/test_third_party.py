@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.commands import run_process
+from tests.commands import run_hydrofdi, run_process
 
 PAGE = Path(__file__).parents[2] / "docs" / "indicators.md"
 MUSEUM = Path(__file__).parents[1] / "museum" / "format_2_physics_2" / "pressures.h5"
@@ -109,3 +109,20 @@ def test_one_with_the_name_of_ours_is_warned_of(environment: dict[str, str], tmp
     done = run_process("measure", MUSEUM, "--indicators", "dwt", "--json", env=environment)
     assert done.returncode == 0
     assert "warning: indicator 'dwt' of swing:Swing has the name of one of hydrofdi" in done.stderr
+
+
+def test_results_are_read_without_its_package(environment: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "swings.yaml").write_text("name: swings\nrecord: {duration: 1 s}\nindicators: [dwt, swing]\n")
+    sweep = ("sweep", "swings.yaml", "--engine", "in-process")
+    assert run_process(*sweep, env=environment, cwd=tmp_path).returncode == 0
+    folder = tmp_path / "results" / "swings"
+    assert "Indicator swing is left out" in run_hydrofdi("report", folder, "--format", "markdown").stdout
+    assert run_hydrofdi("measure", folder, "--indicators", "dwt", "--json").returncode == 0
+    for command in ("verify", "status"):
+        done = run_hydrofdi(command, folder)
+        assert done.returncode == 0, done.stderr
+    assert json.loads(run_hydrofdi("status", folder, "--json").stdout)["missing"] == 0
+    for arguments in (sweep, ("collect", folder)):
+        done = run_hydrofdi(*arguments, cwd=tmp_path)
+        assert done.returncode == 2
+        assert "there is no indicator 'swing'" in done.stderr

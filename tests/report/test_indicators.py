@@ -106,11 +106,11 @@ def test_changes_within_those_of_healthy_replicates_are_marked(with_ring, made_u
     _, two, _ = changes_of(report, "internal_flow")
     assert two[4] == "(-1.0)"
     assert not two[3].startswith("("), "+10 % at 689 MPa is more than the replicates differ by"
-    assert "no sign of a leak" in block_of(report).paragraphs[-1]
+    assert "no sign of a leak" in " ".join(block_of(report).paragraphs)
     (output, *_) = report.record()["indicators"][0]["outputs"]
     assert output["healthy"] == [60.0, 60.0]
-    low, high = output["healthy_change_percent"]
-    assert (low, high) == pytest.approx((100 * (59 - 181 / 3) / (181 / 3), 100 * (61 - 179 / 3) / (179 / 3)))
+    low, high = output["healthy_change"]
+    assert (low, high) == pytest.approx((59 - 181 / 3, 61 - 179 / 3))
 
 
 def test_every_form_has_the_section(with_ring, made_up, capsys):
@@ -151,3 +151,33 @@ def test_a_spread_needs_two_replicates(made_up):
     data = replicated(made_up)
     values = np.array([*FREQUENCIES, 60.0, np.nan, np.nan, np.nan])
     assert np.isnan(healthy_spread(values, data).mean).all()
+
+
+def test_changes_of_a_number_near_zero_stand_in_its_own_unit(with_ring):
+    report = with_ring(frequencies=[1e-7, 66.0, 5.0, 66.0, np.nan, np.nan])
+    _, two, _ = changes_of(report, "internal_flow")
+    assert two[3].startswith("Δ")
+    change = report.record()["indicators"][0]["outputs"][0]["changes"][1]
+    assert change["change_fixed_percent"] == [None, None]
+    assert change["change_fixed"] == pytest.approx([5.0, 66.0])
+
+
+def test_a_healthy_value_within_the_width_of_its_replicates_is_near_zero():
+    healthy, values = np.full(2, 1.0), np.array([1.0, 2.0])
+    assert np.isnan(relative_change(healthy, values, width=np.full(2, 1.5))).all()
+
+
+def test_healthy_ranges_stand_in_a_table_and_in_the_columns(with_ring, made_up):
+    report = with_ring(replicated(made_up), [*FREQUENCIES, 59.0, 61.0, 60.0, 60.0])
+    sheet = next(sheet for sheet in block_of(report).sheets if sheet.key.endswith("-healthy"))
+    assert [cell.text for cell in sheet.rows[0]][2:4] == ["4", "60"]
+    assert "2 of 5" in sheet.note
+    line = next(csv.DictReader(io.StringIO(render_csv(report.analysis))))
+    assert float(line["ring.frequency change_fixed healthy_low [Hz]"]) == pytest.approx(59 - 181 / 3)
+    assert line["ring.frequency change_fixed within_healthy"] == "1"
+
+
+def test_an_axis_without_effect_is_left_out_with_a_sentence(with_ring):
+    block = block_of(with_ring(frequencies=[60.0, 66.0] * 3))
+    assert "No output differs over Leakage [L/min]: not shown." in block.paragraphs
+    assert not [sheet for sheet in block.sheets if sheet.key.endswith("internal_flow")]

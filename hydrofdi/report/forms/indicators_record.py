@@ -8,6 +8,7 @@ import numpy as np
 
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.indicators.axes import Axis
+from hydrofdi.report.indicators.changes import Changes
 from hydrofdi.report.indicators.study import GroupChange, IndicatorStudy, OutputStudy
 from hydrofdi.report.ranges import Range
 from hydrofdi.store.layout.names import OBSTACLE
@@ -22,6 +23,7 @@ def indicator_record(study: IndicatorStudy, run_ids: list[str]) -> dict[str, Any
         "version": indicator.version,
         "channels": sorted(indicator.channels),
         "options": indicator.options.model_dump(mode="json"),
+        "not_affected_by": [axis.name for axis in study.idle_axes],
         "outputs": [_output_record(study, output) for output in study.outputs],
         "not_measured": [{"run_id": run_ids[row], "why": why} for row, why in study.unmeasured.items()],
     }
@@ -37,7 +39,7 @@ def _output_record(study: IndicatorStudy, output: OutputStudy) -> dict[str, Any]
         "runs": output.n_run,
         "healthy_runs": output.n_healthy,
         "healthy": _range_record(output.healthy),
-        "healthy_change_percent": _range_record(output.spread) if study.has_replicates else None,
+        "healthy_change": _range_record(output.spread) if study.has_replicates else None,
         "changes": [
             _change_record(axis, change, study.has_replicates)
             for axis in study.axes
@@ -53,6 +55,8 @@ def _change_record(axis: Axis, change: GroupChange, has_replicates: bool) -> dic
         "text": change.group.text,
         "runs": change.n_run,
         "values": _range_record(change.values),
+        "change_fixed": _range_record(change.fixed_absolute),
+        "change_matched": _range_record(change.matched_absolute),
         "change_fixed_percent": _range_record(change.fixed),
         "change_matched_percent": _range_record(change.matched),
         "within_healthy_fixed": change.fixed_is_healthy if has_replicates else None,
@@ -89,8 +93,23 @@ def output_columns(study: IndicatorStudy, row: int) -> dict[str, float | str | N
         for place in np.ndindex(values.shape):
             index = "".join(f"[{part}]" for part in place)
             columns[f"{name}{index}{shown}"] = finite(float(values[place]))
-        columns[f"{name} change_fixed [%]"] = finite(float(output.fixed.percent[row]))
-        columns[f"{name} change_matched [%]"] = finite(float(output.matched.percent[row]))
+        for kind, changes in (("fixed", output.fixed), ("matched", output.matched)):
+            columns |= _change_columns(f"{name} change_{kind}", shown, changes, row, study.has_replicates)
     if study.unmeasured:
         columns[f"{study.measured.label}{OBSTACLE}"] = study.unmeasured.get(row, "")
+    return columns
+
+
+def _change_columns(
+    name: str, unit: str, changes: Changes, row: int, has_replicates: bool
+) -> dict[str, float | str | None]:
+    """A change in both units; with replicates also the healthy range, and 1 where the change is within it."""
+    columns: dict[str, float | str | None] = {
+        f"{name} [%]": finite(float(changes.percent[row])),
+        f"{name}{unit}": finite(float(changes.absolute[row])),
+    }
+    if has_replicates:
+        columns[f"{name} healthy_low{unit}"] = finite(float(changes.low[row]))
+        columns[f"{name} healthy_high{unit}"] = finite(float(changes.high[row]))
+        columns[f"{name} within_healthy"] = int(changes.is_healthy[row])
     return columns

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.report.indicators.axes import Axis, Group, varied_axes
-from hydrofdi.report.indicators.changes import Changes, changes, healthy_spread
+from hydrofdi.report.indicators.changes import Changes, HealthySpread, changes, healthy_spread
 from hydrofdi.report.indicators.measured import (
     MeasuredIndicator,
     MeasuredOutput,
@@ -31,7 +31,9 @@ class GroupChange:
     values : Range
         Their numbers, in the unit of the output.
     fixed, matched : Range
-        Changes against either baseline [%].
+        Changes against either baseline [%]; NaN where the healthy value of a run is near zero.
+    fixed_absolute, matched_absolute : Range
+        The same in the unit of the output.
     fixed_is_healthy, matched_is_healthy : bool
         Whether all of them lie within those of healthy replicates.
     """
@@ -41,6 +43,8 @@ class GroupChange:
     values: Range
     fixed: Range
     matched: Range
+    fixed_absolute: Range
+    matched_absolute: Range
     fixed_is_healthy: bool
     matched_is_healthy: bool
 
@@ -55,7 +59,10 @@ class OutputStudy:
     healthy : Range
         Its values in the fixed baselines; the mean of their replicates where there are any.
     spread : Range
-        Changes of the replicates of the fixed baselines, each against the mean of the others [%].
+        Changes of the replicates of the fixed baselines, each against the mean of the others, in the unit of
+        the output.
+    replicates : HealthySpread
+        Of each healthy run.
     n_healthy : int
         Runs that they are taken from: the fixed baselines, or their replicates, as far as they have a number.
     n_run : int
@@ -69,6 +76,7 @@ class OutputStudy:
     measured: MeasuredOutput
     healthy: Range
     spread: Range
+    replicates: HealthySpread
     n_healthy: int
     n_run: int
     fixed: Changes
@@ -85,6 +93,9 @@ class IndicatorStudy:
     measured : MeasuredIndicator
     outputs : tuple of OutputStudy
     axes : tuple of Axis
+        Those over which any output differs.
+    idle_axes : tuple of Axis
+        The others.
     n_run : int
         Runs of the table; replicates are none of them.
     unmeasured : dict of int to str
@@ -96,6 +107,7 @@ class IndicatorStudy:
     measured: MeasuredIndicator
     outputs: tuple[OutputStudy, ...]
     axes: tuple[Axis, ...]
+    idle_axes: tuple[Axis, ...]
     n_run: int
     unmeasured: dict[int, str]
     has_replicates: bool
@@ -118,14 +130,22 @@ def study_indicator(
     measured: MeasuredIndicator, data: ExperimentData, kept: NDArray[np.bool_], axes: tuple[Axis, ...]
 ) -> IndicatorStudy:
     """One indicator over the runs that are kept."""
+    touching = tuple(axis for axis in axes if any(_differs(output, axis) for output in measured.outputs))
     return IndicatorStudy(
         measured=measured,
-        outputs=tuple(_study_output(output, data, kept, axes) for output in measured.outputs),
-        axes=axes,
+        outputs=tuple(_study_output(output, data, kept, touching) for output in measured.outputs),
+        axes=touching,
+        idle_axes=tuple(axis for axis in axes if all(axis is not other for other in touching)),
         n_run=int(kept.sum()),
         unmeasured=_unmeasured(measured, data, kept),
         has_replicates=data.has_replicates,
     )
+
+
+def _differs(output: MeasuredOutput, axis: Axis) -> bool:
+    """Whether an output has other numbers in one group of an axis than in another."""
+    first, *others = (np.sort(output.means[group.rows]) for group in axis.groups)
+    return not all(np.array_equal(first, other, equal_nan=True) for other in others)
 
 
 def _study_output(
@@ -141,6 +161,7 @@ def _study_output(
         measured=measured,
         healthy=range_of(healthy[baselines].tolist()),
         spread=range_of([*spread.low[baselines].tolist(), *spread.high[baselines].tolist()]),
+        replicates=spread,
         n_healthy=int(np.isfinite(values[sources]).sum()),
         n_run=int(np.isfinite(values[kept]).sum()),
         fixed=fixed,
@@ -158,15 +179,24 @@ def _group_change(group: Group, values: NDArray[np.float64], fixed: Changes, mat
         group,
         int(rows.sum()),
         range_of(values[rows].tolist()),
-        range_of(fixed.percent[rows].tolist()),
-        range_of(matched.percent[rows].tolist()),
+        _percent_range(fixed, rows),
+        _percent_range(matched, rows),
+        range_of(fixed.absolute[rows].tolist()),
+        range_of(matched.absolute[rows].tolist()),
         _all_healthy(fixed, rows),
         _all_healthy(matched, rows),
     )
 
 
+def _percent_range(changes: Changes, rows: NDArray[np.bool_]) -> Range:
+    """The range in percent, where every change has one."""
+    known = rows & np.isfinite(changes.absolute)
+    percent = changes.percent[known].tolist()
+    return range_of(percent if np.isfinite(percent).all() else [])
+
+
 def _all_healthy(changes: Changes, rows: NDArray[np.bool_]) -> bool:
-    known = rows & np.isfinite(changes.percent)
+    known = rows & np.isfinite(changes.absolute)
     return bool(known.any() and changes.is_healthy[known].all())
 
 

@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
+import numpy as np
+
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.indicators.axes import Axis
+from hydrofdi.report.indicators.changes import LEAST_SHARE
 from hydrofdi.report.indicators.study import GroupChange, IndicatorStudy, OutputStudy
 from hydrofdi.report.ranges import Range
+from hydrofdi.report.runs.rows import TableRow
 from hydrofdi.report.wording import HOLE, counted, joined, row_name, signed, some
 from hydrofdi.units import convert
 
 _SHOWN_UNITS = {"Pa": "kPa", "m": "mm", "m^3/s": "L/min"}
 """SI unit of an output → unit that it is shown in."""
 
-_NULL = "In parentheses: no more than healthy replicates differ by, so no sign of a leak."
+_NULL = "In parentheses: within the healthy range of each run's own baseline, so no sign of a leak."
 _NO_NULL = (
     "Without healthy replicates (replicates: in the experiment file) it is not known how much healthy"
     " actuators differ."
@@ -38,7 +42,9 @@ def _block(analysis: Analysis, study: IndicatorStudy) -> Block:
         still = "None of its outputs differs between the runs."
         return Block(key, title, (*paragraphs, still), (_outputs_sheet(key, study),))
     changes = [_changes_sheet(key, study, axis) for axis in study.axes]
-    return Block(key, title, (*paragraphs, _against(study)), (_outputs_sheet(key, study), *changes))
+    ranges = (_ranges_sheet(analysis, key, study),) if study.has_replicates else ()
+    said = (*paragraphs, _against(study), *_idle(study), *_sealed_outside(analysis, study))
+    return Block(key, title, said, (_outputs_sheet(key, study), *ranges, *changes))
 
 
 def _what(study: IndicatorStudy) -> str:
@@ -65,25 +71,78 @@ def _against(study: IndicatorStudy) -> str:
     null = _NULL if study.has_replicates else _NO_NULL
     return (
         f"Changes are in percent of {healthy}, above zero where the number rose (δ is above zero where it"
-        f" fell). {null}"
+        f" fell). Δ marks a change in the output's own unit, where the healthy value is near zero: below"
+        f" {100 * LEAST_SHARE:g} % of the largest size over all runs, or below the spread of its replicates."
+        f" {null}"
+    )
+
+
+def _idle(study: IndicatorStudy) -> Iterator[str]:
+    if study.idle_axes:
+        yield f"No output differs over {joined([axis.header for axis in study.idle_axes])}: not shown."
+
+
+def _sealed_outside(analysis: Analysis, study: IndicatorStudy) -> Iterator[str]:
+    """Sealed runs that lie outside of the range of their own replicates."""
+    if not study.has_replicates:
+        return
+    for output in study.outputs:
+        is_outside = np.isfinite(output.matched.low) & ~output.matched.is_healthy
+        outside = [row_name(row) for row, _ in _conditions(analysis, output) if is_outside[row.position]]
+        if outside:
+            yield f"Outside of its healthy range without a leak, {output.measured.title}: {some(outside)}."
+
+
+def _conditions(analysis: Analysis, output: OutputStudy) -> list[tuple[TableRow, int]]:
+    """The healthy runs with replicates, and how many of these have a number."""
+    counts = output.replicates.count
+    return [(row, int(counts[row.position])) for row in analysis.table.rows if counts[row.position]]
+
+
+def _ranges_sheet(analysis: Analysis, key: str, study: IndicatorStudy) -> Sheet:
+    cells: list[tuple[Cell, ...]] = []
+    breaks, most = [], 0
+    for output in study.outputs:
+        breaks.append(len(cells))
+        spread = output.replicates
+        for place, (row, count) in enumerate(_conditions(analysis, output)):
+            most, at = max(most, count), row.position
+            cells.append((
+                Cell("" if place else _title(output)),
+                Cell(row_name(row)),
+                Cell(f"{count:,}", value=count),
+                Cell(_value(output, Range(float(spread.mean[at]), float(spread.mean[at])))),
+                Cell(_value(output, Range(float(spread.low[at]), float(spread.high[at])))),
+            ))  # fmt: skip
+    return Sheet(
+        f"{key}-healthy",
+        "Healthy range of each condition",
+        ("Output", "Condition", "Replicates", "Mean", "Range of changes"),
+        tuple(cells),
+        breaks=tuple(breaks[1:]),
+        text_columns=(0, 1),
+        note="Each replicate against the mean of the others, in the unit of the output. A further healthy run"
+        f" lies outside of a range of n replicates in 2 of n+1 cases: 2 of {most + 1} here.",
     )
 
 
 def _outputs_sheet(key: str, study: IndicatorStudy) -> Sheet:
-    spread = ("Healthy change [%]",) if study.has_replicates else ()
+    spread = ("Healthy change",) if study.has_replicates else ()
     return Sheet(
         key,
         "Outputs without a leak, under the conditions of the fixed baseline",
         ("Output", "Meaning", "Unit", "Value", *spread, "Healthy runs"),
         tuple(_output_cells(study, output) for output in study.outputs),
         text_columns=(0, 1, 2),
-        note="Healthy change: each replicate against the mean of the others." if spread else "",
+        note="Healthy change: each replicate against the mean of the others, in the unit of the output."
+        if spread
+        else "",
     )
 
 
 def _output_cells(study: IndicatorStudy, output: OutputStudy) -> tuple[Cell, ...]:
     described = output.measured.output
-    spread = (Cell(_span(output.spread)),) if study.has_replicates else ()
+    spread = (Cell(_value(output, output.spread)),) if study.has_replicates else ()
     return (
         Cell(output.measured.title),
         Cell(described.long_name),
@@ -116,13 +175,15 @@ def _change_cells(output: OutputStudy, change: GroupChange) -> tuple[Cell, ...]:
         Cell(change.group.text, value=change.group.value),
         Cell(f"{change.n_run:,}", value=change.n_run),
         Cell(_value(output, change.values)),
-        Cell(_marked(change.fixed, change.fixed_is_healthy)),
-        Cell(_marked(change.matched, change.matched_is_healthy)),
+        Cell(_marked(output, change.fixed, change.fixed_absolute, change.fixed_is_healthy)),
+        Cell(_marked(output, change.matched, change.matched_absolute, change.matched_is_healthy)),
     )
 
 
-def _marked(span: Range, is_healthy: bool) -> str:
-    return f"({_span(span)})" if is_healthy else _span(span)
+def _marked(output: OutputStudy, percent: Range, absolute: Range, is_healthy: bool) -> str:
+    has_percent = percent.low == percent.low or absolute.low != absolute.low
+    text = _span(percent) if has_percent else f"Δ {_value(output, absolute, '+.3g')}"
+    return f"({text})".replace(" ", "\N{NO-BREAK SPACE}") if is_healthy else text
 
 
 def _span(span: Range) -> str:
@@ -145,12 +206,12 @@ def _title(output: OutputStudy) -> str:
     return f"{output.measured.title} [{unit}]" if unit else output.measured.title
 
 
-def _value(output: OutputStudy, span: Range) -> str:
+def _value(output: OutputStudy, span: Range, form: str = ".4g") -> str:
     if span.low != span.low:
         return HOLE
     shown = _SHOWN_UNITS.get(output.measured.output.unit)
     low, high = (value if shown is None else convert(value, shown) for value in (span.low, span.high))
-    return _joined(f"{low:.4g}", f"{high:.4g}")
+    return _joined(f"{low:{form}}", f"{high:{form}}")
 
 
 def _joined(low: str, high: str) -> str:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from itertools import chain
 from math import prod
 
+import numpy as np
+
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.measuring import Indicators, Measures, measure, output_unit
@@ -73,6 +75,11 @@ class RecordMeasures:
     reasons: dict[str, str]
     is_rejected: bool = False
     faults: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether any indicator gave any."""
+        return any(np.isfinite(values).any() for values in self.values.values())
 
 
 def used_channels(indicators: Indicators) -> frozenset[Channel]:

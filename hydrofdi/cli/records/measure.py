@@ -49,8 +49,8 @@ def measure(
 ) -> int:
     """Measure indicators of any records, simulated or measured.
 
-    Exit code 1 where records are rejected or an indicator fails. 'hydrofdi indicators' lists what can be
-    measured.
+    Exit code 1 where records are rejected or have no number of any indicator, or an indicator fails.
+    'hydrofdi indicators' lists what can be measured.
     """
     from hydrofdi.indicators import load_indicators
     from hydrofdi.indicators.record_measures import measure_sources, used_channels
@@ -64,7 +64,7 @@ def measure(
     counted = _Counted(records)
     _write(chosen_form, out, columns, counted)
     _tell(counted, out, with_reason=chosen_form is not Format.table)
-    return 1 if counted.n_rejected or counted.faults else 0
+    return 1 if counted.n_rejected or counted.n_empty or counted.faults else 0
 
 
 def _form(form: Format | None, out: Path | None) -> Format:
@@ -87,7 +87,7 @@ class _Counted:
 
     def __init__(self, records: Iterable[RecordMeasures]) -> None:
         self._records = records
-        self.n_record = self.n_rejected = self.n_unmeasured = 0
+        self.n_record = self.n_rejected = self.n_unmeasured = self.n_empty = 0
         self.first_reason = self.first_rejection = ""
         self.faults: dict[str, None] = {}
 
@@ -95,6 +95,7 @@ class _Counted:
         for record in self._records:
             self.n_record += 1
             self.n_rejected += record.is_rejected
+            self.n_empty += not (record.is_rejected or record.has_numbers)
             self.faults |= dict.fromkeys(record.faults.values())
             others = [(label, text) for label, text in record.reasons.items() if label not in record.faults]
             for label, reason in others[:1]:

@@ -32,6 +32,11 @@ def status(directory: Directory, json: Json = False) -> int:
             f"{state.planned} planned, {state.done} done, {state.failed} failed,"
             f" {state.missing} missing ({details})\n"
         )
+        if state.earlier:
+            write_out(
+                f"{state.earlier} runs were stored by an earlier version of the physics;"
+                " 'hydrofdi report' reads them, and a sweep computes them again\n"
+            )
         write_out("".join(f"{fault}; the next sweep computes its runs again\n" for fault in state.damaged))
     return 1 if state.failed or state.damaged else 0
 

@@ -150,6 +150,9 @@ def print_explanation(explanation: Explanation) -> None:
     for cause in explanation.causes:
         console.print(f"because   {cause}")
     console.print(f"stored in {explanation.shard or 'nothing'}")
+    for label, analysis in explanation.analysis.items():
+        options = ", ".join(f"{name} {value}" for name, value in analysis["options"].items())
+        console.print(Text(f"analysis  {label} {analysis['analysis_id']}: {options or 'default options'}"))
     grid = Table(title="differs from the fixed baseline in", title_justify="left", box=None, pad_edge=False)
     for header in ("parameter", "baseline", "run"):
         grid.add_column(header)

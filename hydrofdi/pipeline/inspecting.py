@@ -31,6 +31,7 @@ _MESSAGE = Variable(MESSAGE, (RUN,), "", "")
 class SweepStatus:
     """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result.
 
+    `earlier` runs are stored by an earlier version of the physics; reports read them, a sweep does not.
     `damaged` says of each shard that cannot be read what is wrong with it; its runs are missing.
     """
 
@@ -40,6 +41,7 @@ class SweepStatus:
     missing: int
     statuses: dict[str, int]
     damaged: list[str]
+    earlier: int = 0
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,8 @@ class Explanation:
         All that determines the run, in SI.
     differences : dict
         Dotted parameter → (value of the fixed baseline, value of the run), in SI.
+    analysis : dict
+        Label of an indicator → its ``analysis_id``, and its ``options`` that differ from the defaults.
     calibration : dict or None
         Conditions under which its K_i was solved.
     shard : str
@@ -78,6 +82,7 @@ class Explanation:
     position: int
     request: dict[str, Any]
     differences: dict[str, tuple[Any, Any]]
+    analysis: dict[str, dict[str, Any]]
     calibration: dict[str, Any] | None
     shard: str
     provenance: dict[str, Any] | None
@@ -98,7 +103,8 @@ def sweep_status(directory: Path) -> SweepStatus:
     failed = sum(count for status, count in statuses.items() if status not in ("ok", "missing"))
     damaged = list(plan.index.damaged.values())
     planned = len(plan.run_ids)
-    return SweepStatus(planned, planned - missing, failed, missing, dict(statuses), damaged)
+    earlier = plan.index.n_run_of_earlier_physics
+    return SweepStatus(planned, planned - missing, failed, missing, dict(statuses), damaged, earlier)
 
 
 def verify(directory: Path) -> list[str]:
@@ -162,6 +168,7 @@ def explain(directory: Path, wanted: str) -> Explanation:
         position=position,
         request=run.request.shown_sections(),
         differences=_differences(baseline, run.request),
+        analysis=_analysis(run, plan.record_ids[position]),
         calibration=run.calibration.shown_sections() if run.calibration else None,
         shard=str(stored.shard) if stored else "",
         provenance=provenance[-1] if provenance else None,
@@ -201,6 +208,14 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
         if not same:
             differing.append(variable.name)
     return run_id, differing
+
+
+def _analysis(run: RunSpec, record_id: str) -> dict[str, dict[str, Any]]:
+    indicators, identities = run.analysis.indicators, run.analysis.identities(record_id)
+    return {
+        label: {"analysis_id": identities[label], "options": indicator.options.stated()}
+        for label, indicator in indicators.items()
+    }
 
 
 def _causes(run: RunSpec) -> list[str]:

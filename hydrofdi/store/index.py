@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydrofdi.errors import StoreError
+from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import write_whole_text
 from hydrofdi.store.shard import SHARDS, read_content
 
@@ -68,6 +69,12 @@ class ShardIndex:
             _keep_richer(self.runs, run_id, stored)
             if record_id:
                 _keep_richer(self.records, record_id, stored)
+
+    @property
+    def n_run_of_earlier_physics(self) -> int:
+        """Number of runs in shards of earlier versions of the physics."""
+        earlier = (entry for entry in self._entries.values() if entry["physics_version"] < PHYSICS_VERSION)
+        return sum(len(entry["run_ids"]) for entry in earlier)
 
     def signals_of(self, run: StoredRun) -> StoredRun:
         """Where the signals of a run's record lie: in its own shard, or in one with more of them."""

@@ -1,0 +1,26 @@
+"""What ``why`` and ``status`` say of analyses and of runs of earlier versions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.commands import run, run_json
+from tests.conftest import sweep_in
+
+_KEPT = Path(__file__).parent.parent / "museum" / "format_2_physics_1" / "kept"
+
+
+def test_why_names_indicators_their_options_and_identities(tmp_path: Path) -> None:
+    text = "name: asked\nrecord: {duration: 2 s}\nindicators:\n  dwt: {}\n  low: {kind: dwt, levels: 3}\n"
+    swept = sweep_in(tmp_path, text)
+    analysis = run_json("why", swept.directory, "0")["analysis"]
+    assert analysis["dwt"]["options"] == {}
+    assert analysis["low"]["options"] == {"levels": 3}
+    shown = run("why", swept.directory, "0").stdout
+    assert all(each["analysis_id"] in shown for each in analysis.values())
+    assert "levels 3" in shown
+
+
+def test_status_says_that_an_earlier_version_stored_the_runs() -> None:
+    assert run_json("status", _KEPT)["earlier"] == 8
+    assert "8 runs were stored by an earlier version" in run("status", _KEPT).stdout

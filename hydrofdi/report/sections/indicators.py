@@ -182,7 +182,7 @@ def _change_cells(output: OutputStudy, change: GroupChange) -> tuple[Cell, ...]:
 
 def _marked(output: OutputStudy, percent: Range, absolute: Range, is_healthy: bool) -> str:
     has_percent = percent.low == percent.low or absolute.low != absolute.low
-    text = _span(percent) if has_percent else f"Δ {_value(output, absolute, '+.3g')}"
+    text = _span(percent) if has_percent else f"Δ\N{NO-BREAK SPACE}{_value(output, absolute, '+.3g')}"
     return f"({text})".replace(" ", "\N{NO-BREAK SPACE}") if is_healthy else text
 
 

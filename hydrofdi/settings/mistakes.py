@@ -49,6 +49,8 @@ def _quoted(text: str) -> list[str]:
 def nearest(name: str, known: Sequence[str]) -> str:
     """A hint at the known name that an unknown one probably means; empty where there is none."""
     longer = [candidate for candidate in known if len(name) > 2 and candidate.startswith(name)]
+    words = set(name.split("_"))
+    longer = longer or [each for each in known if len(words) > 1 and words < set(each.split("_"))]
     close = longer if len(longer) == 1 else difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     if close:
         return f"; did you mean {close[0]!r}?"

@@ -55,8 +55,8 @@ def measured(place):
 def test_a_sweep_and_measuring_its_results_say_the_same_to_the_bit(reasons):
     columns, records = read_results(reasons.file).columns, measured(reasons.file)
     assert sorted(set(columns["status"])) == ["diverged", "ok"]
-    for row, run_id in enumerate(columns["run_id"]):
-        record = records[run_id]
+    for row, record_id in enumerate(columns["record_id"]):
+        record = records[record_id]
         stored = {label: columns[f"{label}.obstacle"][row] for label in INDICATORS if has(columns, label)}
         assert {label: reason for label, reason in stored.items() if reason} == record.reasons
         for name, values in record.values.items():

@@ -121,8 +121,8 @@ def _ranges_sheet(analysis: Analysis, key: str, study: IndicatorStudy) -> Sheet:
         tuple(cells),
         breaks=tuple(breaks[1:]),
         text_columns=(0, 1),
-        note="Each replicate against the mean of the others, in the unit of the output. A further healthy run"
-        f" lies outside of a range of n replicates in 2 of n+1 cases: 2 of {most + 1} here.",
+        note="Each replicate against the mean of the others, in the unit of the output. A further draw lies"
+        f" outside of a range of n replicates in at most about 2 of n+1 cases: 2 of {most + 1} here.",
     )
 
 

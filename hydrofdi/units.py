@@ -70,6 +70,19 @@ _SYMBOLS = {
 _PREFIXABLE = {"g", "m", "s", "Hz", "N", "Pa", "L", "l", "A", "V", "J", "W", "psi", "bar"}
 _PREFIXES = {"G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "µ": -6, "μ": -6, "u": -6, "n": -9}
 
+_SPELLINGS = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("usec", "µsec", "microseconds"), "us"),
+    **dict.fromkeys(("minute", "minutes"), "min"),
+    **dict.fromkeys(("barg", "bara", "bar(g)", "bar(a)", "bars"), "bar"),
+    **dict.fromkeys(("psig", "psia"), "psi"),
+    **dict.fromkeys(("volt", "volts"), "v"),
+    **dict.fromkeys(("millimeter", "millimetre"), "mm"),
+    **dict.fromkeys(("pascal", "pascals"), "pa"),
+}
+"""Other spellings, in small letters, of units that hydrofdi knows."""
+
 _NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 _TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(-?\d+(?:\.\d+)?|\(-?\d+/\d+\))|([⁻⁰¹²³⁴-⁹]+))")
 _ROOT = re.compile(r"(?:√|sqrt)\s*(?:\(\s*([A-Za-zµμ]+)\s*\)|([A-Za-zµμ]+))")
@@ -161,6 +174,24 @@ def parse_unit(text: str) -> Unit:
     if pending is None or len(open_signs) != 1 or power_sign != 1:
         raise ValueError(f"{text!r} is not a unit")
     return result * pending
+
+
+def similar_units(text: str, unit: str) -> list[str]:
+    """Units of the dimension of `unit` that an unknown spelling such as ``Bar`` or ``sec`` may stand for.
+
+    Parameters
+    ----------
+    text : str
+        A spelling that `parse_unit` refuses.
+    unit : str
+        A unit of the dimension that is wanted.
+    """
+    wanted = parse_unit(unit).exponents
+    spellings = [*_SYMBOLS, *(prefix + stem for prefix in _PREFIXES for stem in sorted(_PREFIXABLE))]
+    fitting = [spelling for spelling in spellings if parse_unit(spelling).exponents == wanted]
+    letters = text.strip().rstrip(".").lower()
+    letters = _SPELLINGS.get(letters, letters)
+    return [spelling for spelling in fitting if spelling.lower() == letters]
 
 
 def _scaled(number: str, factor: Fraction) -> float:

@@ -7,9 +7,9 @@ from fractions import Fraction
 import numpy as np
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array
+from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.measured.description.sections import ChannelConfig
-from hydrofdi.units import Unit, parse_unit
+from hydrofdi.units import Unit, parse_unit, similar_units
 
 COUNTS = "counts"
 _COUNTS = {"counts", "count", "cts", "lsb"}
@@ -50,7 +50,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     DataError
         There is none, or file and description disagree.
     """
-    if config.unit and (config.gain is not None or not is_unit(header) or _same(config.unit, header)):
+    if config.unit and (config.gain is not None or _may_agree(config.unit, header)):
         return config.unit
     if config.unit:
         raise DataError(
@@ -58,10 +58,21 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
             " leave 'unit' out, or give the 'gain' between them"
         )
     if not header:
-        raise DataError(f"{where}: has no unit; write 'unit: bar', or 'unit: counts' where it has no scale")
+        raise DataError(
+            f"{where}: has no unit; write 'unit: …', such as bar, or 'unit: counts' where it has no scale"
+        )
     if config.gain is not None and not is_counts(header):
         raise DataError(f"{where}: with a gain, write the 'unit' after it as well")
     return header
+
+
+def unknown_header_unit(config: ChannelConfig, header: str) -> tuple[Remark, ...]:
+    """A remark where the header's unit is not known, and the description alone says the scale."""
+    is_checked = not header or is_unit(header) or len(_readings(config.unit, header)) == 1
+    if is_checked or not config.unit or config.gain is not None or " " in header:
+        return ()
+    text = f"column {config.column!r}: the header says {header!r}, the description {config.unit!r}"
+    return (Remark("unknown_unit", text),)
 
 
 def in_si(values: Array, unit: str, si_unit: str, where: str) -> Array:
@@ -76,7 +87,7 @@ def in_si(values: Array, unit: str, si_unit: str, where: str) -> Array:
         return values
     found, wanted = known_unit(unit), parse_unit(si_unit)
     if found is None:
-        raise DataError(f"{where}: unknown unit {unit!r}; write 'unit: {si_unit}', for instance")
+        raise DataError(f"{where}: unknown unit {unit!r}{unit_remedy(unit, si_unit)}")
     if found.exponents != wanted.exponents:
         raise DataError(f"{where}: the unit {unit} is not convertible to {si_unit}")
     return scaled(values, found.factor / wanted.factor)
@@ -89,6 +100,28 @@ def scaled(values: Array, factor: Fraction) -> Array:
         return np.asarray(values * float(factor))
     product = values if numerator == 1 else values * float(numerator)
     return product if denominator == 1 else product / float(denominator)
+
+
+def unit_remedy(unit: str, si_unit: str) -> str:
+    """What an unknown unit may stand for; never a scale that nobody stated."""
+    if similar := similar_units(unit, si_unit):
+        return f"; did you mean {' or '.join(map(repr, similar))}?"
+    return "; give 'gain' and the 'unit' after it, or 'unit: counts' without a scale"
+
+
+def _may_agree(unit: str, header: str) -> bool:
+    """Whether a header's unit is a unit of the description, or one that hydrofdi cannot judge."""
+    if is_unit(header):
+        return _same(unit, header)
+    readings = _readings(unit, header)
+    return not readings or known_unit(unit) in readings
+
+
+def _readings(unit: str, header: str) -> set[Unit]:
+    """Units of the dimension of `unit` that an unknown header may stand for."""
+    if known_unit(unit) is None:
+        return set()
+    return {parse_unit(similar) for similar in similar_units(header, unit)}
 
 
 def _same(one: str, other: str) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_units import agreed_unit, in_si, is_counts
+from hydrofdi.records.measured.column_units import agreed_unit, in_si, is_counts, unknown_header_unit
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.formats.opening import open_table
@@ -66,10 +66,11 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
         It cannot be read, or its columns have different lengths.
     """
     with open_table(path, place, config.format) as table:
-        channels, relative = {}, set()
+        channels, relative, doubts = {}, set(), []
         for channel, column in config.channels.items():
             channels[channel], has_no_scale = _channel(table, channel, column)
             relative |= {channel} if has_no_scale else set()
+            doubts += unknown_header_unit(column, table.unit(table.find(column.column)))
         times = None if config.time is None else _times(table, config)
         values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
     n_time = _common_length(channels, times)
@@ -79,7 +80,7 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
     if times is not None and config.resample is not None:
         remarks += folding(sampling, config.resample)
         channels, sampling = resampled(channels, times, config.resample)
-    remarks = (*table.remarks, *remarks)
+    remarks = (*table.remarks, *doubts, *remarks)
     return Recording(channels, sampling, frozenset(relative), remarks=remarks, values=values)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from hydrofdi.errors import Mistake
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_units import is_counts, known_unit
+from hydrofdi.records.measured.column_units import is_counts, known_unit, unit_remedy
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.ranges import plausible_range
 from hydrofdi.records.measured.naming import OWN_NAMES, fields_of, path_pattern
@@ -56,7 +56,7 @@ def _units(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
         path, unit = ("channels", channel.value), known_unit(column.unit)
         if column.unit and not is_counts(column.unit):
             if unit is None:
-                message = f"unknown unit {column.unit!r}; such as {channel.unit}, or counts without a scale"
+                message = f"unknown unit {column.unit!r}{unit_remedy(column.unit, channel.unit)}"
                 yield source.mistake((*path, "unit"), message)
             elif unit.exponents != parse_unit(channel.unit).exponents:
                 message = f"{column.unit} is not convertible to {channel.unit}"

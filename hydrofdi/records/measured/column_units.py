@@ -58,9 +58,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
             " leave 'unit' out, or give the 'gain' between them"
         )
     if not header:
-        raise DataError(
-            f"{where}: has no unit; write 'unit: …', such as bar, or 'unit: counts' where it has no scale"
-        )
+        raise DataError(f"{where}: has no unit; write 'unit: …', such as bar, or 'unit: counts'")
     if config.gain is not None and not is_counts(header):
         raise DataError(f"{where}: with a gain, write the 'unit' after it as well")
     return header

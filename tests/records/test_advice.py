@@ -1,8 +1,11 @@
 """What the messages advise leads to right numbers, never to a scale that nobody stated."""
 
+import re
+
 import pytest
 
-from hydrofdi.errors import DataError
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.records.measured import measured_source, plain_file_source
 from tests.records.measuring import P1, USUAL, batches, kinds, one
 
 
@@ -34,3 +37,35 @@ def test_a_scale_that_the_header_may_contradict_is_remarked(tmp_path):
     batch = one(tmp_path, a_csv="P1 [kgf/cm2]\n1\n2\n")
     (text,) = [remark.text for remark in batch.remarks[0] if remark.kind == "unknown_unit"]
     assert "the header says 'kgf/cm2', the description 'bar'" in text
+
+
+def plain(folder, text):
+    file = folder / "run.csv"
+    file.write_text(text)
+    return next(iter(plain_file_source(file).batches()))
+
+
+@pytest.mark.parametrize("text", ["time,P1 [bar]\n0,1\n1,2\n", "foo [bar]\n1\n2\n", "P1\n1\n2\n"])
+def test_a_suggestion_that_is_copied_as_it_is_gives_no_numbers(tmp_path, text):
+    with pytest.raises(DataError) as raised:
+        plain(tmp_path, text)
+    (suggestion,) = re.findall(r"YAML: (.*)", str(raised.value))
+    (tmp_path / "m.yaml").write_text(suggestion, encoding="utf-8")
+    with pytest.raises((ConfigError, DataError)):
+        list(measured_source(tmp_path / "m.yaml").batches())
+
+
+def test_a_suggestion_names_the_column_of_time(tmp_path):
+    with pytest.raises(DataError, match=r"time: {column: 'time', unit: s}, .*column: 'P1', unit: bar}"):
+        plain(tmp_path, "time [sec],P1 [Bar]\n0,1\n1,2\n")
+
+
+def test_the_unit_decides_what_is_time(tmp_path):
+    batch = plain(tmp_path, "T [bar],time [s],t [s],P1 [bar]\n5,0,7,1\n5,0.5,9,2\n")
+    assert batch.sampling_frequency == 2.0
+    assert "columns not used: T [bar], t [s]" in [remark.text for remark in batch.remarks[0]]
+
+
+def test_a_sampling_frequency_against_the_column_of_time_is_remarked(tmp_path):
+    assert "sampling_differs" in kinds(one(tmp_path, a_csv="time [s],P1 [bar]\n0,1\n0.5,2\n1,3\n"))
+    assert "sampling_differs" not in kinds(one(tmp_path, a_csv="time [ms],P1 [bar]\n0,1\n1,2\n2,3\n"))

@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from hydrofdi.records.measured import measured_source
+from hydrofdi.records.measured.column_names import NAMES
 from hydrofdi.records.measured.description.schema import measured_schema
 from tests.commands import run
 from tests.conftest import REPOSITORY
@@ -41,6 +42,11 @@ def test_the_page_names_every_remark():
     kinds = set(re.findall(r'Remark\("(\w+)"', sources)) | {"clipped", "saturated"}
     assert len(kinds) > 10
     assert {kind for kind in kinds if f"`{kind}`" not in PAGE} == set()
+
+
+def test_the_page_lists_the_names_that_plain_files_are_read_by():
+    for channel, names in NAMES.items():
+        assert f"| `{channel}` | {names} |" in PAGE
 
 
 def test_the_kept_schema_is_that_of_the_models():

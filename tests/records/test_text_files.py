@@ -212,9 +212,9 @@ def test_a_plain_file_is_read_by_its_column_names(tmp_path):
 
 
 @pytest.mark.parametrize(("text", "sentence"), [
-    ("P1 [bar]\n1\n2\n", "no sampling frequency is given.*sampling_frequency: 1 kHz"),
+    ("P1 [bar]\n1\n2\n", "no sampling frequency is given.*sampling_frequency: …"),
     ("time,P1 [bar]\n1,1\n2,2\n", "no sampling frequency is given"),
-    ("t [s],P1\n1,1\n2,2\n", "column 'P1' has no unit; describe it in a YAML: .*column: 'P1', unit: bar"),
+    ("t [s],P1\n1,1\n2,2\n", "column 'P1' has no unit; describe it in a YAML: .*column: 'P1', unit: …"),
     ("t [s],foo [bar]\n1,1\n2,2\n", "no column is named like a channel; found"),
     ("t [s],P1 [bar],p_1 [Pa]\n1,1,1\n2,2,2\n", "more than one column"),
     ("1.5,2\n3,4\n", "no column is named like a channel; found 1, 2"),

@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Remark
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_names import channel_of, named_like_time, time_columns
+from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table, split_title
 from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.records.measured.source import MeasuredSource, described
 from hydrofdi.settings.yaml_source import Source
+from hydrofdi.units import similar_units
 
-_FORMS = {
-    Channel.CHAMBER_1_PRESSURE: "p1, pressure 1, chamber 1 pressure, chamber pressure 1, p chamber 1",
-    Channel.CHAMBER_2_PRESSURE: "p2, pressure 2, chamber 2 pressure, chamber pressure 2, p chamber 2",
-    Channel.SUPPLY_PRESSURE: "ps, p supply, supply pressure, pressure supply",
-    Channel.RETURN_PRESSURE: "pr, pt, p return, p tank, return pressure, tank pressure",
-    Channel.PISTON_POSITION: "x, xp, position, piston position",
-    Channel.PISTON_VELOCITY: "v, vp, velocity, piston velocity",
-    Channel.SPOOL_POSITION: "xv, xs, spool, spool position, valve position",
-    Channel.INPUT_VOLTAGE: "u, voltage, input voltage, command voltage",
-}
-"""Channel → names that columns use for it; letters' case, blanks, ``_``, ``-`` and ``.`` do not matter."""
-
-_CHANNELS = {form.replace(" ", ""): channel for channel, text in _FORMS.items() for form in text.split(", ")}
-_TIMES = {"t", "time"}
 _MOST_SHOWN = 12
 
 
@@ -52,17 +42,18 @@ def plain_file_source(path: Path | str, sampling_frequency: float | None = None)
     try:
         with open_table(file, str(file), FormatConfig()) as table:
             data = _description(table, file, sampling_frequency)
+            unused = _unused(table, data)
     except RejectionError as rejection:
         raise DataError(f"{file}: {rejection}") from None
-    return MeasuredSource(str(path), file.parent, described(Source(data)), [file])
+    return MeasuredSource(str(path), file.parent, described(Source(data)), [file], unused)
 
 
-def _description(table: Table, file: Path, sampling_frequency: float | None) -> dict[str, object]:
+def _description(table: Table, file: Path, sampling_frequency: float | None) -> dict[str, Any]:
     if not table.titles:
         raise DataError(f"{file}: holds no columns")
     channels: dict[str, dict[str, str]] = {}
     for position, title in enumerate(table.titles):
-        channel = _CHANNELS.get(_short(title))
+        channel = channel_of(table, position)
         if channel is None:
             continue
         if channel.value in channels:
@@ -75,8 +66,8 @@ def _description(table: Table, file: Path, sampling_frequency: float | None) -> 
     return {"files": file.name, "channels": channels} | _sampling(table, file, sampling_frequency)
 
 
-def _sampling(table: Table, file: Path, sampling_frequency: float | None) -> dict[str, object]:
-    times = [title for n, title in enumerate(table.titles) if _short(title) in _TIMES and table.unit(n)]
+def _sampling(table: Table, file: Path, sampling_frequency: float | None) -> dict[str, Any]:
+    times = [table.titles[position] for position in time_columns(table)]
     if len(times) > 1:
         raise _refusal(file, f"has more than one column of time: {_first(times)}", table)
     if sampling_frequency is not None and times:
@@ -94,18 +85,33 @@ def _sampling(table: Table, file: Path, sampling_frequency: float | None) -> dic
 
 def _refusal(file: Path, what: str, table: Table) -> DataError:
     """What is missing, and the description that would say it."""
-    known = {channel: n for n, title in enumerate(table.titles) if (channel := _CHANNELS.get(_short(title)))}
-    channel, position = next(iter(known.items()), (Channel.CHAMBER_1_PRESSURE, 0))
-    unit = table.unit(position) or "bar" if channel in known else "bar"
-    column = f"{{column: {split_title(table.titles[position])[0]!r}, unit: {unit}}}"
+    known = ((channel_of(table, n), n) for n in range(len(table.titles)))
+    channel, position = next(((c, n) for c, n in known if c), (Channel.CHAMBER_1_PRESSURE, None))
+    column = "…" if position is None else split_title(table.titles[position])[0]
+    unit = "…" if position is None else _stated_unit(table, position, channel.unit)
+    times = named_like_time(table)
+    sampling = "sampling_frequency: …"
+    if times:
+        title = split_title(table.titles[times[0]])[0]
+        sampling = f"time: {{column: {title!r}, unit: {_stated_unit(table, times[0], 's')}}}"
     return DataError(
-        f"{file}: {what}; describe it in a YAML: {{files: {file.name!r}, sampling_frequency: 1 kHz,"
-        f" channels: {{{channel}: {column}}}}}"
+        f"{file}: {what}; describe it in a YAML: {{files: {file.name!r}, {sampling},"
+        f" channels: {{{channel}: {{column: {column!r}, unit: {unit}}}}}}}"
     )
 
 
-def _short(title: str) -> str:
-    return re.sub(r"[\s_.\-]+", "", split_title(title)[0]).lower()
+def _stated_unit(table: Table, position: int, si_unit: str) -> str:
+    """The unit that a header states, in its usual spelling; a placeholder where that is not clear."""
+    header = table.unit(position)
+    similar = similar_units(header, si_unit)
+    return header if is_unit(header) else similar[0] if len(similar) == 1 else "…"
+
+
+def _unused(table: Table, data: dict[str, Any]) -> tuple[Remark, ...]:
+    """A remark that names the columns that were not recognised."""
+    used = {column["column"] for column in [*data["channels"].values(), data.get("time", {"column": ""})]}
+    left = [title for title in table.titles if title not in used]
+    return (Remark("unused", f"columns not used: {_first(left)}"),) if left else ()
 
 
 def _first(titles: Sequence[str]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_names import time_columns
 from hydrofdi.records.measured.column_units import agreed_unit, in_si, is_counts, unknown_header_unit
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.sections import ChannelConfig
@@ -18,6 +19,9 @@ from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.records.measured.sampling import Sampling, folding, given_sampling, resampled, sampling_of_times
+
+_TOLERANCE = 0.01
+"""Share by which a stated sampling frequency may differ from a column of time."""
 
 
 @dataclass(frozen=True)
@@ -66,12 +70,15 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
         It cannot be read, or its columns have different lengths.
     """
     with open_table(path, place, config.format) as table:
-        channels, relative, doubts = {}, set(), []
+        channels, relative = {}, set()
+        doubts: list[Remark] = []
         for channel, column in config.channels.items():
             channels[channel], has_no_scale = _channel(table, channel, column)
             relative |= {channel} if has_no_scale else set()
             doubts += unknown_header_unit(column, table.unit(table.find(column.column)))
         times = None if config.time is None else _times(table, config)
+        if config.sampling_frequency is not None:
+            doubts += _contradicting_times(table, config.sampling_frequency)
         values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
     n_time = _common_length(channels, times)
     if n_time < 2:
@@ -110,6 +117,24 @@ def _times(table: Table, config: MeasuredConfig) -> Array:
     if is_counts(unit):
         raise _no_unit_of_time(where, values)
     return in_si(values, unit, "s", where)
+
+
+def _contradicting_times(table: Table, frequency: float) -> tuple[Remark, ...]:
+    """A remark where a column of time says another sampling frequency, in the median and in the mean."""
+    for position in time_columns(table):
+        title = table.titles[position]
+        try:
+            times = in_si(table.numbers(position), table.unit(position), "s", f"{table.place}: {title}")
+        except DataError:
+            continue
+        steps = np.diff(times[np.isfinite(times)])
+        expected = np.array([np.median(steps), np.mean(steps)]) * frequency if steps.size else np.ones(2)
+        if np.all(np.abs(expected - 1.0) > _TOLERANCE):
+            with np.errstate(divide="ignore"):
+                found = frequency / expected[0]
+            text = f"column {title!r} says {found:g} Hz, the description {frequency:g} Hz"
+            return (Remark("sampling_differs", text),)
+    return ()
 
 
 def _no_unit_of_time(where: str, values: Array) -> DataError:

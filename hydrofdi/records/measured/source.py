@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.records.batch import RecordBatch, RejectedRecord
+from hydrofdi.records.batch import RecordBatch, RejectedRecord, Remark
 from hydrofdi.records.measured.batching import MOST_SAMPLES, batched
 from hydrofdi.records.measured.description.checks import contradictions
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
@@ -30,6 +30,8 @@ class MeasuredSource:
         Where record ids start.
     config : MeasuredConfig
     files : sequence of path
+    remarks : tuple of Remark
+        On every record.
     most_samples : int
         Samples of all channels together in a batch of more than one record.
     """
@@ -38,6 +40,7 @@ class MeasuredSource:
     folder: Path
     config: MeasuredConfig
     files: Sequence[Path]
+    remarks: tuple[Remark, ...] = ()
     most_samples: int = MOST_SAMPLES
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
@@ -58,7 +61,7 @@ class MeasuredSource:
         found = {} if limit is None else outliers(self._records(), limit)
         for record in self._records():
             remarks = found.get(record.record_id, ())
-            yield record.remarked(remarks) if isinstance(record, MeasuredRecord) else record
+            yield record.remarked((*self.remarks, *remarks)) if isinstance(record, MeasuredRecord) else record
 
     def _records(self) -> Iterator[MeasuredRecord | RejectedRecord]:
         forming = Forming(self.folder, self.config)
@@ -91,7 +94,7 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
             message = f"no file matches {pattern!r} in {file.parent.resolve().name}"
             raise ConfigError([source.mistake(("files", number), message)])
         files += found
-    return MeasuredSource(str(path), file.parent, config, in_natural_order(set(files)), most_samples)
+    return MeasuredSource(str(path), file.parent, config, in_natural_order(set(files)), (), most_samples)
 
 
 def described(source: Source) -> MeasuredConfig:

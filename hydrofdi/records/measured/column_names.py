@@ -1,0 +1,54 @@
+"""Names that columns of measured files usually have."""
+
+from __future__ import annotations
+
+import re
+
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_units import is_counts, known_unit
+from hydrofdi.records.measured.formats.table import Table, split_title
+from hydrofdi.units import parse_unit
+
+NAMES = {
+    Channel.CHAMBER_1_PRESSURE: "p1, pa, pressure 1, chamber 1 pressure, chamber pressure 1, p chamber 1",
+    Channel.CHAMBER_2_PRESSURE: "p2, pb, pressure 2, chamber 2 pressure, chamber pressure 2, p chamber 2",
+    Channel.SUPPLY_PRESSURE: "ps, p supply, supply pressure, pressure supply",
+    Channel.RETURN_PRESSURE: "pr, pt, p return, p tank, return pressure, tank pressure",
+    Channel.PISTON_POSITION: "x, xp, position, piston position, stroke, displacement",
+    Channel.PISTON_VELOCITY: "v, vp, velocity, piston velocity",
+    Channel.SPOOL_POSITION: "xv, xs, spool, spool position, valve position",
+    Channel.INPUT_VOLTAGE: "u, voltage, input voltage, command, command voltage, control voltage",
+}
+"""Channel → names that columns use for it; letters' case, blanks, ``_``, ``-`` and ``.`` do not matter."""
+
+_CHANNELS = {name.replace(" ", ""): channel for channel, text in NAMES.items() for name in text.split(", ")}
+_TIMES = ("time", "t")
+"""Names of time columns, the plainer one first."""
+
+
+def channel_of(table: Table, position: int) -> Channel | None:
+    """The channel that a column is named like; None where its unit is of another dimension."""
+    channel = _CHANNELS.get(_short(table.titles[position]))
+    unit = table.unit(position)
+    if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
+        return channel
+    return channel if found.exponents == parse_unit(channel.unit).exponents else None
+
+
+def named_like_time(table: Table) -> list[int]:
+    """Columns of the plainest name of time that is there, whose unit is not of another dimension."""
+    named: dict[str, list[int]] = {name: [] for name in _TIMES}
+    for position, title in enumerate(table.titles):
+        unit = known_unit(table.unit(position))
+        if _short(title) in named and (unit is None or unit.exponents == parse_unit("s").exponents):
+            named[_short(title)].append(position)
+    return next((found for found in named.values() if found), [])
+
+
+def time_columns(table: Table) -> list[int]:
+    """Those among them that state a unit of time."""
+    return [position for position in named_like_time(table) if known_unit(table.unit(position)) is not None]
+
+
+def _short(title: str) -> str:
+    return re.sub(r"[\s_.\-]+", "", split_title(title)[0]).lower()

@@ -1,6 +1,7 @@
 """What can be said of an experiment before it is run in earnest, and the leakages that it asks for."""
 
 from hydrofdi.assessment.convergence import Convergence, converge
+from hydrofdi.assessment.indicator_warnings import indicator_warnings
 from hydrofdi.assessment.inspection import Inspection, inspect_experiment
 from hydrofdi.assessment.leakage_targets import LeakageTarget, calibrate_flows
 from hydrofdi.assessment.plan_warnings import plan_warnings
@@ -12,6 +13,7 @@ __all__ = [
     "LeakageTarget",
     "calibrate_flows",
     "converge",
+    "indicator_warnings",
     "inspect_experiment",
     "plan_warnings",
     "step_limits",

@@ -128,9 +128,10 @@ class SweepPlan:
                 warnings.append(
                     f"a Sobol sample of {sample.count} points is not balanced; take a power of two"
                 )
-        from hydrofdi.assessment import plan_warnings as plan_warnings
+        from hydrofdi.assessment import indicator_warnings, plan_warnings
 
-        warnings += plan_warnings(self.table.runs.distinct)
+        runs = self.table.runs
+        warnings += plan_warnings(runs.distinct) + indicator_warnings(runs.distinct, runs.choice)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return warnings
 

@@ -69,3 +69,35 @@ def test_the_unit_decides_what_is_time(tmp_path):
 def test_a_sampling_frequency_against_the_column_of_time_is_remarked(tmp_path):
     assert "sampling_differs" in kinds(one(tmp_path, a_csv="time [s],P1 [bar]\n0,1\n0.5,2\n1,3\n"))
     assert "sampling_differs" not in kinds(one(tmp_path, a_csv="time [ms],P1 [bar]\n0,1\n1,2\n2,3\n"))
+
+
+@pytest.mark.parametrize(("value", "is_spike"), [(-9999, True), (1000, True), (8, False)])
+def test_one_implausible_sample_is_remarked(tmp_path, value, is_spike):
+    samples = [number % 7 for number in range(400)]
+    samples[56] = value
+    batch = one(tmp_path, a_csv="P1 [bar]\n" + "\n".join(map(str, samples)) + "\n")
+    assert ("spike" in kinds(batch)) == is_spike
+
+
+def test_files_of_one_set_that_differ_are_remarked(tmp_path):
+    gained = "files: '*.csv'\ntime: time\nchannels: {chamber_1_pressure: {column: P1, unit: bar, gain: 2}}\n"
+    gained = gained.replace("time: time", "time: {column: time}")
+    texts = {f"{name}_csv": f"time [s],P1 [{unit}]\n0,1\n{step},2\n" for name, unit, step in
+             [("a", "V", 1), ("b", "V", 1), ("c", "mV", 2)]}  # fmt: skip
+    found = [
+        kinds(batch, row) for batch in batches(tmp_path, gained, **texts) for row in range(batch.n_record)
+    ]
+    wanted = {"sampling_varies", "units_vary"}
+    assert [kinds & wanted for kinds in found] == [set(), set(), wanted]
+
+
+def test_times_that_cannot_be_used_have_a_remedy_and_gaps_leave_the_rate(tmp_path):
+    (batch,) = plain_batches(tmp_path, "time [s],P1 [bar]\n0,1\n0,2\n1,3\n")
+    assert "give 'sampling_frequency' in place of 'time'" in batch.rejected[0].remark.text
+    (batch,) = plain_batches(tmp_path, "time [s],P1 [bar]\n0,1\n1,2\n2,3\n9,4\n")
+    assert batch.sampling_frequency == 1.0
+
+
+def plain_batches(folder, text):
+    (folder / "run.csv").write_text(text)
+    return list(plain_file_source(folder / "run.csv").batches())

@@ -17,7 +17,8 @@ NAMES = {
     Channel.PISTON_POSITION: "x, xp, position, piston position, stroke, displacement",
     Channel.PISTON_VELOCITY: "v, vp, velocity, piston velocity",
     Channel.SPOOL_POSITION: "xv, xs, spool, spool position, valve position",
-    Channel.INPUT_VOLTAGE: "u, voltage, input voltage, command, command voltage, control voltage",
+    Channel.INPUT_VOLTAGE: "u, voltage, input voltage, command, command voltage, control voltage"
+    ", valve command",
 }
 """Channel → names that columns use for it; letters' case, blanks, ``_``, ``-`` and ``.`` do not matter."""
 

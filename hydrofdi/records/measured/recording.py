@@ -40,6 +40,8 @@ class Recording:
     remarks : tuple of Remark
     values : dict of str to str
         Names that group and label may use → what they are in this file.
+    scaled_headers : dict of Channel to str
+        Units that the file states for channels whose scale is a gain.
     """
 
     channels: dict[Channel, Array]
@@ -48,6 +50,7 @@ class Recording:
     normalized: frozenset[Channel] = frozenset()
     remarks: tuple[Remark, ...] = ()
     values: Mapping[str, str] = field(default_factory=dict)
+    scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
 
     def unit(self, channel: Channel) -> str:
         """Unit of a channel: SI, or ``counts``."""
@@ -76,6 +79,11 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
             channels[channel], has_no_scale = _channel(table, channel, column)
             relative |= {channel} if has_no_scale else set()
             doubts += unknown_header_unit(column, table.unit(table.find(column.column)))
+        headers = {
+            channel: table.unit(table.find(column.column))
+            for channel, column in config.channels.items()
+            if column.gain is not None
+        }
         times = None if config.time is None else _times(table, config)
         if config.sampling_frequency is not None:
             doubts += _contradicting_times(table, config.sampling_frequency)
@@ -88,7 +96,9 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
         remarks += folding(sampling, config.resample)
         channels, sampling = resampled(channels, times, config.resample)
     remarks = (*table.remarks, *doubts, *remarks)
-    return Recording(channels, sampling, frozenset(relative), remarks=remarks, values=values)
+    return Recording(
+        channels, sampling, frozenset(relative), remarks=remarks, values=values, scaled_headers=headers
+    )
 
 
 def _channel(table: Table, channel: Channel, config: ChannelConfig) -> tuple[Array, bool]:

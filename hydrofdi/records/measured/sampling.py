@@ -16,6 +16,7 @@ Key = TypeVar("Key")
 _GAP = 1.75
 """Steps from one sample to the next, from where on one is missing."""
 _DIGITS = 9
+_REMEDY = "; give 'sampling_frequency' in place of 'time'"
 _FEWER = 0.99
 _MOST_SAMPLES = 2**28
 
@@ -62,11 +63,15 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, t
     """
     steps = np.diff(times)
     if not np.all(np.isfinite(times)):
-        raise RejectionError("time", f"{np.count_nonzero(~np.isfinite(times))} sampling instants are missing")
+        raise RejectionError(
+            "time", f"{np.count_nonzero(~np.isfinite(times))} sampling instants are missing{_REMEDY}"
+        )
     if np.any(steps <= 0.0):
         row = int(np.flatnonzero(steps <= 0.0)[0]) + 2
-        raise RejectionError("time", f"time does not rise at sample {row}")
-    frequency = float(f"{(times.size - 1) / (times[-1] - times[0]):.{_DIGITS}g}")
+        raise RejectionError("time", f"time does not rise at sample {row}{_REMEDY}")
+    typical = float(np.median(steps))
+    step = typical if np.any(steps > _GAP * typical) else (times[-1] - times[0]) / (times.size - 1)
+    frequency = float(f"{1.0 / step:.{_DIGITS}g}")
     if not 0.0 < frequency < np.inf:
         raise RejectionError("time", f"goes from {times[0]:g} s to {times[-1]:g} s")
     return Sampling(frequency, float(times[0])), tuple(_unevenness(times, steps, config))

@@ -12,8 +12,10 @@ from hydrofdi.records.measured.batching import MOST_SAMPLES, batched
 from hydrofdi.records.measured.description.checks import contradictions
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.files import in_natural_order, matching_files
+from hydrofdi.records.measured.findings.consistency import differences
 from hydrofdi.records.measured.findings.outliers import outliers
 from hydrofdi.records.measured.forming import Forming, MeasuredRecord
+from hydrofdi.records.measured.recording import Recording
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
 
@@ -59,9 +61,14 @@ class MeasuredSource:
         """The records, those that differ from their group remarked where that is asked for."""
         limit = self.config.limits.outliers
         found = {} if limit is None else outliers(self._records(), limit)
+        first: Recording | None = None
         for record in self._records():
             remarks = found.get(record.record_id, ())
-            yield record.remarked((*self.remarks, *remarks)) if isinstance(record, MeasuredRecord) else record
+            if isinstance(record, RejectedRecord):
+                yield record
+                continue
+            first = first or record.recording
+            yield record.remarked((*self.remarks, *remarks, *differences(record.recording, first)))
 
     def _records(self) -> Iterator[MeasuredRecord | RejectedRecord]:
         forming = Forming(self.folder, self.config)

@@ -12,6 +12,8 @@ from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.measured.findings.hum import hum_share
 from hydrofdi.records.measured.recording import Recording
 
+_SPIKE = 20.0
+"""Ranges of the 1 … 99 % quantiles from the median, from where on a sample is a spike."""
 _PILE = 3
 """Samples pile up at a limit: so many times more than at the next value, where coarse steps have fewer."""
 Ranges = Mapping[Channel, tuple[float, float]]
@@ -49,6 +51,8 @@ def _of_channel(
         changes = channel.is_pressure or channel is Channel.PISTON_VELOCITY
         yield Remark("stuck", f"{channel} never changes", channel, is_unusable=changes)
         return
+    if channel is not Channel.INPUT_VOLTAGE:
+        yield from _spikes(recording, channel, samples)
     if channel.is_pressure:
         yield from _clipped(recording, channel, samples, limits.clipped)
     yield from _hum(recording, channel, samples, limits)
@@ -58,6 +62,17 @@ def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float])
     outside = float(np.mean((samples < limits[0]) | (samples > limits[1])))
     if outside:
         yield Remark("out_of_range", f"{outside:.2%} of {channel} lie outside its range", channel)
+
+
+def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[Remark]:
+    low, middle, high = np.quantile(samples, [0.01, 0.5, 0.99])
+    away = np.abs(samples - middle)
+    n_far = int(np.count_nonzero(away > _SPIKE * (high - low)))
+    if n_far and n_far < samples.size / 100:
+        farthest = int(np.argmax(away))
+        value = f"{samples[farthest]:.4g} {recording.unit(channel)}"
+        text = f"implausible samples of {channel}: {n_far}, such as {value} at sample {farthest + 1}"
+        yield Remark("spike", text, channel)
 
 
 def _clipped(recording: Recording, channel: Channel, samples: Array, limit: float) -> Iterator[Remark]:

@@ -1,0 +1,23 @@
+"""Records of one source that were not recorded alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hydrofdi.records.batch import Remark
+from hydrofdi.records.measured.recording import Recording
+
+_TOLERANCE = 0.01
+
+
+def differences(recording: Recording, first: Recording) -> Iterator[Remark]:
+    """Remarks where the sampling, or a header's unit under a gain, is not that of the first record."""
+    found, usual = recording.sampling.frequency, first.sampling.frequency
+    if abs(found / usual - 1.0) > _TOLERANCE:
+        text = f"sampled at {found:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
+        yield Remark("sampling_varies", text)
+    for channel, header in recording.scaled_headers.items():
+        before = first.scaled_headers.get(channel, header)
+        if header != before:
+            text = f"one gain for headers of {header or 'no unit'} and, in the first, {before or 'no unit'}"
+            yield Remark("units_vary", text, channel)

@@ -61,7 +61,7 @@ def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
     ([-1e308, 0, 1e308, 1.7e308], "goes from -1e+308 s to 1.7e+308 s"),
 ])  # fmt: skip
 def test_times_that_are_none_make_no_record(tmp_path, times, sentence):
-    assert one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.text == sentence
+    assert one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.text.split(";")[0] == sentence
 
 
 def test_time_of_another_dimension_and_two_samplings_are_refused(tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hydrofdi.errors import ConfigError
@@ -67,7 +67,7 @@ class MeasuredSource:
             if isinstance(record, RejectedRecord):
                 yield record
                 continue
-            first = first or record.recording
+            first = first or replace(record.recording, channels={})
             yield record.remarked((*self.remarks, *remarks, *differences(record.recording, first)))
 
     def _records(self) -> Iterator[MeasuredRecord | RejectedRecord]:

@@ -47,7 +47,7 @@ def repeated(file: Path, path: Path, n_run: int) -> Path:
         target.attrs.update(source.attrs)
         for name, held in source.items():
             rows = held.shape[0]
-            if name == "run_id":
+            if name in ("run_id", "record_id"):
                 target.create_dataset(name, data=[f"{row:016x}" for row in range(n_run)])
             elif name in ("time", "level"):
                 target.create_dataset(name, data=held[:])

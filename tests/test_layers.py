@@ -17,7 +17,7 @@ LAYERS = [
     {"assessment"},
     {"execution"},
     {"papers"},
-    {"report", "quality", "sensing", "store", "simulation"},
+    {"report", "studies", "quality", "sensing", "store", "simulation"},
     {"config"},
     {"indicators"},
     {"evaluation", "transforms", "records"},
@@ -31,6 +31,8 @@ LAYERS = [
 SIDEWAYS = {
     ("report", "store"),
     ("report", "quality"),
+    ("report", "studies"),
+    ("studies", "store"),
     ("quality", "simulation"),
     ("sensing", "simulation"),
 }

@@ -1,0 +1,76 @@
+"""Records of a study: which population each belongs to, how severe its fault is, and its scores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.populations import Population
+from hydrofdi.evaluation.scores import Array
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A score of every record.
+
+    Attributes
+    ----------
+    name : str
+        Such as ``ring_down.damping_ratio`` or ``dwt.detail_rms[2]``.
+    values : ndarray, shape (n_record,)
+        NaN where a record cannot be measured.
+    channels : tuple of str
+        What it needs of a machine, in the order of `hydrofdi.records.Channel`.
+    unit, long_name : str
+    direction : Direction or None
+        Which departure means a fault; None where fit records have to show it.
+    cost : float or None
+        CPU time per record [s]; None where it was not measured.
+    note : str
+        What has to be known of it, such as how it was learned.
+    """
+
+    name: str
+    values: Array
+    channels: tuple[str, ...] = ()
+    unit: str = "1"
+    long_name: str = ""
+    direction: Direction | None = None
+    cost: float | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class StudyRecords:
+    """Records of one design of a study, simulated or measured.
+
+    Attributes
+    ----------
+    populations : tuple of Population
+    of_record : ndarray of int, shape (n_record,)
+        The population of each record.
+    severity : ndarray, shape (n_record,)
+        True severity of the fault, such as the mean leakage flow of the record [unit of the severity]; 0
+        without one, NaN where it is not known.
+    severity_unit : str
+        SI.
+    groups : tuple of str or None
+        Records of a group depend on each other (a unit, a day); None where all are independent.
+    design : mapping of str to object
+        What was chosen for all records alike, such as ``record.duration``: dotted parameter → value in SI.
+    """
+
+    populations: tuple[Population, ...]
+    of_record: NDArray[np.intp]
+    severity: Array
+    severity_unit: str = "m^3/s"
+    groups: Sequence[str] | None = None
+    design: Mapping[str, object] = field(default_factory=dict)
+
+    def rows(self, population: Population) -> NDArray[np.intp]:
+        """Rows of the records of a population."""
+        return np.flatnonzero(self.of_record == self.populations.index(population))

@@ -59,10 +59,10 @@ def _section(indicator: Description) -> Iterator[str]:
         yield "\n| option | default | meaning |\n|---|---|---|"
         for option in indicator.options:
             yield _row(f"`{option.name}`", f"`{option.default}`", option.text.replace("``", "`"))
-    yield "\n| output | unit | meaning |\n|---|---|---|"
+    yield "\n| output | unit | under leakage | meaning |\n|---|---|---|---|"
     for output in indicator.outputs:
         dims = "".join(f" × {length} {name}" for name, length in output.dims.items())
-        yield _row(f"`{output.name}`", output.unit, f"{output.long_name}{dims}")
+        yield _row(f"`{output.name}`", output.unit, output.departure, f"{output.long_name}{dims}")
 
 
 def _names(indicator: Description) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol, TypeVar
 
+from hydrofdi.evaluation.direction import Direction
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import Section
 
@@ -27,12 +28,21 @@ class Output:
         Short description for a person.
     dims : dict of str to int
         Dimensions beside the record, and their lengths.
+    direction : Direction, optional
+        Which departure from health means internal leakage, by definition or theory and not by what records
+        show; None where it depends on the actuator, the drive or the band.
     """
 
     name: str
     unit: str
     long_name: str
     dims: Mapping[str, int] = field(default_factory=dict)
+    direction: Direction | None = None
+
+    @property
+    def departure(self) -> str:
+        """What leakage does to it, in a word for a table."""
+        return {"rising": "rises", "falling": "falls", "both": "departs"}.get(self.direction or "", "–")
 
 
 class Indicator(Protocol[Chosen]):

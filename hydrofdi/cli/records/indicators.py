@@ -120,10 +120,10 @@ def _print_one(indicator: Description) -> None:
         options.add_row(option.name, option.default, option.text.replace("``", ""))
     console.print(options if indicator.options else "none")
     console.print(Text("\nOutputs", style="bold"))
-    outputs = _table("output", "unit", "meaning")
+    outputs = _table("output", "unit", "under leakage", "meaning")
     for output in indicator.outputs:
         dims = "".join(f" × {length} {name}" for name, length in output.dims.items())
-        outputs.add_row(output.name, output.unit, output.long_name + dims)
+        outputs.add_row(output.name, output.unit, output.departure, output.long_name + dims)
     console.print(outputs)
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
+from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -39,15 +41,23 @@ class Dwt(Indicator[DwtOptions]):
     def outputs(self) -> tuple[Output, ...]:
         """d1 …, a1 …; where every start phase is measured also the details at each."""
         unit, levels = self.options.channel.unit, range(1, self.options.levels + 1)
-        outputs = [Output(f"d{level}", unit, f"RMS of the details of level {level}") for level in levels]
+        outputs = [
+            Output(f"d{level}", unit, f"RMS of the details of level {level}", direction=_fall(level))
+            for level in levels
+        ]
         outputs += [
             Output(f"a{level}", unit, f"RMS of the approximations of level {level}") for level in levels
         ]
         if self.options.phase == "all":
             phases = {"phase": n_phase(self.options.levels)}
             outputs += [
-                Output(f"d{level}_phases", unit, f"RMS of the details of level {level} at each phase", phases)
-                for level in levels
+                replace(
+                    output,
+                    name=f"{output.name}_phases",
+                    long_name=f"{output.long_name} at each phase",
+                    dims=phases,
+                )
+                for output in outputs[: self.options.levels]
             ]
         return tuple(outputs)
 
@@ -66,3 +76,8 @@ class Dwt(Indicator[DwtOptions]):
             details = phase_rms(signal, wavelet)
             values |= {f"d{level + 1}_phases": details[..., level] for level in range(wavelet.levels)}
         return values
+
+
+def _fall(level: int) -> Direction | None:
+    """The paper's rule: leakage damps the hydraulic mode, whose band d2 or d3 holds."""
+    return Direction.FALLING if level in (2, 3) else None

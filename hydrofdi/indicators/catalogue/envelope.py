@@ -7,6 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
+from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.bands import Band, band_obstacle, middle_band
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
@@ -70,7 +71,12 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
         """Amplitude over the record, decay over its steps."""
         return (
             Output("amplitude", self.unit, "RMS of the envelope"),
-            Output("decay_rate", "1/s", "rate of decay σ of the envelope, mean over the steps"),
+            Output(
+                "decay_rate",
+                "1/s",
+                "rate of decay σ of the envelope, mean over the steps",
+                direction=Direction.RISING,
+            ),
             Output("decay_rate_spread", "1/s", "its standard deviation over the steps, of two at least"),
             Output("steps", "1", "number of steps that the decay was fitted to"),
         )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.physics.signed_root import signed_root
@@ -17,6 +18,8 @@ from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.regression import regress
 from hydrofdi.transforms.weak_form import weak_integrals
+
+_DIRECTION = {"internal_coefficient": Direction.RISING, "leakage": Direction.RISING}
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 
@@ -87,7 +90,7 @@ class FlowBalance(Indicator[FlowBalanceOptions]):
             for name, (unit, text) in estimates.items()
             if name not in left_out
             for output in (
-                Output(name, unit, text),
+                Output(name, unit, text, direction=_DIRECTION.get(name)),
                 Output(f"{name}_error", unit, f"standard deviation of the {text}"),
             )
         ]

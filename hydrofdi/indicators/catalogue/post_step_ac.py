@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.stepping import (
     SteppingOptions,
@@ -65,9 +66,19 @@ class PostStepAc(Indicator[PostStepAcOptions]):
     def outputs(self) -> tuple[Output, ...]:
         """Means over the steps."""
         return (
-            Output("rms", self.options.channel.unit, "RMS about the trend, mean over the steps"),
+            Output(
+                "rms",
+                self.options.channel.unit,
+                "RMS about the trend, mean over the steps",
+                direction=Direction.FALLING,
+            ),
             Output("rms_error", self.options.channel.unit, "standard error of it from its spread"),
-            Output("relative", "1", "RMS over the mean level in the window, mean over the steps"),
+            Output(
+                "relative",
+                "1",
+                "RMS over the mean level in the window, mean over the steps",
+                direction=Direction.FALLING,
+            ),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
@@ -73,7 +74,10 @@ class PressureDecay(Indicator[PressureDecayOptions]):
             Output("chamber_1", "Pa/s", "rate of the chamber-1 pressure at rest"),
             Output("chamber_2", "Pa/s", "rate of the chamber-2 pressure at rest"),
             Output(
-                "difference", "Pa/s", "rate of the size of the difference of the chamber pressures at rest"
+                "difference",
+                "Pa/s",
+                "rate of the size of the difference of the chamber pressures at rest",
+                direction=Direction.FALLING,
             ),
             Output("duration", "s", "time at rest that was looked at"),
         )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.stepping import (
     SteppingOptions,
@@ -80,11 +81,11 @@ class RingDown(Indicator[RingDownOptions]):
             Output("frequency", "Hz", "natural frequency f_h"),
             Output("frequency_error", "Hz", "standard error of f_h from the spread over the steps"),
             Output("frequency_formal_error", "Hz", "standard error of f_h from what the fits leave"),
-            Output("damping_ratio", "1", "damping ratio ζ"),
+            Output("damping_ratio", "1", "damping ratio ζ", direction=Direction.RISING),
             Output("damping_ratio_error", "1", "standard error of ζ from the spread over the steps"),
             Output("damping_ratio_formal_error", "1", "standard error of ζ from what the fits leave"),
             Output("steps", "1", "number of steps that ring"),
-            Output("overdamped", "1", "share of the steps that do not ring"),
+            Output("overdamped", "1", "share of the steps that do not ring", direction=Direction.RISING),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:

@@ -12,7 +12,7 @@ from hydrofdi.cli.options import Json
 from hydrofdi.errors import ReportError
 
 if TYPE_CHECKING:
-    from hydrofdi.report import Report
+    from hydrofdi.report.contract import ComposedReport
 
 
 class Format(StrEnum):
@@ -83,7 +83,7 @@ def report(
 
         tell(f"drew {figure}: {write_figure(made, figure)}")
     if html:
-        _write_page(made, page or made.analysis.data.path.with_suffix(".html"))
+        _write_page(made, page or made.path.with_suffix(".html"))
     if out is not None:
         from hydrofdi.report.publication import write_all_forms
 
@@ -104,7 +104,7 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
     return next(iter(folders), None), next(iter(pages), None)
 
 
-def _write_page(made: Report, page: Path) -> None:
+def _write_page(made: ComposedReport, page: Path) -> None:
     from hydrofdi.cli.terminal import tell
     from hydrofdi.report.publication import write_page
 
@@ -112,7 +112,7 @@ def _write_page(made: Report, page: Path) -> None:
     tell(f"wrote {page}")
 
 
-def _print(made: Report, form: Format) -> None:
+def _print(made: ComposedReport, form: Format) -> None:
     from hydrofdi.cli.rendering import print_document
     from hydrofdi.cli.terminal import write_out
     from hydrofdi.report.forms.latex import render_latex
@@ -122,18 +122,18 @@ def _print(made: Report, form: Format) -> None:
 
     match form:
         case Format.text:
-            print_document(made.document(), made.analysis.data.path)
+            print_document(made.document(), made.path)
         case Format.markdown:
             write_out(render_markdown(made.document()))
         case Format.latex:
             write_out(render_latex(made.document()))
         case Format.csv:
-            write_out(render_csv(made.analysis))
+            write_out(render_csv(made.columns()))
         case Format.json:
             write_out(render_json(made))
 
 
-def _check_code(made: Report) -> int:
+def _check_code(made: ComposedReport) -> int:
     """0 where all that the experiment file asks for holds, else 1."""
     from hydrofdi.cli.terminal import tell
 

@@ -23,9 +23,19 @@ class Channel(StrEnum):
         return _UNITS[self.rpartition("_")[2]]
 
     @property
+    def symbol(self) -> str:
+        """Symbol in tables, which plain files use as well."""
+        return _SYMBOLS[self]
+
+    @property
     def is_pressure(self) -> bool:
         """Whether it is a pressure."""
         return self.unit == "Pa"
 
+
+_SYMBOLS = {
+    "chamber_1_pressure": "P1", "chamber_2_pressure": "P2", "supply_pressure": "Ps", "return_pressure": "Pr",
+    "piston_position": "x", "piston_velocity": "v", "spool_position": "xv", "input_voltage": "u",
+}  # fmt: skip
 
 _UNITS = {"pressure": "Pa", "position": "m", "velocity": "m/s", "voltage": "V"}

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.forms.record import general_record
+from hydrofdi.report.forms.tidy import tidy_columns
 from hydrofdi.report.sections.changes import changes_block, settled_block
 from hydrofdi.report.sections.doubts import doubts_block
 from hydrofdi.report.sections.external import external_block
@@ -40,6 +42,16 @@ class Report:
     analysis: Analysis
 
     @property
+    def name(self) -> str:
+        """The experiment; its files are named after it."""
+        return self.analysis.table.name
+
+    @property
+    def path(self) -> Path:
+        """The experiment file."""
+        return self.analysis.data.path
+
+    @property
     def usual_figure(self) -> str:
         """The figure that is drawn where none is named."""
         return "sensitivity"
@@ -51,6 +63,10 @@ class Report:
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
         return general_record(self.analysis)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Header → values, one per run and level."""
+        return tidy_columns(self.analysis)
 
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure."""
@@ -66,7 +82,7 @@ class Report:
 def compose_general(analysis: Analysis) -> Document:
     """The sections of an experiment that is no paper's study."""
     blocks = (
-        remarks_block(analysis),
+        remarks_block(analysis.data),
         holes_block(analysis),
         doubts_block(analysis),
         external_block(analysis),
@@ -74,15 +90,16 @@ def compose_general(analysis: Analysis) -> Document:
         settled_block(analysis),
         replicates_block(analysis),
         *indicator_blocks(analysis),
-        provenance_block(analysis),
+        provenance_block(analysis.data),
     )
-    return document_of(analysis, _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS, blocks)
+    lead = _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS
+    return document_of(analysis.table.name, lead, blocks)
 
 
-def document_of(analysis: Analysis, lead: str, blocks: Iterable[Block | None]) -> Document:
+def document_of(title: str, lead: str, blocks: Iterable[Block | None]) -> Document:
     """A report of the sections that there are, without empty sheets."""
     kept = tuple(_without_empty_sheets(block) for block in blocks if block is not None)
-    return Document(analysis.table.name, (lead,), kept)
+    return Document(title, (lead,), kept)
 
 
 def _without_empty_sheets(block: Block) -> Block:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
-from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Document
 
 
@@ -19,11 +19,16 @@ class FigureKind:
 
 
 class ComposedReport(Protocol):
-    """The report of an experiment, general or of a paper's study."""
+    """The report of an experiment: general, of a study of detection, or of a paper's study."""
 
     @property
-    def analysis(self) -> Analysis:
-        """What it is of."""
+    def name(self) -> str:
+        """The experiment; its files are named after it."""
+        ...
+
+    @property
+    def path(self) -> Path:
+        """The file that it was made from."""
         ...
 
     @property
@@ -39,6 +44,14 @@ class ComposedReport(Protocol):
         """Plain data for JSON."""
         ...
 
+    def columns(self) -> dict[str, list[Any]]:
+        """Header with unit → values, for CSV and Parquet; None where a number is missing."""
+        ...
+
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure."""
+        ...
+
+    def checks(self) -> dict[str, bool | None]:
+        """Sentence on each check that the experiment file asks for → whether it holds; None: not decided."""
         ...

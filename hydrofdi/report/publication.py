@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from hydrofdi.errors import ReportError
-from hydrofdi.report.composition import Report
+from hydrofdi.report.contract import ComposedReport
 from hydrofdi.report.document import Document
 from hydrofdi.report.figures import KINDS, Figure, draw_all
 from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
@@ -21,7 +21,7 @@ from hydrofdi.store.files import whole_file
 _PAGE_COLORS = {INK: "var(--ink)", RULE: "var(--rule)", PAPER: "var(--paper)"}
 
 
-def write_page(report: Report, path: Path) -> None:
+def write_page(report: ComposedReport, path: Path) -> None:
     """Write the HTML page.
 
     Raises
@@ -34,7 +34,7 @@ def write_page(report: Report, path: Path) -> None:
     _write(path, _page(report, document, _svg_texts(drawn), holes).encode())
 
 
-def write_all_forms(report: Report, directory: Path) -> Iterator[str]:
+def write_all_forms(report: ComposedReport, directory: Path) -> Iterator[str]:
     """Write every form and figure into a folder; yields a line on each.
 
     Raises
@@ -42,12 +42,12 @@ def write_all_forms(report: Report, directory: Path) -> Iterator[str]:
     StoreError
         The folder cannot be written.
     """
-    document, name = report.document(), report.analysis.table.name
+    document, name = report.document(), report.name
     drawn, holes = draw_all(report, document.figures)
     svgs = _svg_texts(drawn)
     texts = {
         "md": render_markdown(document),
-        "csv": render_csv(report.analysis),
+        "csv": render_csv(report.columns()),
         "tex": render_latex(document),
         "json": render_json(report),
         "html": _page(report, document, svgs, holes),
@@ -55,7 +55,7 @@ def write_all_forms(report: Report, directory: Path) -> Iterator[str]:
     for suffix, text in texts.items():
         yield _write(directory / f"{name}.{suffix}", text.encode())
     try:
-        yield _write(directory / f"{name}.parquet", render_parquet(report.analysis))
+        yield _write(directory / f"{name}.parquet", render_parquet(report.columns()))
     except ReportError as error:
         yield f"left out {name}.parquet: {error}"
     for figure_name, figure in drawn.items():
@@ -70,7 +70,9 @@ def _svg_texts(drawn: Mapping[str, Figure]) -> dict[str, str]:
     return {name: figure_bytes(figure, "svg").decode() for name, figure in drawn.items()}
 
 
-def _page(report: Report, document: Document, svgs: Mapping[str, str], holes: Mapping[str, str]) -> str:
+def _page(
+    report: ComposedReport, document: Document, svgs: Mapping[str, str], holes: Mapping[str, str]
+) -> str:
     captions = {name: figure.caption for name, figure in report.figures().items()}
     elements = {name: inline_svg(svg, name, captions[name], _PAGE_COLORS) for name, svg in svgs.items()}
     missing = {name: missing_figure(why) for name, why in holes.items()}

@@ -15,12 +15,6 @@ if TYPE_CHECKING:
 _WIDE = 110
 """Columns from which the terminal has room for the sources."""
 
-_SYMBOLS = {
-    "chamber_1_pressure": "P1", "chamber_2_pressure": "P2", "supply_pressure": "Ps", "return_pressure": "Pr",
-    "piston_position": "x", "piston_velocity": "v", "spool_position": "xv", "input_voltage": "u",
-}  # fmt: skip
-"""Channel → symbol in the list, which plain files use as well."""
-
 
 def indicators(
     name: Annotated[str | None, typer.Argument(help="One indicator, with its options.")] = None,
@@ -70,6 +64,7 @@ def _print_all(indicators: list[Description]) -> None:
     from rich.table import Table
 
     from hydrofdi.cli.terminal import terminal
+    from hydrofdi.records import Channel
 
     console = terminal()
     has_room = console.width >= _WIDE
@@ -82,12 +77,12 @@ def _print_all(indicators: list[Description]) -> None:
     if has_room:
         table.add_column("source", overflow="fold", ratio=2)
     for each in indicators:
-        channels = " ".join(_SYMBOLS[channel] for channel in each.channels)
+        channels = " ".join(Channel(channel).symbol for channel in each.channels)
         row = [each.name, each.summary, channels, str(len(each.outputs)), each.cost]
         table.add_row(*row, *([each.source] if has_room else []))
     console.print(table)
     used = sorted({channel for each in indicators for channel in each.channels})
-    console.print("\n" + ", ".join(f"{_SYMBOLS[channel]}: {channel}" for channel in used))
+    console.print("\n" + ", ".join(f"{Channel(channel).symbol}: {channel}" for channel in used))
     console.print("'hydrofdi indicators NAME' shows equation, source, options and outputs of one.")
 
 

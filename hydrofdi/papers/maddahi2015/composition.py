@@ -33,12 +33,12 @@ _LEAD = (
 def compose_study(study: Study) -> Document:
     """All sections of the report; an ensemble has its own."""
     blocks = _blocks(study) if study.scenarios is None else _ensemble_blocks(study, study.scenarios)
-    return document_of(study, _LEAD, blocks)
+    return document_of(study.table.name, _LEAD, blocks)
 
 
 def _blocks(study: Study) -> tuple[Block | None, ...]:
     return (
-        remarks_block(study),
+        remarks_block(study.data),
         holes_block(study),
         doubts_block(study),
         external_block(study),
@@ -52,17 +52,17 @@ def _blocks(study: Study) -> tuple[Block | None, ...]:
         reference_block(study),
         *indicator_blocks(study),
         Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4")),
-        provenance_block(study),
+        provenance_block(study.data),
     )
 
 
 def _ensemble_blocks(study: Study, scenarios: ScenarioStudy) -> tuple[Block | None, ...]:
     return (
-        remarks_block(study),
+        remarks_block(study.data),
         guarded_block(study),
         doubts_block(study),
         scenarios_block(scenarios),
         scenario_controls_block(scenarios),
         *indicator_blocks(study),
-        provenance_block(study),
+        provenance_block(study.data),
     )

@@ -1,10 +1,10 @@
-"""The runs as tidy columns: one line per run and level, units in the header; as CSV and as Parquet."""
+"""Tidy columns with units in the header, as CSV and as Parquet; of runs, one line per run and level."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hydrofdi.errors import ReportError
@@ -82,9 +82,8 @@ def _level_records(row: TableRow) -> Iterator[dict[str, Any]]:
         }
 
 
-def render_csv(analysis: Analysis) -> str:
-    """The runs as CSV; numbers in their shortest exact form, an empty field where one is missing."""
-    columns = tidy_columns(analysis)
+def render_csv(columns: Mapping[str, Sequence[Any]]) -> str:
+    """Columns as CSV; numbers in their shortest exact form, an empty field where one is missing."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -92,8 +91,8 @@ def render_csv(analysis: Analysis) -> str:
     return text.getvalue()
 
 
-def render_parquet(analysis: Analysis) -> bytes:
-    """The runs as Parquet.
+def render_parquet(columns: Mapping[str, Sequence[Any]]) -> bytes:
+    """Columns as Parquet.
 
     Raises
     ------
@@ -106,6 +105,6 @@ def render_parquet(analysis: Analysis) -> bytes:
     except ImportError:
         raise ReportError("Parquet needs the extra: pip install 'hydrofdi[parquet]'") from None
     sink = pyarrow.BufferOutputStream()
-    parquet.write_table(pyarrow.table(tidy_columns(analysis)), sink)
+    parquet.write_table(pyarrow.table(dict(columns)), sink)
     content: bytes = sink.getvalue().to_pybytes()
     return content

@@ -8,14 +8,14 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block
 from hydrofdi.report.wording import counted, labels_text, mode_name
+from hydrofdi.store import ExperimentData
 
 _MOST = 20
 """Holes that are listed one by one."""
 
 
-def remarks_block(analysis: Analysis) -> Block | None:
+def remarks_block(data: ExperimentData) -> Block | None:
     """What is to be known of all rows: their physics is another, or they answer to another request."""
-    data = analysis.data
     sentences = [*data.remarks]
     if data.physics_version != PHYSICS_VERSION:
         sentences.append(

@@ -5,31 +5,29 @@ from __future__ import annotations
 import json
 
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet
+from hydrofdi.store import ExperimentData
 
 
-def provenance_block(analysis: Analysis) -> Block:
+def provenance_block(data: ExperimentData) -> Block:
     """The resolved configuration in SI, without what is empty, and the library versions."""
-    versions = analysis.data.versions
     sheet = Sheet(
         "versions",
         "Versions",
         ("Library", "Version"),
-        tuple((Cell(name), Cell(version)) for name, version in sorted(versions.items())),
+        tuple((Cell(name), Cell(version)) for name, version in sorted(data.versions.items())),
         text_columns=(0, 1),
     )
     return Block(
         "provenance",
         "Configuration and provenance",
         ("Values are in SI. An identical request gives identical runs, whatever the batch or worker count.",),
-        (_configuration_sheet(analysis), sheet),
+        (_configuration_sheet(data), sheet),
     )
 
 
-def _configuration_sheet(analysis: Analysis) -> Sheet:
+def _configuration_sheet(data: ExperimentData) -> Sheet:
     """The configuration as it is written in the file: parameters of later versions are not in it."""
-    data = analysis.data
     configuration = without_contents(data.configuration or json.loads(data.experiment.model_dump_json()))
     rows = []
     for section, value in configuration.items():

@@ -10,13 +10,25 @@ class Kind(StrEnum):
     """What a population is for.
 
     The threshold is set on healthy fit records alone. ``shift`` and ``confusion`` are healthy seals whose
-    plant the threshold never saw: another operating condition, or another fault.
+    plant the threshold never saw: another operating condition, or another fault. ``alone`` and ``sobol`` are
+    healthy records that show which nuisance moves a score: one nuisance varies, or the matrices of a Sobol
+    design; thresholds and rates leave them out.
     """
 
     HEALTHY = "healthy"
     FAULT = "fault"
     SHIFT = "shift"
     CONFUSION = "confusion"
+    ALONE = "alone"
+    SOBOL = "sobol"
+
+
+FIRST, SECOND, AGAIN = "A", "B", "A again"
+"""Names of populations of a Sobol design: the rows of its two matrices, and the actuators of the first
+recorded again. Those of A with one column from B have the name of that parameter."""
+
+NOTHING = "nothing"
+"""Name of the population of kind ``alone`` in which no nuisance varies; the others have that of theirs."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,33 @@
+"""A number with its interval."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.evaluation.scores import Array
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its two-sided interval.
+
+    Attributes
+    ----------
+    value, low, high, confidence : float
+    n_record : int
+        Number of records that it rests on.
+    """
+
+    value: float
+    low: float
+    high: float
+    confidence: float
+    n_record: int
+
+    @classmethod
+    def of(cls, value: float, draws: Array, confidence: float, n_record: int) -> Estimate:
+        """An estimate whose interval holds the middle of draws, shape (n_draw,)."""
+        low, high = np.quantile(draws, [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
+        return cls(float(value), float(low), float(high), confidence, n_record)

@@ -1,0 +1,173 @@
+"""What a fault does to a score, and which fault would move it as far as a nuisance does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.sensitivity.quantiles import INNER, quantiles_and_draws
+
+
+@dataclass(frozen=True)
+class EquivalentFault:
+    """The severity of a fault that moves a score as far; never outside of the tested ones.
+
+    Attributes
+    ----------
+    place : str
+        ``within`` the tested severities, ``below`` the smallest or ``above`` the largest of them.
+    severity : float
+        Itself, or the smallest or largest tested one [unit of the severity].
+    low, high : float
+        Interval; 0 where it goes below the tested ones, infinite where it goes above.
+    confidence : float
+    """
+
+    place: Literal["below", "within", "above"]
+    severity: float
+    low: float
+    high: float
+    confidence: float
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far a nuisance moves a healthy score, as faults.
+
+    Attributes
+    ----------
+    imitated : EquivalentFault
+        The fault that a healthy record in twenty looks like, or a larger one.
+    hidden : EquivalentFault
+        The fault that it takes to bring the score of a healthy record in twenty back to its middle.
+    """
+
+    imitated: EquivalentFault
+    hidden: EquivalentFault
+
+
+class Response:
+    """Medians of a score over the severity of a fault, as a rising sequence.
+
+    The medians are taken in the direction of the severest fault, less the healthy one, and made monotone by
+    isotonic regression (Ayer et al., Annals of Mathematical Statistics 26 (1955) 641).
+
+    Parameters
+    ----------
+    healthy : array_like, shape (n_record,)
+        Scores; NaN where there is none.
+    faulty : sequence of array_like
+        Scores of each severity.
+    severity : array_like, shape (n_level,)
+        Above zero, ascending [unit of the severity].
+    confidence : float
+        Of all intervals.
+    seed : int
+        Of the draws that give them.
+
+    Raises
+    ------
+    NotStatedError
+        Fewer than two severities, fewer than 19 scores at one of them, or medians that the severest fault
+        does not move.
+    """
+
+    def __init__(
+        self,
+        healthy: ArrayLike,
+        faulty: Sequence[ArrayLike],
+        severity: ArrayLike,
+        *,
+        confidence: float = 0.95,
+        seed: int = 0,
+    ) -> None:
+        if len(faulty) < 2:
+            raise NotStatedError("an equivalent fault needs two tested severities or more")
+        self.severity, self.confidence = np.asarray(severity, dtype=float), confidence
+        self._draw = np.random.default_rng(seed)
+        medians, drawn = self._medians([healthy, *faulty])
+        shifts, drawn_shifts = medians[1:] - medians[0], drawn[:, 1:] - drawn[:, :1]
+        ends = np.quantile(drawn_shifts[:, -1], [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
+        if ends[0] <= 0.0 <= ends[1]:
+            raise NotStatedError("the severest fault does not move the median of the score")
+        self.sign = float(np.sign(shifts[-1]))
+        self._shifts = _rising(self.sign * shifts)
+        self._drawn = np.array([_rising(row) for row in self.sign * drawn_shifts])
+
+    def reach(self, scores: ArrayLike, centre: ArrayLike) -> Reach:
+        """The faults that a nuisance imitates and hides.
+
+        Parameters
+        ----------
+        scores : array_like, shape (n_record,)
+            Of healthy records with the nuisance.
+        centre : array_like, shape (n_record,)
+            Of healthy records without it; their median is the middle.
+
+        Raises
+        ------
+        NotStatedError
+            Fewer than 19 records of a kind have a score.
+        """
+        middle, middles = self._medians([centre])
+        directed = self.sign * np.asarray(scores, dtype=float)
+        ends, drawn = quantiles_and_draws(directed, INNER, self._draw)
+        outer, outers = ends - self.sign * middle, drawn - self.sign * middles
+        return Reach(
+            self._equivalent(float(outer[1]), outers[:, 1]), self._equivalent(float(-outer[0]), -outers[:, 0])
+        )
+
+    def _medians(self, samples: Sequence[ArrayLike]) -> tuple[Array, Array]:
+        pairs = [
+            quantiles_and_draws(np.asarray(scores, dtype=float), [0.5], self._draw) for scores in samples
+        ]
+        return np.concatenate([value for value, _ in pairs]), np.hstack([drawn for _, drawn in pairs])
+
+    def _equivalent(self, shift: float, drawn: Array) -> EquivalentFault:
+        severity = float(_inverse(self._shifts[None], np.array([shift]), self.severity)[0])
+        draws = _inverse(self._drawn, drawn, self.severity)
+        tails = [(1.0 - self.confidence) / 2.0, (1.0 + self.confidence) / 2.0]
+        low, high = np.quantile(draws, tails, method="closest_observation").tolist()
+        if severity == 0.0:
+            return EquivalentFault("below", float(self.severity[0]), low, high, self.confidence)
+        if np.isinf(severity):
+            return EquivalentFault("above", float(self.severity[-1]), low, high, self.confidence)
+        return EquivalentFault("within", severity, low, high, self.confidence)
+
+
+def _rising(shifts: Array) -> Array:
+    from scipy.optimize import isotonic_regression
+
+    return np.asarray(isotonic_regression(shifts).x, dtype=float)
+
+
+def _inverse(shifts: Array, asked: Array, severity: Array) -> Array:
+    """The severity of a shift, on a logarithmic scale between the tested ones.
+
+    Parameters
+    ----------
+    shifts : ndarray, shape (n, n_level)
+        Rising.
+    asked : ndarray, shape (n,)
+    severity : ndarray, shape (n_level,)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        0 below the tested severities, infinite above.
+    """
+    is_reached = shifts >= asked[:, None]
+    place = np.where(is_reached.any(axis=1), is_reached.argmax(axis=1), len(severity))
+    after = np.clip(place, 1, len(severity) - 1)
+    rows = np.arange(len(shifts))
+    low, high = shifts[rows, after - 1], shifts[rows, after]
+    share = (asked - low) / np.where(high > low, high - low, 1.0)
+    logarithm = np.log(severity)
+    inside = np.exp(logarithm[after - 1] + share * (logarithm[after] - logarithm[after - 1]))
+    return np.where(place == 0, 0.0, np.where(place == len(severity), np.inf, inside))

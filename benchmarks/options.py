@@ -32,6 +32,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "clamped cavitation": {"fluid.cavitation": "clamped"},
     "limited spool": {"valve.largest_opening": 40e-6, "valve.largest_speed": 0.05},
     "lapped valve": {"valve.lap": 2e-6},
+    "shifted null": {"valve.null_offset": 0.4e-6},
     "end stops": {"actuator.end_stops": "elastic"},
     "load force": {"load.constant_force": 100.0},
     "supply droop": {"supply.droop": "first_order"},

@@ -41,6 +41,28 @@ def spool_acceleration(
 
 
 @equation
+def null_position(time: Quantity, offset: Quantity, drift: Quantity) -> Quantity:
+    """Spool position at which the valve is centred on its ports (its null).
+
+    Parameters
+    ----------
+    time : float or array
+        t, from the start of the record [s].
+    offset : float or array
+        Null x_n0 at the start [m].
+    drift : float or array
+        Rate r_n [m/s].
+
+    Returns
+    -------
+    float or array
+        x_n = x_n0 + r_n t [m]; the ports see x_v − x_n. Null bias and null shift (Merritt, *Hydraulic Control
+        Systems*, 1967; ISO 10770-1) as a travel of the spool.
+    """
+    return offset + drift * time
+
+
+@equation
 def chamber_1_orifice_drop(
     spool_position: Quantity, pressure: Quantity, supply: Quantity, ret: Quantity
 ) -> Quantity:

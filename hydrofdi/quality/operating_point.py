@@ -20,7 +20,7 @@ from hydrofdi.physics.hydraulic_mode import (
     mode_frequency,
     valve_flow_pressure_coefficient,
 )
-from hydrofdi.physics.valve import chamber_1_orifice_drop
+from hydrofdi.physics.valve import chamber_1_orifice_drop, null_position
 from hydrofdi.simulation import Trajectory
 
 
@@ -76,7 +76,9 @@ def _modulus(fluid: FluidConfig, *pressures: NDArray[np.float64]) -> np.float64:
 
 def _valve_coefficient(parameters: RunParameters, trajectory: Trajectory, run: int) -> float:
     """K_c of the edge that feeds chamber 1, its clearances, and mean K_e of the chambers [m³/(s·Pa)]."""
-    valve, spool = parameters.valve, trajectory.spool_position[run]
+    valve = parameters.valve
+    null = null_position(trajectory.time, valve.null_offset, valve.null_drift)
+    spool = trajectory.spool_position[run] - null
     drop = chamber_1_orifice_drop(
         spool, trajectory.chamber_1_pressure[run], trajectory.valve_supply_pressure[run],
         parameters.supply.return_pressure,

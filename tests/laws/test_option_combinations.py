@@ -28,6 +28,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "saturated": {"valve.largest_opening": 3e-5},
     "slow": {"valve.largest_speed": 2e-3},
     "overlap": {"valve.lap": 2e-6, "valve.lap_leakage": 1e-14},
+    "null": {"valve.null_offset": 1e-6, "valve.null_drift": -5e-7},
     "stops": {"actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02},
     "load": {"load.constant_force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},
     "droop": {"supply.droop": "first_order"},

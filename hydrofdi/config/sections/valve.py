@@ -43,6 +43,14 @@ class ValveConfig(Section):
     ] = 0.0
     """Conductance of the clearance over each of the four edges [m³/(s·Pa)]. None in the paper."""
 
+    null_offset: Annotated[float, SI("m", usual=("1 nm", "1 mm"))] = 0.0
+    """Spool position at which the valve is centred on its ports, at the start of the record [m]. The edges
+    see the spool from there; its position, and what its sensor shows, count from its own zero. Zero in the
+    paper."""
+
+    null_drift: Annotated[float, SI("m/s", usual=("0.01 nm/s", "0.1 mm/s"))] = 0.0
+    """Speed at which this position moves over the record [m/s], as with temperature. Zero in the paper."""
+
     @property
     def angular_frequency(self) -> float:
         """ω_v [rad/s]."""
@@ -57,6 +65,15 @@ class ValveConfig(Section):
     def speed_limit(self) -> float:
         """Largest size of the spool's speed [m/s]."""
         return math.inf if self.largest_speed is None else self.largest_speed
+
+    @property
+    def is_shifted(self) -> bool:
+        """Whether the ports are centred anywhere but at the zero of the spool."""
+        return self.null_offset != 0.0 or self.null_drift != 0.0
+
+    def largest_null(self, duration: float) -> float:
+        """Largest size of the null over a record of that length [m]."""
+        return max(abs(self.null_offset), abs(self.null_offset + self.null_drift * duration))
 
     @property
     def is_limited(self) -> bool:

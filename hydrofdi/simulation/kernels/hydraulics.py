@@ -22,7 +22,13 @@ from hydrofdi.physics.leakage import (
     onset_ramp,
 )
 from hydrofdi.physics.supply import supply_pressure_rate
-from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow, edge_flow
+from hydrofdi.physics.valve import (
+    chamber_1_orifice_drop,
+    chamber_2_orifice_drop,
+    control_flow,
+    edge_flow,
+    null_position,
+)
 from hydrofdi.simulation.kernels.options import ModelOptions
 
 
@@ -59,6 +65,7 @@ class LaneParameters(NamedTuple):
     area_gradient: float
     lap: float
     lap_leakage: float
+    null_offset: float
     coulomb: float
     breakaway: float
     viscous: float
@@ -83,6 +90,7 @@ def lane_parameters(lanes: Any, k: Any, time: Quantity, options: ModelOptions) -
         lanes.bulk_modulus[k], lanes.free_air[k], lanes.air_exponent[k], lanes.atmosphere[k],
         lanes.vapour_pressure[k],
         lanes.flow_gain[k], lanes.area_gradient[k], lanes.lap[k], lanes.lap_leakage[k],
+        null_of(time, lanes.null_offset[k], lanes.null_drift[k], options),
         lanes.coulomb[k], lanes.breakaway[k], lanes.viscous[k], lanes.transition[k],
         lanes.velocity_threshold[k], lanes.bristle_stiffness[k], lanes.bristle_damping[k],
         open_leakage(
@@ -145,6 +153,12 @@ def open_leakage(
 
 
 @equation
+def null_of(time: Quantity, offset: Quantity, drift: Quantity, options: ModelOptions) -> Quantity:
+    """Null of the valve at an instant [m]; it is held over a step."""
+    return offset if options.shifted_null is None else null_position(time, offset, drift)
+
+
+@equation
 def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelOptions) -> Quantity:
     """Internal leakage flow [m³/s] by the law that was chosen."""
     if options.laminar_leakage is not None:
@@ -160,6 +174,8 @@ def valve_flows(state: State, spool_position: float, p: LaneParameters, options:
 
     Critically lapped, only two of the four edges are open at a time, and two orifices do for all.
     """
+    if options.shifted_null is not None:
+        spool_position = spool_position - p.null_offset
     if options.lapped_valve is not None:
         to_1, from_1 = state.supply - state.pressure_1, state.pressure_1 - p.ret
         to_2, from_2 = state.supply - state.pressure_2, state.pressure_2 - p.ret

@@ -40,6 +40,8 @@ PARAMETERS = {
     "area_gradient": "valve.area_gradient",
     "lap": "valve.lap",
     "lap_leakage": "valve.lap_leakage",
+    "null_offset": "valve.null_offset",
+    "null_drift": "valve.null_drift",
     "spool_frequency": "valve.angular_frequency",
     "spool_damping_ratio": "valve.damping_ratio",
     "spool_gain": "valve.spool_gain",

@@ -29,7 +29,8 @@ def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory)
     openings = np.mean(np.abs(trajectory.spool_position), axis=1)
     speeds = np.mean(np.abs(trajectory.piston_velocity), axis=1)
     return np.array([
-        no_load_flow(run, opening + max(-run.valve.lap, 0.0)) + run.actuator.piston_area * speed
+        no_load_flow(run, opening + run.valve.largest_null(run.record.duration) + max(-run.valve.lap, 0.0))
+        + run.actuator.piston_area * speed
         for run, opening, speed in zip(runs, openings, speeds, strict=True)
     ])  # fmt: skip
 
@@ -45,4 +46,5 @@ def largest_opening(parameters: RunParameters) -> float:
     voltage = control.voltage_limit
     if not control.is_closed:
         voltage = largest_voltage(parameters.input, parameters.record)
-    return min(valve.spool_gain * voltage, valve.position_limit) + max(-valve.lap, 0.0)
+    travel = min(valve.spool_gain * voltage, valve.position_limit)
+    return travel + valve.largest_null(parameters.record.duration) + max(-valve.lap, 0.0)

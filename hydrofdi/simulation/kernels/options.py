@@ -24,6 +24,7 @@ class ModelOptions(NamedTuple):
     clamped_cavitation: Chosen = None
     limited_spool: Chosen = None
     lapped_valve: Chosen = None
+    shifted_null: Chosen = None
     end_stops: Chosen = None
     load_force: Chosen = None
     supply_droop: Chosen = None
@@ -49,6 +50,7 @@ class ModelOptions(NamedTuple):
             clamped_cavitation=run.fluid.cavitation == "clamped" or None,
             limited_spool=valve.is_limited or None,
             lapped_valve=valve.lap != 0.0 or valve.lap_leakage != 0.0 or None,
+            shifted_null=valve.is_shifted or None,
             end_stops=run.actuator.end_stops == "elastic" or None,
             load_force=run.load.is_present or None,
             supply_droop=run.supply.droop == "first_order" or None,

@@ -19,7 +19,7 @@ LAYERS = [
     {"papers"},
     {"report", "studies", "quality", "sensing", "store", "simulation"},
     {"config"},
-    {"indicators"},
+    {"indicators", "scoring"},
     {"evaluation", "transforms", "records"},
     {"physics"},
     {"settings"},
@@ -51,6 +51,7 @@ HOMES = {
     "llvmlite": ("simulation/kernels/object_code.py",),
     "distributed": ("execution/",),
     "dask": ("execution/",),
+    "sklearn": ("scoring/",),
 }
 """Outside library → where it may be imported."""
 

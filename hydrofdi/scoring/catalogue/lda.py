@@ -1,0 +1,30 @@
+"""The line along which healthy and faulty records lie farthest apart."""
+
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.scoring.cautions import FROM_BOTH
+from hydrofdi.scoring.contract import Flags, Rule, Score
+from hydrofdi.scoring.extra import needing_extra
+from hydrofdi.scoring.rules import LinearRule
+from hydrofdi.scoring.standardisation import standardisation
+from hydrofdi.settings.quantities import Section
+
+
+class Lda(Score[Section]):
+    """Linear discriminant with the covariance shrunk by Ledoit and Wolf; both kinds weigh the same."""
+
+    name = "lda"
+    summary = "Linear discriminant of healthy and faulty records, with a shrunk covariance."
+    source = "Fisher, Annals of Eugenics 7 (1936) 179; Ledoit and Wolf, J. Multivar. Anal. 88 (2004) 365"
+    equation = "wᵀ (z − (m₀ + m₁)/2), w = C⁻¹ (m₁ − m₀), C the mean of the shrunk covariances of both kinds"
+    caution = FROM_BOTH
+    needs_faulty = True
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Means and covariances of both kinds."""
+        with needing_extra(self.name):
+            from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+
+        standardised = standardisation(values)
+        model = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto", priors=[0.5, 0.5])
+        model.fit(standardised.held(values), is_faulty)
+        return LinearRule(standardised, model.coef_[0], float(model.intercept_[0]))

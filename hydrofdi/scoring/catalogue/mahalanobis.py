@@ -1,0 +1,52 @@
+"""How far a record lies from healthy ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.scoring.cautions import FROM_HEALTHY
+from hydrofdi.scoring.contract import Flags, Rule, Score
+from hydrofdi.scoring.whitening import Whitening, whitening
+from hydrofdi.settings.quantities import Section
+
+
+class MahalanobisOptions(Section):
+    """Options of `Mahalanobis`."""
+
+    shrinkage: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Share of the unit matrix in the covariance (δ); that of Ledoit and Wolf where none is given."""
+
+
+class Mahalanobis(Score[MahalanobisOptions]):
+    """Squared distance from the mean of healthy records in the metric of their covariance."""
+
+    name = "mahalanobis"
+    summary = "Squared Mahalanobis distance from healthy records, with a shrunk covariance."
+    source = (
+        "Mahalanobis, Proc. Natl. Inst. Sci. India 2 (1936) 49;"
+        " Ledoit and Wolf, J. Multivar. Anal. 88 (2004) 365"
+    )
+    equation = "(z − m)ᵀ C⁻¹ (z − m), C = (1 − δ) S + δ tr(S)/n I"
+    caution = FROM_HEALTHY
+    needs_faulty = False
+    Options = MahalanobisOptions
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Mean and covariance of healthy records."""
+        return SquaredDistance(whitening(values, self.name, self.options.shrinkage))
+
+
+@dataclass(frozen=True, eq=False)
+class SquaredDistance:
+    """Squared distance from the mean after whitening."""
+
+    white: Whitening
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        return np.asarray(np.sum(np.square(self.white(values)), axis=1))

@@ -1,0 +1,65 @@
+"""How far a record lies outside of where healthy ones are, whatever the shape of that place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.scoring.cautions import FROM_HEALTHY
+from hydrofdi.scoring.contract import Flags, Rule, Score
+from hydrofdi.scoring.extra import needing_extra
+from hydrofdi.scoring.whitening import Whitening, whitening
+from hydrofdi.settings.quantities import SI, Section
+
+
+class OneClassOptions(Section):
+    """Options of `OneClass`."""
+
+    outside: Annotated[float, Field(gt=0, lt=1)] = 0.1
+    """Largest share of the fit records that lie outside (ν)."""
+
+    width: Annotated[float, SI("1", above=0)] = 1.0
+    """Width of the kernel, in root-mean-square distances of a healthy record from the mean."""
+
+
+class OneClass(Score[OneClassOptions]):
+    """Support vector machine around healthy records, with a Gaussian kernel on whitened features."""
+
+    name = "one_class"
+    summary = "One-class support vector machine around healthy records, on whitened features."
+    source = "Schölkopf et al., Neural Computation 13 (2001) 1443"
+    equation = "ρ − Σᵢ αᵢ exp(−‖w − wᵢ‖²/(2 n b²)), w = C^(−1/2) (z − m), n features, b the width"
+    caution = (
+        f"{FROM_HEALTHY} Far away all records score ρ: they raise alarms, but are ranked no more. The time of"
+        " a fit grows with the square of the number of records."
+    )
+    needs_faulty = False
+    Options = OneClassOptions
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Whitening by healthy records, then the machine."""
+        with needing_extra(self.name):
+            from sklearn.svm import OneClassSVM
+
+        white = whitening(values, self.name)
+        points = white(values)
+        gamma = 0.5 / (points.shape[1] * self.options.width**2)
+        return Outside(white, OneClassSVM(kernel="rbf", gamma=gamma, nu=self.options.outside).fit(points))
+
+
+@dataclass(frozen=True, eq=False)
+class Outside:
+    """Distance outside of the boundary of a one-class support vector machine, after whitening."""
+
+    white: Whitening
+    machine: Any
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        if not values.size:
+            return np.empty(0)
+        return -np.asarray(self.machine.decision_function(self.white(values)))

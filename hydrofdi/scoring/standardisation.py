@@ -1,0 +1,63 @@
+"""Features on one scale, learned from fit records alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+
+NORMAL_QUARTILES = 1.3489795003921634
+"""Distance of the quartiles of a normal distribution, in standard deviations."""
+
+FAR = 10.0
+"""Standardised values of fit records beyond ± this are held there, so that single ones do not rule a fit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Standardisation:
+    """z = (x - median)/(interquartile range/1.349); the standard deviation where the quartiles are equal.
+
+    Attributes
+    ----------
+    kept : ndarray of int, shape (n_kept,)
+        The features that vary among the fit records. The others have no scale and are left out.
+    centre, scale : ndarray, shape (n_kept,)
+    """
+
+    kept: NDArray[np.intp]
+    centre: Array
+    scale: Array
+
+    def __call__(self, values: Array) -> Array:
+        """Standardised features, shape (n_record, n_kept)."""
+        return np.ascontiguousarray((values[:, self.kept] - self.centre) / self.scale)
+
+    def held(self, values: Array) -> Array:
+        """Standardised features of fit records, held at ±10."""
+        return np.clip(self(values), -FAR, FAR)
+
+
+def standardisation(values: Array) -> Standardisation:
+    """The standardisation by fit records.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_fit, n_feature)
+
+    Raises
+    ------
+    NotStatedError
+        No feature varies.
+    """
+    low, centre, high = np.quantile(values, [0.25, 0.5, 0.75], axis=0)
+    quartiles = (high - low) / NORMAL_QUARTILES
+    rounding = 1e-12 * np.abs(values).max(axis=0)
+    scale = np.where(quartiles > rounding, quartiles, values.std(axis=0))
+    (kept,) = np.nonzero(scale > rounding)
+    if not kept.size:
+        raise NotStatedError("no feature varies among the fit records")
+    return Standardisation(kept, centre[kept], scale[kept])

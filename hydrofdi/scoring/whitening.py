@@ -1,0 +1,67 @@
+"""Features without correlation: directions in which healthy records hardly vary count as all others do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.scoring.extra import needing_extra
+from hydrofdi.scoring.rules import row_products
+from hydrofdi.scoring.standardisation import Standardisation, standardisation
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening:
+    """Coordinates in which the fit records have mean 0 and a unit (shrunk) covariance.
+
+    Attributes
+    ----------
+    standardised : Standardisation
+    mean : ndarray, shape (n_kept,)
+    matrix : ndarray, shape (n_kept, n_kept)
+    """
+
+    standardised: Standardisation
+    mean: Array
+    matrix: Array
+
+    def __call__(self, values: Array) -> Array:
+        """Whitened features, shape (n_record, n_kept)."""
+        return row_products(self.standardised(values) - self.mean, self.matrix)
+
+
+def whitening(values: Array, name: str, shrinkage: float | None = None) -> Whitening:
+    """The whitening by fit records, with the covariance (1 - δ) S + δ tr(S)/n_kept I.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_fit, n_feature)
+    name : str
+        Of the score, for messages.
+    shrinkage : float, optional
+        δ; without, that of Ledoit and Wolf, Journal of Multivariate Analysis 88 (2004) 365.
+
+    Raises
+    ------
+    NotStatedError
+        The covariance is singular: too few records for the features, and no shrinkage.
+    """
+    with needing_extra(name):
+        from sklearn.covariance import empirical_covariance, ledoit_wolf, shrunk_covariance
+
+    standardised = standardisation(values)
+    held = standardised.held(values)
+    if shrinkage is None:
+        covariance = ledoit_wolf(held)[0]
+    else:
+        covariance = shrunk_covariance(empirical_covariance(held), shrinkage)
+    variances, directions = np.linalg.eigh(covariance)
+    if variances[0] <= 1e-12 * variances[-1]:
+        raise NotStatedError(
+            f"the score {name} needs more than {values.shape[0]} records for {variances.size} features"
+            " that vary, fewer features, or shrinkage"
+        )
+    return Whitening(standardised, held.mean(axis=0), directions / np.sqrt(variances))

@@ -1,0 +1,81 @@
+"""Scores that learn from both kinds, against two Gaussians with one covariance."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.scoring import make_score
+from tests.scoring.populations import gaussians
+
+COVARIANCE = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, 0.3], [0.0, 0.3, 2.0]])
+DISTANCE = np.array([0.5, -0.3, 0.2])
+WEIGHTS = np.linalg.solve(COVARIANCE, DISTANCE)
+"""Of the best line, and of the true log-odds: Anderson, Multivariate Analysis (2003), 6.4."""
+
+
+def weights_of(model, n_feature):
+    """The weights of a linear score, from its values alone."""
+    return model.score(np.eye(n_feature)) - model.score(np.zeros((1, n_feature)))
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_weights_are_those_of_the_true_log_odds(name):
+    draw = np.random.default_rng(1)
+    found = weights_of(make_score(name).fit(*gaussians(draw, 50_000, COVARIANCE, DISTANCE)), 3)
+    np.testing.assert_allclose(found, WEIGHTS, atol=0.05)
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_the_area_on_fresh_records_is_that_of_the_distance(name):
+    draw = np.random.default_rng(2)
+    model = make_score(name).fit(*gaussians(draw, 20_000, COVARIANCE, DISTANCE))
+    values, is_faulty = gaussians(draw, 20_000, COVARIANCE, DISTANCE)
+    scores = model.score(values)
+    area = area_under_curve(scores[~is_faulty], scores[is_faulty], confidence=0.999)
+    d_prime = math.sqrt(DISTANCE @ WEIGHTS)
+    assert area.low <= ndtr(d_prime / math.sqrt(2.0)) <= area.high
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_a_fault_that_only_shows_across_a_nuisance_is_found_whatever_the_nuisance(name):
+    draw = np.random.default_rng(3)
+
+    def records(n_record, fault, nuisance=0.0):
+        load = nuisance + draw.normal(size=(n_record, 1))
+        return load * [1.0, 2.0] + 0.05 * draw.normal(size=(n_record, 2)) + fault * np.array([0.3, 0.0])
+
+    values = np.vstack([records(300, 0.0), records(300, 1.0)])
+    model = make_score(name).fit(values, np.arange(600) >= 300)
+    healthy, faulty, shifted = (model.score(records(300, *case)) for case in ((0.0,), (1.0,), (0.0, 5.0)))
+    assert area_under_curve(healthy, faulty).low > 0.95
+    assert np.mean(shifted > np.quantile(healthy, 0.99)) < 0.3
+
+
+def test_the_ridge_is_strong_where_features_say_nothing():
+    draw = np.random.default_rng(4)
+    values, is_faulty = draw.normal(size=(60, 20)), np.arange(60) >= 30
+    empty = make_score("logistic").fit(values, is_faulty)
+    telling = make_score("logistic").fit(values + 3.0 * is_faulty[:, None], is_faulty)
+    assert np.abs(weights_of(empty, 20)).max() < 0.2 * np.abs(weights_of(telling, 20)).max()
+
+
+def test_the_seed_deals_the_folds_of_the_ridge():
+    draw = np.random.default_rng(5)
+    values, is_faulty = gaussians(draw, 25, COVARIANCE, DISTANCE)
+    found = {
+        tuple(weights_of(make_score("logistic", {"seed": seed}).fit(values, is_faulty), 3))
+        for seed in range(10)
+    }
+    assert 1 < len(found) < 10
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_records_that_lie_wholly_apart_and_features_given_twice_are_no_obstacle(name):
+    draw = np.random.default_rng(6)
+    is_faulty = np.arange(40) >= 20
+    values = draw.normal(size=(40, 5)) + 50.0 * is_faulty[:, None]
+    scores = make_score(name).fit(np.hstack([values, values]), is_faulty).score(np.hstack([values, values]))
+    assert scores[is_faulty].min() > scores[~is_faulty].max()

@@ -1,0 +1,106 @@
+"""Scores of healthy records alone, against what is known of them."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, kstest
+from sklearn.covariance import LedoitWolf
+from sklearn.ensemble import IsolationForest
+
+from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.scoring import make_score
+from tests.scoring.populations import Population
+
+
+def healthy_scores(score, fit, records):
+    return score.fit(fit, np.zeros(len(fit), dtype=bool)).score(records)
+
+
+def test_without_shrinkage_no_invertible_transform_changes_the_distance():
+    draw = np.random.default_rng(1)
+    fit, records = draw.normal(size=(200, 4)), 3.0 * draw.normal(size=(50, 4))
+    score = make_score("mahalanobis", {"shrinkage": 0.0})
+    expected = healthy_scores(score, fit, records)
+    for _ in range(5):
+        matrix, offset = draw.normal(size=(4, 4)), draw.normal(size=4)
+        moved = healthy_scores(score, fit @ matrix + offset, records @ matrix + offset)
+        np.testing.assert_allclose(moved, expected, rtol=1e-6)
+
+
+def test_without_shrinkage_the_distance_is_that_of_the_textbook():
+    draw = np.random.default_rng(2)
+    fit, records = draw.normal(size=(100, 3)), draw.normal(size=(20, 3))
+    apart = records - fit.mean(axis=0)
+    inverse = np.linalg.inv(np.cov(fit, rowvar=False, bias=True))
+    expected = np.einsum("ij,jk,ik->i", apart, inverse, apart)
+    found = healthy_scores(make_score("mahalanobis", {"shrinkage": 0.0}), fit, records)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_with_shrinkage_the_distance_is_that_of_ledoit_and_wolf_on_standardised_features():
+    draw = np.random.default_rng(3)
+    fit, records = draw.normal(size=(30, 10)) * np.logspace(0, 6, 10), draw.normal(size=(20, 10))
+    low, centre, high = np.quantile(fit, [0.25, 0.5, 0.75], axis=0)
+    scale = (high - low) / 1.3489795003921634
+    reference = LedoitWolf().fit((fit - centre) / scale)
+    expected = reference.mahalanobis((records - centre) / scale)
+    np.testing.assert_allclose(healthy_scores(make_score("mahalanobis"), fit, records), expected, rtol=1e-9)
+
+
+def test_distances_of_fresh_gaussian_records_follow_chi_squared():
+    draw = np.random.default_rng(4)
+    mixed = draw.normal(size=(5, 5))
+    fit, fresh = draw.normal(size=(40_000, 5)) @ mixed, draw.normal(size=(2_000, 5)) @ mixed
+    assert kstest(healthy_scores(make_score("mahalanobis"), fit, fresh), chi2(5).cdf).pvalue > 1e-3
+
+
+def test_a_singular_covariance_without_shrinkage_is_refused():
+    fit = np.random.default_rng(5).normal(size=(10, 20))
+    with pytest.raises(NotStatedError, match="needs more than 10 records for 20 features"):
+        healthy_scores(make_score("mahalanobis", {"shrinkage": 0.0}), fit, fit)
+
+
+def test_records_that_were_fitted_on_score_lower_than_fresh_ones():
+    population = Population(n_feature=40, seed=6)
+    fit, fresh = population.records(100), population.records(400)
+    model = make_score("mahalanobis").fit(fit, np.zeros(100, dtype=bool))
+    assert area_under_curve(model.score(fit), model.score(fresh)).low > 0.5
+
+
+def ring(draw, n_record, radius):
+    angle = draw.uniform(0.0, 2.0 * np.pi, n_record)
+    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return radius * around + 0.05 * draw.normal(size=(n_record, 2))
+
+
+def test_one_class_sees_a_hole_among_healthy_records_and_the_distance_does_not():
+    draw = np.random.default_rng(7)
+    fit, healthy, faulty = ring(draw, 300, 1.0), ring(draw, 300, 1.0), 0.1 * draw.normal(size=(300, 2))
+    one_class = make_score("one_class", {"width": 0.3})
+    inside = area_under_curve(*(healthy_scores(one_class, fit, part) for part in (healthy, faulty)))
+    assert inside.low > 0.95
+    distance = area_under_curve(
+        *(healthy_scores(make_score("mahalanobis"), fit, part) for part in (healthy, faulty))
+    )
+    assert distance.high < 0.05
+
+
+@pytest.mark.parametrize("outside", [0.02, 0.1, 0.3])
+def test_at_most_the_stated_share_of_fit_records_lies_outside(outside):
+    fit = Population(seed=8).records(1000)
+    scores = healthy_scores(make_score("one_class", {"outside": outside}), fit, fit)
+    assert 0.3 * outside < np.mean(scores > 1e-2) <= outside
+
+
+def test_one_class_sees_small_faults_across_correlated_features_and_an_isolation_forest_does_not():
+    draw = np.random.default_rng(9)
+
+    def records(n_record, fault):
+        load = draw.normal(size=(n_record, 1))
+        return load + 0.02 * draw.normal(size=(n_record, 8)) + fault * np.eye(8)[0]
+
+    fit, healthy, faulty = records(300, 0.0), records(300, 0.0), records(300, 0.2)
+    scores = [healthy_scores(make_score("one_class"), fit, part) for part in (healthy, faulty)]
+    assert area_under_curve(*scores).low > 0.95
+    forest = IsolationForest(random_state=0).fit(fit)
+    assert area_under_curve(*(-forest.score_samples(part) for part in (healthy, faulty))).high < 0.7

@@ -1,0 +1,215 @@
+"""What every score keeps to, whatever it learns."""
+
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.evaluation.direction import Direction, learned_direction, suspicion
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.scoring import make_score, score_kind, score_names
+from tests.scoring.populations import Population
+
+every_score = pytest.mark.parametrize("name", score_names())
+
+
+@pytest.fixture
+def population():
+    return Population(seed=1)
+
+
+def fitted(name, values, is_faulty):
+    return make_score(name).fit(values, is_faulty)
+
+
+@every_score
+def test_a_score_says_what_it_is(name):
+    kind = score_kind(name)
+    assert kind.name == name
+    assert all([kind.summary, kind.source, kind.equation, kind.caution])
+    assert kind.direction in (Direction.RISING, None)
+
+
+@every_score
+def test_a_large_fault_is_found_in_records_that_were_not_fitted_on(name, population):
+    fit, test = population.labelled(300, 300, 2.0), population.labelled(500, 500, 2.0)
+    score, model = score_kind(name), fitted(name, *fit)
+    on_fit, on_test = model.score(fit[0]), model.score(test[0])
+    direction = score.direction or learned_direction(on_fit[~fit[1]], on_fit[fit[1]])
+    suspect = suspicion(on_test, direction, float(np.median(on_fit[~fit[1]])))
+    assert area_under_curve(suspect[~test[1]], suspect[test[1]]).low > 0.6
+
+
+@every_score
+def test_a_record_scores_the_same_whatever_is_scored_with_it(name, population):
+    model = fitted(name, *population.labelled(100, 100, 1.0))
+    records = population.records(203, 0.5)
+    together = model.score(records)
+    for rows in (slice(0, 1), slice(5, 6), slice(3, 10), slice(0, 203, 7), slice(None, None, -1)):
+        np.testing.assert_array_equal(model.score(records[rows]), together[rows])
+    np.testing.assert_array_equal(model.score(np.asfortranarray(records)), together)
+    assert model.score(records[:0]).shape == (0,)
+
+
+@every_score
+def test_what_is_not_measured_has_no_score_and_leaves_the_others_alone(name, population):
+    model = fitted(name, *population.labelled(100, 100, 1.0))
+    records = population.records(30)
+    holed = records.copy()
+    holed[3, 0], holed[7, 5], holed[11] = np.nan, np.inf, np.nan
+    whole = ~np.isin(np.arange(30), (3, 7, 11))
+    np.testing.assert_array_equal(np.isnan(model.score(holed)), ~whole)
+    np.testing.assert_array_equal(model.score(holed)[whole], model.score(records)[whole])
+
+
+@every_score
+def test_fit_records_that_are_not_measured_teach_nothing(name, population):
+    values, is_faulty = population.labelled(100, 100, 1.0)
+    records = population.records(10)
+    more = np.vstack([values, np.full((4, 6), np.nan)])
+    model = fitted(name, more, np.append(is_faulty, [True, False, True, False]))
+    np.testing.assert_array_equal(model.score(records), fitted(name, values, is_faulty).score(records))
+    assert model.n_healthy == 100
+    assert model.n_faulty == (100 if score_kind(name).needs_faulty else 0)
+
+
+@every_score
+def test_scoring_teaches_nothing(name, population):
+    model = fitted(name, *population.labelled(100, 100, 1.0))
+    records, before = population.records(20), pickle.dumps(model)
+    first = model.score(records)
+    model.score(1e3 * population.records(50, 5.0))
+    assert pickle.dumps(model) == before
+    np.testing.assert_array_equal(model.score(records), first)
+
+
+@every_score
+def test_faulty_records_teach_only_scores_that_need_them(name, population):
+    values, is_faulty = population.labelled(100, 100, 1.0)
+    records = population.records(20)
+    otherwise = values + np.where(is_faulty, 7.0, 0.0)[:, None] * population.fault
+    same = fitted(name, values, is_faulty).score(records) == fitted(name, otherwise, is_faulty).score(records)
+    assert same.all() != score_kind(name).needs_faulty
+
+
+@every_score
+def test_the_same_fit_records_give_the_same_model(name, population):
+    values, is_faulty = population.labelled(100, 100, 1.0)
+    records = population.records(20, 0.5)
+    np.testing.assert_array_equal(
+        fitted(name, values, is_faulty).score(records), fitted(name, values, is_faulty).score(records)
+    )
+
+
+@every_score
+def test_a_constant_feature_does_nothing(name, population):
+    values, is_faulty = population.labelled(100, 100, 1.0)
+    records = population.records(20, 0.5)
+    expected = fitted(name, values, is_faulty).score(records)
+    for constant in (0.0, 1e9 / 3.0):
+        model = fitted(name, np.insert(values, 3, constant, axis=1), is_faulty)
+        np.testing.assert_array_equal(model.score(np.insert(records, 3, constant + 1.0, axis=1)), expected)
+
+
+@every_score
+def test_the_units_of_features_do_not_matter(name, population):
+    values, is_faulty = population.labelled(100, 100, 1.0)
+    records = population.records(50, 0.5)
+    scale, offset = np.array([1.0, 1e6, 1e-9, 3.0, 1e3, 0.1]), np.array([0.0, 1e6, 1.0, -2.0, 0.0, 5.0])
+    model = fitted(name, values * scale + offset, is_faulty)
+    expected = fitted(name, values, is_faulty).score(records)
+    np.testing.assert_allclose(model.score(records * scale + offset), expected, rtol=1e-3, atol=1e-5)
+
+
+@every_score
+def test_single_wild_fit_records_do_not_rule_a_fit(name, population):
+    values, is_faulty = population.labelled(400, 400, 2.0)
+    test, truth = population.labelled(400, 400, 2.0)
+    calm = fitted(name, values, is_faulty).score(test)
+    values[::80] *= 10.0 ** np.arange(4.0, 9.0).repeat(2)[:, None]
+    wild = fitted(name, values, is_faulty).score(test)
+    areas = [area_under_curve(scores[~truth], scores[truth]).value for scores in (calm, wild)]
+    assert abs(areas[0] - areas[1]) < 0.1
+
+
+@pytest.mark.parametrize("name", [name for name in score_names() if name != "compensated"])
+def test_more_features_than_records_are_no_obstacle(name):
+    population = Population(n_feature=60, seed=2)
+    model = fitted(name, *population.labelled(20, 20, 3.0))
+    assert np.isfinite(model.score(population.records(10))).all()
+
+
+@every_score
+@pytest.mark.parametrize("n_measured", [0, 4])
+def test_too_few_records_are_refused_in_a_sentence(name, n_measured, population):
+    values, is_faulty = population.labelled(50, 50, 1.0)
+    values[n_measured:50, 0] = np.nan
+    with pytest.raises(NotStatedError, match=f"{name} needs .* healthy fit records.*, not {n_measured}"):
+        fitted(name, values, is_faulty)
+
+
+@pytest.mark.parametrize("name", [name for name in score_names() if score_kind(name).needs_faulty])
+def test_a_score_that_needs_faulty_records_says_so(name, population):
+    with pytest.raises(
+        NotStatedError, match=f"{name} needs 5 faulty fit records that have all features, not 0"
+    ):
+        fitted(name, population.records(50), np.zeros(50, dtype=bool))
+
+
+@every_score
+def test_features_that_do_not_vary_are_refused(name):
+    with pytest.raises(NotStatedError, match="var"):
+        fitted(name, np.full((40, 3), 1.0 / 3.0), np.arange(40) >= 20)
+
+
+@every_score
+def test_another_number_of_features_is_a_mistake_of_the_caller(name, population):
+    model = fitted(name, *population.labelled(50, 50, 1.0))
+    with pytest.raises(ValueError, match="fitted on 6 features, not on 5"):
+        model.score(np.zeros((3, 5)))
+
+
+def test_an_unknown_name_is_named_with_the_nearest():
+    with pytest.raises(ConfigError, match="there is no score 'mahalanobi'; did you mean 'mahalanobis'"):
+        make_score("mahalanobi")
+
+
+def test_mistaken_options_are_refused():
+    with pytest.raises(ValidationError):
+        make_score("mahalanobis", {"shrinkage": 2.0})
+    with pytest.raises(ValidationError):
+        make_score("lda", {"ridge": 1.0})
+
+
+WITHOUT_THE_EXTRA = """
+import sys; sys.modules["sklearn"] = None
+import numpy as np
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.scoring import make_score, score_names
+values, is_faulty = np.random.default_rng(1).normal(size=(80, 3)), np.arange(80) >= 40
+for name in score_names():
+    try:
+        make_score(name).fit(values, is_faulty)
+        print(name)
+    except HydrofdiError as error:
+        assert str(error) == f"the score {name} needs the extra: pip install 'hydrofdi[learn]'", error
+"""
+
+
+def test_without_the_extra_scores_say_what_to_install():
+    done = subprocess.run([sys.executable, "-c", WITHOUT_THE_EXTRA], capture_output=True, text=True)
+    assert (done.returncode, done.stdout.split()) == (0, ["compensated"]), done.stderr
+
+
+def test_the_room_loads_scikit_learn_only_to_fit():
+    code = (
+        "import sys; from hydrofdi.scoring import score_kind, score_names;"
+        "[score_kind(name) for name in score_names()]; print('sklearn' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -16,6 +16,8 @@ from hydrofdi.config.reference import ReferenceConfig
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.sections.fluid import FluidConfig
 from hydrofdi.config.store import StoreConfig
+from hydrofdi.config.study.detection import DetectionConfig
+from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.config.sweeps.replicates import ReplicatesConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
@@ -63,6 +65,14 @@ class ExperimentConfig(RunRequest):
     replicates: ReplicatesConfig = ReplicatesConfig()
     """Healthy actuators that differ as they may without a fault."""
 
+    study: StudyConfig | None = None
+    """Populations of healthy and leaking actuators. The points of ``sweep`` are then designs: each repeats
+    the whole study with the same draws. Its runs have no baselines. K_i is solved once for each level at the
+    nominal actuator, and no signals are stored, unless ``calibration.at`` and ``store.signals`` say so."""
+
+    detection: DetectionConfig = DetectionConfig()
+    """How indicators are judged as detectors, in a study."""
+
     claims: tuple[ClaimId, ...] = ()
     """Sentences of the paper that ``hydrofdi report --check`` requires to hold."""
 
@@ -107,6 +117,28 @@ class ExperimentConfig(RunRequest):
         if self.replicates.count and not self.replicates.over and not is_noisy:
             raise ValueError("the replicates would all be alike: give replicates.over, or sensors with noise")
         return self
+
+    @model_validator(mode="after")
+    def _a_study_stands_alone(self) -> Self:
+        if self.study is None:
+            if self.detection != DetectionConfig():
+                raise ValueError("detection is judged on the populations of a study: give study as well")
+            return self
+        if self.ensemble.names:
+            raise ValueError(
+                "a study has no ensemble: what is not known for certain goes into its population"
+            )
+        if self.replicates.count:
+            raise ValueError("a study has no replicates: each of its records is one already")
+        if twice := set(self.sweep.names) & set(self.study.names):
+            raise ValueError(f"{sorted(twice)[0]} varies in both sweep and study")
+        return self
+
+    @property
+    def varied_names(self) -> list[str]:
+        """Dotted parameters that differ between its runs."""
+        in_study = self.study.names if self.study else []
+        return list(dict.fromkeys([*self.ensemble.names, *self.sweep.names, *in_study]))
 
     @property
     def has_scenarios(self) -> bool:

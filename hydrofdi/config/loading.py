@@ -10,6 +10,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
 from hydrofdi.config.normalized_indicators import normalize_indicators
 from hydrofdi.config.renamed_keys import RENAMED, given_twice, rename_keys
+from hydrofdi.config.study.normalizing import normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.validation import read_yaml, validated
@@ -18,8 +19,10 @@ from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
     ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
     ("ensemble", "grid"), ("ensemble", "zip"), ("ensemble", "sample", "over"), ("replicates", "over"),
+    ("study", "population", "over"), ("study", "population", "per_record"), ("study", "faults", "over"),
+    ("study", "faults"), ("study", "shifts", "*"), ("study", "confusions", "*"),
 )  # fmt: skip
-"""Mappings whose keys are dotted parameter names."""
+"""Mappings whose keys are dotted parameter names; ``*`` is a name of the user."""
 
 _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
@@ -131,9 +134,13 @@ def _refuse_contradictory_settings(source: Source, settings: Sequence[str]) -> N
 def _setting_path(key: str) -> Path:
     parts = tuple(key.split("."))
     for mapping in _DOTTED_MAPPINGS:
-        if parts[: len(mapping)] == mapping and len(parts) > len(mapping):
+        if len(parts) > len(mapping) and all(map(_is_part, mapping, parts)):
             return (*parts[: len(mapping)], ".".join(parts[len(mapping) :]))
     return parts
+
+
+def _is_part(wanted: str | int, part: str) -> bool:
+    return wanted in ("*", part)
 
 
 def _validate(source: Source) -> ExperimentConfig:
@@ -141,5 +148,7 @@ def _validate(source: Source) -> ExperimentConfig:
     normalize_baseline(source)
     normalize_sweep(source)
     normalize_replicates(source)
+    normalize_detection(source)
     normalize_indicators(source)
+    normalize_study(source)
     return validated(ExperimentConfig, source)

@@ -4,10 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
-from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.request import parameter_names
 from hydrofdi.indicators.labels import LABEL_PATTERN, TAKEN
 from hydrofdi.settings.schema import described_schema
+
+_CHOICE: dict[str, Any] = {
+    "anyOf": [
+        {"type": "string", "description": "'all', a name, or names with commas between them"},
+        {"type": "array", "items": {"type": "string"}, "minItems": 1, "uniqueItems": True},
+        {
+            "type": "object",
+            "minProperties": 1,
+            "propertyNames": {"pattern": LABEL_PATTERN, "not": {"enum": sorted(TAKEN)}},
+            "additionalProperties": {"type": ["object", "null"]},
+        },
+    ],
+}
+"""Forms in which indicators are chosen."""
 
 
 def experiment_schema() -> dict[str, Any]:
@@ -17,31 +31,32 @@ def experiment_schema() -> dict[str, Any]:
     sweep = schema["$defs"]["SweepConfig"]["properties"]
     sample = schema["$defs"]["SampleConfig"]["properties"]
     replicates = schema["$defs"]["ReplicatesConfig"]["properties"]
+    population = schema["$defs"]["PopulationConfig"]["properties"]
     for mapping in (
         schema["properties"]["baseline"],
         sweep["grid"],
         sweep["zip"],
         sample["over"],
         replicates["over"],
+        population["over"],
+        population["per_record"],
     ):
         mapping["propertyNames"] = names
         mapping.pop("default", None)
-    chosen = schema["properties"]["indicators"]
-    schema["properties"]["indicators"] = {
-        "description": chosen["description"],
-        "anyOf": [
-            {"type": "string", "description": "'all', a name, or names with commas between them"},
-            {"type": "array", "items": {"type": "string"}, "minItems": 1, "uniqueItems": True},
-            {
-                "type": "object",
-                "minProperties": 1,
-                "propertyNames": {"pattern": LABEL_PATTERN, "not": {"enum": sorted(TAKEN)}},
-                "additionalProperties": {"type": ["object", "null"]},
-            },
-        ],
-    }
+    _allow_short_faults(schema["$defs"]["FaultsConfig"])
+    for properties in (schema["properties"], schema["$defs"]["DetectionConfig"]["properties"]):
+        properties["indicators"] = {"description": properties["indicators"]["description"], **_CHOICE}
     schema["properties"]["extends"] = {
         "description": "Experiment file, or files, whose keys this one overrides.",
         "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
     }
     return schema
+
+
+def _allow_short_faults(faults: dict[str, Any]) -> None:
+    """Let the parameter of faults stand beside their counts."""
+    over = faults["properties"]["over"]
+    axis = over["additionalProperties"]
+    over["propertyNames"] = {"enum": list(INTERNAL_LEAKAGE_FORMS)}
+    faults["properties"] |= dict.fromkeys(INTERNAL_LEAKAGE_FORMS, axis)
+    faults["required"].remove("over")

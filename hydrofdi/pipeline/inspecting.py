@@ -11,6 +11,7 @@ import numpy as np
 
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
+from hydrofdi.config.run_table.expansion import NO_RUN
 from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.results import stored_run_ids
@@ -61,7 +62,8 @@ class Explanation:
     request : dict
         All that determines the run, in SI.
     differences : dict
-        Dotted parameter → (value of the fixed baseline, value of the run), in SI.
+        Dotted parameter → (value of the fixed baseline, or of the nominal run without one, value of the run),
+        in SI.
     analysis : dict
         Label of an indicator → its ``analysis_id``, and its ``options`` that differ from the defaults.
     calibration : dict or None
@@ -151,7 +153,8 @@ def explain(directory: Path, wanted: str) -> Explanation:
     plan = _stored_plan(directory)
     position = _find(plan, wanted)
     run, run_id = plan.table.runs[position], plan.run_ids[position]
-    baseline = plan.table.runs[plan.table.fixed_baseline[position]].request
+    compared = plan.table.fixed_baseline[position]
+    baseline = plan.experiment.nominal_parameters if compared == NO_RUN else plan.table.runs[compared].request
     stored, failure = plan.index.runs.get(run_id), plan.failures.get(run_id)
     message = ""
     if stored is not None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
+from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.pipeline.places import library_versions
@@ -36,13 +37,18 @@ def simulate_nominal(experiment: ExperimentConfig, solver: Solver | None = None)
     ConfigError
         Its leakage flow cannot be reached.
     """
-    alone = experiment.model_copy(update={"sweep": SweepConfig(), "ensemble": SweepConfig()})
-    run = expand_runs(alone).runs[0]
+    run = expand_runs(_alone(experiment)).runs[0]
     (coefficient,) = leakage_coefficients([run], InProcessEngine(), {})
     if solver is None:
         return SingleRun(run, compute_columns([_job(run, coefficient)]))
     job = _job(run, coefficient, f"-{solver}")
     return SingleRun(run, compute_columns([job], partial(simulate_with_solver, solver=solver)))
+
+
+def _alone(experiment: ExperimentConfig) -> ExperimentConfig:
+    """An experiment without what it varies."""
+    nothing = {"sweep": SweepConfig(), "ensemble": SweepConfig(), "study": None}
+    return experiment.model_copy(update=nothing | {"detection": DetectionConfig()})
 
 
 def _job(run: RunSpec, coefficient: float, mark: str = "") -> Job:
@@ -57,7 +63,7 @@ def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun
     StoreError
         The file cannot be written.
     """
-    alone = experiment.model_copy(update={"sweep": SweepConfig(), "ensemble": SweepConfig()})
+    alone = _alone(experiment)
     whole = expand_runs(alone)
     fixed, matched = (
         np.where(rows[:1] == 0, 0, NO_BASELINE) for rows in (whole.fixed_baseline, whole.matched_baseline)

@@ -91,7 +91,7 @@ class ExperimentData:
     @property
     def swept_names(self) -> list[str]:
         """Dotted parameters that the experiment varies."""
-        return [*self.experiment.ensemble.names, *self.experiment.sweep.names]
+        return self.experiment.varied_names
 
     @cached_property
     def leakage_requests(self) -> NDArray[np.float64]:

@@ -78,7 +78,7 @@ def read_experiment(path: Path) -> ExperimentData:
         experiment = _configuration(path, file)
         asked = (*REQUESTED, REPLICATED) if REPLICATE_OF in file else REQUESTED
         stored = (*asked, *stored_variables("none", phases=PHASE in file))
-        columns = _axes(file, [*experiment.ensemble.names, *experiment.sweep.names])
+        columns = _axes(file, experiment.varied_names)
         columns |= {variable.name: _values(file, variable) for variable in (*stored, *_outputs(file))}
         columns |= wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:

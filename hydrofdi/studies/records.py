@@ -62,6 +62,8 @@ class StudyRecords:
         Records of a group depend on each other (a unit, a day); None where all are independent.
     design : mapping of str to object
         What was chosen for all records alike, such as ``record.duration``: dotted parameter → value in SI.
+    remarks : tuple of str
+        Sentences that belong to all rates of these records, such as that the draws depend on each other.
     """
 
     populations: tuple[Population, ...]
@@ -70,6 +72,7 @@ class StudyRecords:
     severity_unit: str = "m^3/s"
     groups: Sequence[str] | None = None
     design: Mapping[str, object] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     def rows(self, population: Population) -> NDArray[np.intp]:
         """Rows of the records of a population."""

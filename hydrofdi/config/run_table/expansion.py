@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.run_table.rows import Expansion
 from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.config.study.draws import study_points
+from hydrofdi.config.study.study import StudyConfig
+from hydrofdi.config.study.table import StudyTable, populations, study_table
 from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
 from hydrofdi.config.sweeps.sweep import SweepConfig
@@ -42,6 +45,8 @@ class RunTable:
         its own conditions with the baseline's leakage.
     replicate_of : array of int, shape (n_run,)
         Index of the healthy run that a run is an independent replicate of; −1 for all others.
+    study : StudyTable or None
+        Who is who among the runs of a study, which have no baselines.
     """
 
     runs: Runs
@@ -50,6 +55,7 @@ class RunTable:
     fixed_baseline: NDArray[np.intp]
     matched_baseline: NDArray[np.intp]
     replicate_of: NDArray[np.intp]
+    study: StudyTable | None = None
 
 
 def expand_runs(experiment: ExperimentConfig) -> RunTable:
@@ -62,7 +68,9 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     ConfigError
         A combination of swept values is impossible, or the sweep is empty or too large.
     """
-    _require_countable(experiment)
+    if experiment.study is not None:
+        return _expand_study(experiment, experiment.study)
+    _require_countable(count_points(experiment.ensemble) * count_points(experiment.sweep))
     scenarios, swept = (_block_points(experiment, section) for section in ("ensemble", "sweep"))
     points = multiplied(scenarios, swept)
     expansion = Expansion(experiment, points)
@@ -79,15 +87,41 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     )
 
 
-def _require_countable(experiment: ExperimentConfig) -> None:
-    n_point = count_points(experiment.ensemble) * count_points(experiment.sweep)
+def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
+    """The runs of all populations, in each design."""
+    n_record = sum(each.count for each in populations(study))
+    _require_countable(count_points(experiment.sweep) * n_record, "study")
+    designs = _block_points(experiment, "sweep")
+    points = multiplied(designs, study_points(study))
+    expansion = Expansion(experiment, points)
+    rows = expansion.swept_rows()
+    n_run = len(rows.numbers)
+    if n_run < points.n_point:
+        message = (
+            f"draws {points.n_point - n_run:,} of {points.n_point:,} records twice; let more of them vary"
+        )
+        raise ConfigError([Mistake(message, "study.population")])
+    none = np.full(n_run, NO_RUN)
+    axes = {name: _appearing(points.columns[name]) for name in points.columns}
+    table = study_table(study, [designs.values(point) for point in range(designs.n_point)])
+    return RunTable(expansion.runs(rows), axes, n_run, none, none, none, table)
+
+
+def study_roles(experiment: ExperimentConfig) -> StudyTable:
+    """Who is who among the runs of an experiment with a study; nothing is drawn."""
+    assert experiment.study is not None
+    designs = _block_points(experiment, "sweep")
+    return study_table(experiment.study, [designs.values(point) for point in range(designs.n_point)])
+
+
+def _require_countable(n_point: int, key: str = "sweep") -> None:
     if n_point > MOST_RUNS:
         raise ConfigError(
             [
                 Mistake(
                     f"{n_point:,} runs are more than the {MOST_RUNS:,} that one sweep may have, before any"
                     " 'where'; take fewer values, draw a sample, or split it into several experiments",
-                    "sweep",
+                    key,
                 )
             ]
         )

@@ -16,6 +16,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "truncated_normal": ("mean", "deviation", "low", "high"),
     "lognormal": ("median", "factor"),
     "triangular": ("low", "mode", "high"),
+    "integers": ("low", "high"),
 }
 """Distribution → its arguments: values of the parameter, but for a deviation (a difference of two values,
 above zero) and a factor (a number above one)."""
@@ -24,7 +25,7 @@ DISTRIBUTIONS = (*ARGUMENTS, "choice")
 
 _UNBOUNDED = ("normal", "lognormal")
 
-Quantiles = Callable[..., NDArray[np.float64]]
+Quantiles = Callable[..., NDArray[Any]]
 
 
 def argument_values(distribution: dict[Any, list[Any]]) -> list[Any]:
@@ -58,6 +59,10 @@ def require_order(kind: str, arguments: Sequence[float]) -> None:
         )
     if "low" not in named:
         return
+    if kind == "integers":
+        if named["low"] > named["high"]:
+            raise ValueError("needs low ≤ high")
+        return
     if not named["low"] < named["high"] or (kind == "loguniform" and named["low"] <= 0.0):
         raise ValueError(f"needs low < high{', above zero' if kind == 'loguniform' else ''}")
     if "mode" in named and not named["low"] <= named["mode"] <= named["high"]:
@@ -76,6 +81,10 @@ def quantiles(distribution: dict[Any, list[Any]], unit: NDArray[np.float64]) -> 
 
 def _uniform(unit: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
     return low + (high - low) * unit
+
+
+def _integers(unit: NDArray[np.float64], low: int, high: int) -> NDArray[np.int64]:
+    return low + np.minimum((unit * (high - low + 1)).astype(np.int64), high - low)
 
 
 def _loguniform(unit: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
@@ -116,4 +125,5 @@ _QUANTILES: dict[str, Quantiles] = {
     "truncated_normal": _truncated_normal,
     "lognormal": _lognormal,
     "triangular": _triangular,
+    "integers": _integers,
 }

@@ -13,9 +13,10 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.distributions import ARGUMENTS, DISTRIBUTIONS, require_order
+from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
+from hydrofdi.config.sweeps.values import difference, parameter_value, require_numbers
 from hydrofdi.settings.mistakes import describe_error, nearest
-from hydrofdi.settings.yaml_source import Path, Source, dotted
+from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
@@ -30,7 +31,7 @@ def normalize_baseline(source: Source) -> None:
     if not isinstance(baseline, dict):
         return
     source.data["baseline"] = {
-        name: _parameter(source, ("baseline", name), name, value) for name, value in baseline.items()
+        name: parameter_value(source, ("baseline", name), name, value) for name, value in baseline.items()
     }
     _refuse_both_forms(source, ("baseline",), baseline)
     _refuse_leaky_baseline(source)
@@ -49,7 +50,7 @@ def normalize_replicates(source: Source) -> None:
     replicates = source.data.get("replicates")
     if isinstance(replicates, dict) and isinstance(over := replicates.get("over"), dict):
         replicates["over"] = {
-            name: _distribution(source, ("replicates", "over", name), name, over[name]) for name in over
+            name: distribution_in_si(source, ("replicates", "over", name), name, over[name]) for name in over
         }
 
 
@@ -72,12 +73,13 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
             if not axes:
                 source.mistakes.append(source.mistake((*path, kind), "names no parameter to vary"))
             varied += axes
-            block[kind] = {name: _axis(source, (*path, kind, name), name, axes[name]) for name in axes}
+            block[kind] = {name: axis_in_si(source, (*path, kind, name), name, axes[name]) for name in axes}
     sample = block.get("sample")
     if isinstance(sample, dict) and isinstance(over := sample.get("over"), dict):
         varied += over
         sample["over"] = {
-            name: _distribution(source, (*path, "sample", "over", name), name, over[name]) for name in over
+            name: distribution_in_si(source, (*path, "sample", "over", name), name, over[name])
+            for name in over
         }
     _refuse_both_forms(source, path, varied)
     _check_condition(source, (*path, "where"), block.get("where"))
@@ -87,7 +89,7 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
             _normalize_block(source, (*path, "union", index), part)
 
 
-def _axis(source: Source, path: Path, name: str, values: Any) -> Any:
+def axis_in_si(source: Source, path: Path, name: str, values: Any) -> Any:
     """An axis as a list of values in SI."""
     if isinstance(values, dict):
         return _generated(source, path, name, values)
@@ -95,7 +97,7 @@ def _axis(source: Source, path: Path, name: str, values: Any) -> Any:
         message = "an axis is a list of at least one value, or one of linspace, logspace, arange"
         source.mistakes.append(source.mistake(path, message))
         return []
-    converted = [_parameter(source, (*path, index), name, value) for index, value in enumerate(values)]
+    converted = [parameter_value(source, (*path, index), name, value) for index, value in enumerate(values)]
     for index, value in enumerate(converted):
         if value in converted[:index] and path[-2] != "zip":
             source.mistakes.append(
@@ -114,9 +116,9 @@ def _generated(source: Source, path: Path, name: str, generator: dict[str, Any])
         third = "step" if kind == "arange" else "count"
         source.mistakes.append(source.mistake(path, f"expected [first, last, {third}]; found {arguments!r}"))
         return []
-    first, last = (_parameter(source, (*path, index), name, arguments[index]) for index in (0, 1))
+    first, last = (parameter_value(source, (*path, index), name, arguments[index]) for index in (0, 1))
     if not all(isinstance(end, int | float) for end in (first, last)):
-        _require_numbers(source, path)
+        require_numbers(source, path)
         return []
     try:
         values = _range(kind, first, last, _third(kind, name, arguments[2]))
@@ -128,16 +130,10 @@ def _generated(source: Source, path: Path, name: str, generator: dict[str, Any])
         return []
 
 
-def _require_numbers(source: Source, path: Path) -> None:
-    """Tell that ends have to be numbers, unless something else was wrong with them."""
-    if not any(mistake.key.startswith(dotted(path[:-1])) for mistake in source.mistakes):
-        source.mistakes.append(source.mistake(path, "its ends must be numbers"))
-
-
 def _third(kind: str, name: str, value: Any) -> float:
     """The count of linspace and logspace, or the step of arange in SI."""
     if kind == "arange":
-        return _in_unit_of(name, value)
+        return difference(name, value)
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST_VALUES:
         raise ValueError(f"the count must be a whole number from 1 to {_MOST_VALUES}; found {value!r}")
     return value
@@ -154,60 +150,6 @@ def _range(kind: str, first: float, last: float, third: float) -> list[float]:
     if not 1 <= count <= _MOST_VALUES:
         raise ValueError(f"arange from {first:g} to below {last:g} by {third:g} gives no sensible list")
     return [float(first + index * third) for index in range(count)]
-
-
-def _distribution(source: Source, path: Path, name: str, distribution: Any) -> Any:
-    """A distribution with its arguments in SI."""
-    if not isinstance(distribution, dict) or len(distribution) != 1:
-        known = ", ".join(DISTRIBUTIONS)
-        source.mistakes.append(
-            source.mistake(path, f"expected one of {known}, e.g. {{uniform: [low, high]}}")
-        )
-        return distribution
-    ((kind, arguments),) = distribution.items()
-    path = (*path, kind)
-    if kind not in DISTRIBUTIONS:
-        source.mistakes.append(source.mistake(path, f"unknown distribution{nearest(kind, DISTRIBUTIONS)}"))
-        return distribution
-    roles = ARGUMENTS.get(kind)
-    if not isinstance(arguments, list) or not arguments or (roles and len(arguments) != len(roles)):
-        wanted = f"[{', '.join(roles)}]" if roles else "a list of values"
-        source.mistakes.append(source.mistake(path, f"expected {wanted}; found {arguments!r}"))
-        return distribution
-    values = [
-        _argument(source, (*path, index), name, role, argument)
-        for index, (role, argument) in enumerate(zip(roles or [""] * len(arguments), arguments, strict=True))
-    ]
-    if roles and not all(isinstance(value, float) for value in values):
-        _require_numbers(source, path)
-    elif roles:
-        try:
-            require_order(kind, values)
-        except ValueError as error:
-            source.mistakes.append(source.mistake(path, str(error)))
-    return {kind: values}
-
-
-def _argument(source: Source, path: Path, name: str, role: str, argument: Any) -> Any:
-    """An argument of a distribution in SI."""
-    if role not in ("deviation", "factor"):
-        return _parameter(source, path, name, argument)
-    try:
-        return _in_unit_of(name if role == "deviation" else "", argument)
-    except ValueError as error:
-        source.mistakes.append(source.mistake(path, str(error)))
-        return argument
-
-
-def _in_unit_of(name: str, value: Any) -> float:
-    """A difference of two values of a parameter, in SI."""
-    from hydrofdi.settings.quantities import SI
-
-    unit = parameter_unit(name) if name in parameter_names() else None
-    number = SI(unit or "1").parse(value)
-    if not math.isfinite(number):
-        raise ValueError(f"must be a finite number; found {value}")
-    return number
 
 
 def _check_condition(source: Source, path: Path, text: Any) -> None:
@@ -234,22 +176,6 @@ def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None
     if set(INTERNAL_LEAKAGE_FORMS) <= set(names):
         message = "give the internal leakage as internal_coefficient or as internal_flow, not both"
         source.mistakes.append(source.mistake(path, message))
-
-
-def _parameter(source: Source, path: Path, name: str, value: Any) -> Any:
-    known = list(parameter_names())
-    if name not in known:
-        place = path[: path.index(name) + 1]
-        unknown = source.mistake(place, f"no parameter {name!r}{nearest(name, known)}")
-        if not any(mistake.message == unknown.message for mistake in source.mistakes):
-            source.mistakes.append(unknown)
-        return value
-    try:
-        return validate_parameter(name, value)
-    except ValidationError as errors:
-        for error in errors.errors():
-            source.mistakes.append(source.mistake(path, describe_error(error)))
-        return value
 
 
 def _first_message(error: ValueError) -> str:

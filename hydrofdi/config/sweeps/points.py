@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -19,6 +18,7 @@ from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.distributions import is_unbounded, quantiles
 from hydrofdi.config.sweeps.sample import SampleConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.config.sweeps.unit_cube import correlated, unit_cube
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.mistakes import describe_error
 
@@ -107,7 +107,7 @@ def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -
             sweep_points(part, nominal, f"{path}.union[{position}]")
             for position, part in enumerate(block.union)
         ]
-        factors.append(_one_after_the_other(parts))
+        factors.append(one_after_the_other(parts))
     points = reduce(multiplied, factors, Points(1, {}))
     return points if block.where is None else _fulfilling(block.where, points, nominal)
 
@@ -119,7 +119,8 @@ def multiplied(first: Points, second: Points) -> Points:
     return Points(len(slow), first.at(slow).columns | second.at(fast).columns)
 
 
-def _one_after_the_other(parts: Sequence[Points]) -> Points:
+def one_after_the_other(parts: Sequence[Points]) -> Points:
+    """The points of several blocks; each block leaves as it is what only others set."""
     columns = {}
     for name in dict.fromkeys(name for part in parts for name in part.columns):
         values: list[Any] = []
@@ -149,18 +150,26 @@ def sample_points(sample: SampleConfig, path: str) -> Points:
     ConfigError
         A drawn value is not one that its parameter can take.
     """
-    unit = _correlated(sample, _unit_cube(sample))
+    cube = unit_cube(sample.method, sample.count, len(sample.over), sample.seed)
+    unit = correlated(cube, list(sample.over), sample.correlation)
     index = np.arange(sample.count, dtype=np.int32)
     return Points(
         sample.count,
         {
-            name: Column(_drawn(name, distribution, unit[:, axis], f"{path}.over.{name}"), index)
+            name: Column(drawn(name, distribution, unit[:, axis], f"{path}.over.{name}"), index)
             for axis, (name, distribution) in enumerate(sample.over.items())
         },
     )
 
 
-def _drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> list[Any]:
+def drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> list[Any]:
+    """Values of a parameter at probabilities.
+
+    Raises
+    ------
+    ConfigError
+        The parameter cannot take one of them.
+    """
     values = quantiles(distribution, unit)
     is_quantity = parameter_quantity(name) is not None and "choice" not in distribution
     ends = (min(values), max(values)) if is_quantity else values  # what a quantity can be is an interval
@@ -174,29 +183,3 @@ def _drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float
                 [Mistake(reason + (remedy if is_unbounded(distribution) else ""), path)]
             ) from None
     return values
-
-
-def _unit_cube(sample: SampleConfig) -> NDArray[np.float64]:
-    """Points in the unit cube, shape (count, number of parameters)."""
-    if sample.method == "random":
-        return np.random.default_rng(sample.seed).random((sample.count, len(sample.over)))
-    from scipy.stats import qmc
-
-    sequence = qmc.Sobol if sample.method == "sobol" else qmc.LatinHypercube
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # a count that is no power of two is the user's choice
-        cube: NDArray[np.float64] = sequence(len(sample.over), rng=sample.seed).random(sample.count)
-    return cube
-
-
-def _correlated(sample: SampleConfig, unit: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points in the unit cube, some of whose coordinates depend on each other by a Gaussian copula."""
-    if sample.correlation is None:
-        return unit
-    from scipy.special import ndtr, ndtri
-
-    axes = [list(sample.over).index(name) for name in sample.correlation.parameters]
-    normal = ndtri(np.clip(unit[:, axes], 2.0**-53, 1.0 - 2.0**-53))
-    correlated = unit.copy()
-    correlated[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(sample.correlation.matrix)).T)
-    return correlated

@@ -5,15 +5,18 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, WithJsonSchema, model_validator
 
 from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.quantities import Section
 
-Distribution = dict[
-    Literal["uniform", "loguniform", "normal", "truncated_normal", "lognormal", "triangular", "choice"],
-    list[Any],
+Kind = Literal[
+    "uniform", "loguniform", "normal", "truncated_normal", "lognormal", "triangular", "integers", "choice"
 ]
+
+_ARGUMENTS = {"anyOf": [{"type": "array", "items": {}}, {"type": "string", "pattern": "^\\s*(±|\\+/-|\\+-)"}]}
+
+Distribution = dict[Kind, Annotated[list[Any], WithJsonSchema(_ARGUMENTS)]]
 """Name of a distribution → its arguments, in SI."""
 
 
@@ -62,7 +65,9 @@ class SampleConfig(Section):
     normal [mean, standard deviation], truncated_normal [mean, standard deviation, low, high] (of the normal
     distribution before it is cut off), lognormal [median, factor] (the factor is the geometric standard
     deviation, above 1: two thirds of the draws lie from median/factor to median·factor),
-    triangular [low, mode, high], or choice [value, …]."""
+    triangular [low, mode, high], integers [low, high] (whole numbers, both ends included), or
+    choice [value, …]. ``±20 %`` or ``±1 µm`` in place of the arguments is taken about the experiment's own
+    value: the ends of uniform and triangular, the standard deviation of normal."""
 
     correlation: CorrelationConfig | None = None
     """Parameters that are drawn together; without it, all are independent."""

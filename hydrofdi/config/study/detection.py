@@ -1,0 +1,49 @@
+"""The ``detection`` section: how indicators are judged as detectors."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hydrofdi.settings.quantities import SI, Section
+
+
+class ScoreConfig(Section):
+    """A score that is made of measured numbers."""
+
+    kind: Literal["mahalanobis", "one_class", "lda", "logistic", "compensated"]
+    """``mahalanobis`` and ``one_class`` are fitted to healthy fit records, ``lda`` and ``logistic`` to
+    healthy and leaky ones. ``compensated``: a number less what it is expected to be, by its regression on
+    ``by`` in healthy fit records."""
+
+    of: list[str] = Field(min_length=1)
+    """What it is made of: labels of indicators, or single numbers such as ``ring_down.damping_ratio``."""
+
+    by: list[str] = Field(default_factory=list)
+    """Numbers that ``compensated`` regresses on."""
+
+
+class DetectionConfig(Section):
+    """What is asked of a detector, and which are judged."""
+
+    false_alarm_rate: Annotated[float, SI("1", above=0, most=0.5)] = 0.01
+    """Rate of false alarms that thresholds are set for, on healthy fit records [-]."""
+
+    confidence: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.95
+    """Confidence of intervals and bounds [-]."""
+
+    probability: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.9
+    """Probability with which a leak shall be found: 90 % gives q90 and, with the confidence, q90/95 [-]."""
+
+    threshold: Literal["quantile", "tolerance", "tail"] = "quantile"
+    """``quantile``: the rate on average over fit sets. ``tolerance``: at most the rate, with ``confidence``.
+    ``tail``: a generalised Pareto model of the largest scores, for rates of 0.1 % and less."""
+
+    indicators: list[str] = Field(default_factory=list)
+    """Labels of the indicators that are judged; without it, all that are measured. Where the file has no
+    ``indicators``, these are what is measured, in all forms that ``indicators`` has; ``all`` are then all
+    cheap ones."""
+
+    scores: dict[str, ScoreConfig] = Field(default_factory=dict)
+    """Label → score that is made of several numbers, or compensated for one."""

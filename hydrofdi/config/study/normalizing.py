@@ -1,0 +1,144 @@
+"""The ``study`` and ``detection`` of a source in SI, with what follows from them spelled out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hydrofdi.config.analysis import DWT
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.sweeps.dotted_values import axis_in_si
+from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
+from hydrofdi.config.sweeps.values import nominal_value, parameter_value
+from hydrofdi.indicators.choice import chosen_options
+from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.settings.yaml_source import Path, Source
+
+STUDY: Path = ("study",)
+_SEEDS = [0, 2**31 - 1]
+
+
+def normalize_study(source: Source) -> None:
+    """The ``study`` of a source in SI, with what is drawn and kept unless the file says otherwise.
+
+    ``indicators`` and ``sweep`` have to be normalized before.
+    """
+    study = source.data.get("study")
+    if study is None:
+        source.data.pop("study", None)
+    if not isinstance(study, dict):
+        return
+    _normalize_faults(source, study.get("faults"))
+    for kind in ("shifts", "confusions"):
+        if isinstance(named := study.get(kind), dict):
+            for name, changes in named.items():
+                named[name] = _changes(source, (*STUDY, kind, name), changes)
+    population = study.setdefault("population", {})
+    if isinstance(population, dict):
+        for kind in ("over", "per_record"):
+            if isinstance(over := population.get(kind, {}), dict):
+                path = (*STUDY, "population", kind)
+                population[kind] = {
+                    name: distribution_in_si(source, (*path, name), name, over[name]) for name in over
+                }
+        _draw_per_record(source, population)
+    _prefer(source, "calibration", "at", "nominal")
+    _prefer(source, "store", "signals", "none")
+
+
+def normalize_detection(source: Source) -> None:
+    """``detection.indicators`` as labels; where the source has no ``indicators``, they become these."""
+    detection = source.data.get("detection")
+    if not isinstance(detection, dict) or detection.get("indicators") is None:
+        return
+    given, path = detection["indicators"], ("detection", "indicators")
+    chosen = chosen_options(given, source, path)
+    is_all = isinstance(given, str) and given.strip() == "all"
+    if "indicators" in source.data:
+        detection["indicators"] = [] if is_all else list(chosen)
+        return
+    if is_all:
+        chosen = {name: {} for name in chosen if sound_indicator(name).is_cheap}
+    source.data["indicators"] = chosen
+    for place in [place for place in source.origins if place[:2] == path]:
+        source.origins[("indicators", *place[2:])] = source.origins[place]
+    detection["indicators"] = list(chosen)
+
+
+def _normalize_faults(source: Source, faults: Any) -> None:
+    """Faults with their axis under ``over``, also where it stands beside the counts."""
+    if not isinstance(faults, dict):
+        return
+    path = (*STUDY, "faults")
+    over = faults.setdefault("over", {})
+    for name in [name for name in faults if "." in str(name)]:
+        if isinstance(over, dict):
+            over[name] = faults.pop(name)
+            for place in [place for place in source.origins if place[:3] == (*path, name)]:
+                source.origins[(*path, "over", *place[2:])] = source.origins[place]
+    if not over:
+        del faults["over"]
+        wanted = " or ".join(reversed(INTERNAL_LEAKAGE_FORMS))
+        source.mistakes.append(source.mistake(path, f"names no leak: give {wanted}"))
+        faults["over"] = {INTERNAL_LEAKAGE_FORMS[1]: []}
+    elif isinstance(over, dict):
+        for name in over:
+            over[name] = axis_in_si(source, (*path, "over", name), name, over[name])
+
+
+def _changes(source: Source, path: Path, changes: Any) -> Any:
+    """Values and distributions of parameters, in SI."""
+    if not isinstance(changes, dict) or not changes:
+        message = f"expected 'parameter: value' or 'parameter: {{distribution}}' pairs; found {changes!r}"
+        source.mistakes.append(source.mistake(path, message))
+        return {}
+    return {
+        name: distribution_in_si(source, (*path, name), name, value)
+        if isinstance(value, Mapping)
+        else parameter_value(source, (*path, name), name, value)
+        for name, value in changes.items()
+    }
+
+
+def _draw_per_record(source: Source, population: dict[str, Any]) -> None:
+    """Draw what differs from record to record, unless the source names it."""
+    drawn = population["per_record"] if isinstance(population["per_record"], dict) else {}
+    over = population["over"] if isinstance(population["over"], dict) else {}
+    usual: dict[str, list[int]] = {"measurement.seed": _SEEDS}
+    if DWT in source.data.get("indicators", {DWT: {}}):
+        levels = nominal_value(source, "wavelet.levels")
+        usual["wavelet.phase"] = [0, 2**levels - 1] if isinstance(levels, int) else [0, 0]
+    if nominal_value(source, "input.shape") == "steps":
+        usual["input.seed"] = _SEEDS
+    if nominal_value(source, "load.random_force"):
+        usual["load.seed"] = _SEEDS
+    swept = _swept(source.data.get("sweep"))
+    for name, ends in usual.items():
+        is_named = _is_stated(source, name) and name != "measurement.seed"
+        if not (is_named or name in drawn or name in over or name in swept):
+            drawn[name] = {"integers": ends}
+    population["per_record"] = drawn
+
+
+def _is_stated(source: Source, name: str) -> bool:
+    section, field = name.split(".")
+    given = source.data.get(section)
+    return isinstance(given, dict) and field in given
+
+
+def _swept(block: Any) -> set[str]:
+    """Names that a block of a sweep varies, as far as it is well formed."""
+    if not isinstance(block, dict):
+        return set()
+    sample = block.get("sample")
+    parts = [block.get("grid"), block.get("zip"), sample.get("over") if isinstance(sample, dict) else None]
+    names = {name for part in parts if isinstance(part, dict) for name in part}
+    union = block.get("union")
+    return names.union(*(_swept(part) for part in union)) if isinstance(union, list) else names
+
+
+def _prefer(source: Source, section: str, field: str, value: Any) -> None:
+    """Give a field a value where the source states none."""
+    given = source.data.setdefault(section, {})
+    if isinstance(given, dict):
+        given.setdefault(field, value)

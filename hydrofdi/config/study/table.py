@@ -1,0 +1,133 @@
+"""Who is who among the runs of a study: it follows from the experiment alone, whatever was drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.study.study import StudyConfig
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.units import convert
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A population with its records.
+
+    Attributes
+    ----------
+    population : Population
+    count : int
+        Number of its records.
+    actuators : str
+        Which stream its actuators are drawn from; populations of one stream have the same ones.
+    settings : mapping
+        Dotted parameter → value in SI, or distribution, in place of what is drawn in healthy actuators.
+    """
+
+    population: Population
+    count: int
+    actuators: str
+    settings: Mapping[str, Any]
+
+    @property
+    def identity(self) -> str:
+        """Name of the stream that all else is drawn from."""
+        return _stream(self.population)
+
+
+@dataclass(frozen=True, eq=False)
+class StudyTable:
+    """The roles of the runs of a study.
+
+    Attributes
+    ----------
+    populations : tuple of Population
+    of_run : ndarray of int, shape (n_run,)
+        The population of each run.
+    designs : tuple of dict
+        Dotted parameter → its value in SI: what was chosen for all runs of a design alike.
+    design_of_run : ndarray of int, shape (n_run,)
+    actuators : tuple of str or None
+        Runs of one design with the same name are of the same actuator; None where each has its own.
+    """
+
+    populations: tuple[Population, ...]
+    of_run: NDArray[np.intp]
+    designs: tuple[dict[str, Any], ...]
+    design_of_run: NDArray[np.intp]
+    actuators: tuple[str, ...] | None
+
+
+def populations(study: StudyConfig) -> tuple[Drawn, ...]:
+    """All populations of a study in the order of its runs."""
+    healthy = [
+        _healthy(Population("healthy", Kind.HEALTHY, is_fit), count)
+        for is_fit, count in ((True, study.healthy.fit), (False, study.healthy.test))
+    ]
+    return (*healthy, *_faulty(study), *_others(study))
+
+
+def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyTable:
+    """The roles of the runs of a study: all populations of the first design, then those of the next."""
+    drawn = populations(study)
+    counts = [each.count for each in drawn]
+    of_run = np.repeat(np.arange(len(drawn)), counts)
+    return StudyTable(
+        tuple(each.population for each in drawn),
+        np.tile(of_run, len(designs)),
+        tuple(designs),
+        np.repeat(np.arange(len(designs)), len(of_run)),
+        None if study.pairing == "independent" else _actuators(drawn) * len(designs),
+    )
+
+
+def _actuators(drawn: Sequence[Drawn]) -> tuple[str, ...]:
+    return tuple(f"{each.actuators} {place}" for each in drawn for place in range(each.count))
+
+
+def _healthy(population: Population, count: int, settings: Mapping[str, Any] | None = None) -> Drawn:
+    sealed = {"leakage.internal_coefficient": 0.0}
+    return Drawn(population, count, _stream(population), sealed | dict(settings or {}))
+
+
+def _faulty(study: StudyConfig) -> list[Drawn]:
+    faults = study.faults
+    if faults is None:
+        return []
+    drawn = []
+    for level in faults.levels:
+        for is_fit, count in ((True, faults.fit), (False, faults.each)):
+            population = Population(_leak(faults.parameter, level), Kind.FAULT, is_fit, level)
+            twin = Population("healthy", Kind.HEALTHY, is_fit)
+            source = twin if study.pairing == "common" else population
+            if count:
+                drawn.append(Drawn(population, count, _stream(source), {faults.parameter: level}))
+    return drawn
+
+
+def _others(study: StudyConfig) -> list[Drawn]:
+    healthy = study.healthy
+    return [
+        _healthy(Population(name, kind), count or healthy.test, settings)
+        for kind, named, count in (
+            (Kind.SHIFT, study.shifts, healthy.shift),
+            (Kind.CONFUSION, study.confusions, healthy.confusion),
+        )
+        for name, settings in named.items()
+    ]
+
+
+def _leak(parameter: str, level: float) -> str:
+    if parameter == "leakage.internal_flow":
+        return f"{convert(level, 'L/min'):.4g} L/min"
+    return f"K_i {level:.4g} m³/s/√Pa"
+
+
+def _stream(population: Population) -> str:
+    kind, part = population.kind.value, "fit" if population.is_fit else "test"
+    return f"{kind} {population.severity!r} {population.name} {part}"

@@ -1,0 +1,115 @@
+"""Distributions as an experiment file states them → their arguments in SI."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from hydrofdi.config.request import parameter_names
+from hydrofdi.config.sweeps.distributions import ARGUMENTS, DISTRIBUTIONS, require_order
+from hydrofdi.config.sweeps.values import difference, nominal_value, parameter_value, require_numbers
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.yaml_source import Path, Source
+from hydrofdi.units import parse_quantity
+
+_ABOUT = re.compile(r"\s*(?:±|\+/-|\+-)\s*(.*)", re.DOTALL)
+"""Some way to either side of the nominal value, such as ``±20 %`` or ``±1 µm``."""
+
+_ARGUMENTS_ABOUT = {
+    "uniform": lambda nominal, width: [nominal - width, nominal + width],
+    "triangular": lambda nominal, width: [nominal - width, nominal, nominal + width],
+    "normal": lambda nominal, width: [nominal, width],
+}
+"""Distribution → its arguments from a nominal value and what ``±`` states."""
+
+
+def distribution_in_si(source: Source, path: Path, name: str, distribution: Any) -> Any:
+    """A distribution with its arguments in SI; as it is, and a mistake of the source, where it is none."""
+    try:
+        return _in_si(source, path, name, distribution)
+    except _MistakenError as mistake:
+        source.mistakes.append(source.mistake(mistake.path, str(mistake)))
+        return distribution
+
+
+class _MistakenError(ValueError):
+    def __init__(self, path: Path, message: str) -> None:
+        super().__init__(message)
+        self.path = path
+
+
+def _in_si(source: Source, path: Path, name: str, distribution: Any) -> Any:
+    if not isinstance(distribution, dict) or len(distribution) != 1:
+        raise _MistakenError(
+            path, f"expected one of {', '.join(DISTRIBUTIONS)}, e.g. {{uniform: [low, high]}}"
+        )
+    ((kind, arguments),) = distribution.items()
+    path = (*path, kind)
+    if kind not in DISTRIBUTIONS:
+        raise _MistakenError(path, f"unknown distribution{nearest(kind, DISTRIBUTIONS)}")
+    if isinstance(arguments, str) and (about := _ABOUT.fullmatch(arguments)):
+        return {kind: _about_nominal(source, path, name, kind, about[1])}
+    roles = ARGUMENTS.get(kind)
+    if not isinstance(arguments, list) or not arguments or (roles and len(arguments) != len(roles)):
+        wanted = f"[{', '.join(roles)}]" if roles else "a list of values"
+        raise _MistakenError(path, f"expected {wanted}; found {arguments!r}")
+    values = [
+        _argument(source, (*path, index), name, role, argument)
+        for index, (role, argument) in enumerate(zip(roles or [""] * len(arguments), arguments, strict=True))
+    ]
+    if roles:
+        _require_kind(source, path, name, kind, values)
+    return {kind: values}
+
+
+def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str) -> list[float]:
+    """The arguments of a distribution about the nominal value of its parameter."""
+    if kind not in _ARGUMENTS_ABOUT:
+        raise _MistakenError(path, f"± goes with {', '.join(_ARGUMENTS_ABOUT)}; {kind} needs its arguments")
+    if name not in parameter_names():
+        parameter_value(source, path, name, None)
+        return []
+    nominal = nominal_value(source, name)
+    if isinstance(nominal, bool) or not isinstance(nominal, float):
+        raise _MistakenError(
+            path, f"± needs a nominal value: {name} has no number; state the values themselves"
+        )
+    try:
+        is_share = width.endswith("%")
+        size = abs(nominal) * parse_quantity(width, "1") if is_share else difference(name, width)
+    except ValueError as error:
+        raise _MistakenError(path, str(error)) from None
+    if is_share and nominal == 0.0:
+        raise _MistakenError(
+            path, f"±{width} of {name} = 0 is nothing; state a width, such as ± and a quantity"
+        )
+    if not size > 0.0:
+        raise _MistakenError(path, f"what follows ± must be greater than 0; found {width}")
+    return _ARGUMENTS_ABOUT[kind](nominal, size)
+
+
+def _argument(source: Source, path: Path, name: str, role: str, argument: Any) -> Any:
+    """An argument of a distribution in SI."""
+    if role not in ("deviation", "factor"):
+        return parameter_value(source, path, name, argument)
+    try:
+        return difference(name if role == "deviation" else "", argument)
+    except ValueError as error:
+        raise _MistakenError(path, str(error)) from None
+
+
+def _require_kind(source: Source, path: Path, name: str, kind: str, values: list[Any]) -> None:
+    """Check that the arguments are numbers of the kind that the parameter has, in their order."""
+    are_whole = all(isinstance(value, int) and not isinstance(value, bool) for value in values)
+    are_numbers = all(isinstance(value, float) for value in values)
+    if are_whole and kind != "integers":
+        raise _MistakenError(path, f"{name} is a whole number; draw it with {{integers: [low, high]}}")
+    if are_numbers and kind == "integers":
+        raise _MistakenError(path, f"{name} is no whole number; draw it with {{uniform: [low, high]}}")
+    if not (are_numbers or are_whole):
+        require_numbers(source, path)
+        return
+    try:
+        require_order(kind, values)
+    except ValueError as error:
+        raise _MistakenError(path, str(error)) from None

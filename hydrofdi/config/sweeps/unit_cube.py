@@ -1,0 +1,53 @@
+"""Points in the unit cube, from which parameters are drawn through their quantiles."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.sweeps.sample import CorrelationConfig
+
+Method = Literal["sobol", "lhs", "random"]
+
+
+def unit_cube(
+    method: Method, count: int, n_axis: int, seed: int | np.random.SeedSequence
+) -> NDArray[np.float64]:
+    """Points in the unit cube, shape (count, n_axis)."""
+    generator = np.random.default_rng(seed)
+    if method == "random" or not n_axis:
+        return generator.random((count, n_axis))
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a count that is no power of two is the user's choice
+        cube: NDArray[np.float64] = sequence(n_axis, rng=generator).random(count)
+    return cube
+
+
+def correlated(
+    unit: NDArray[np.float64], names: Sequence[str], correlation: CorrelationConfig | None
+) -> NDArray[np.float64]:
+    """Points in the unit cube, some of whose coordinates depend on each other by a Gaussian copula.
+
+    Parameters
+    ----------
+    unit : ndarray, shape (n_point, n_axis)
+    names : sequence of str, length n_axis
+        Parameters that the coordinates are of.
+    correlation : CorrelationConfig or None
+    """
+    if correlation is None:
+        return unit
+    from scipy.special import ndtr, ndtri
+
+    axes = [list(names).index(name) for name in correlation.parameters]
+    normal = ndtri(np.clip(unit[:, axes], 2.0**-53, 1.0 - 2.0**-53))
+    depending = unit.copy()
+    depending[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(correlation.matrix)).T)
+    return depending

@@ -1,0 +1,63 @@
+"""Single values of dotted parameters, brought into SI where valid, mistakes where not."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pydantic import ValidationError
+
+from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit, validate_parameter
+from hydrofdi.settings.mistakes import describe_error, nearest
+from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.yaml_source import Path, Source, dotted
+
+
+def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
+    """A value of a parameter in SI; as it is, and a mistake of the source, where it cannot be one."""
+    known = list(parameter_names())
+    if name not in known:
+        place = path[: path.index(name) + 1]
+        unknown = source.mistake(place, f"no parameter {name!r}{nearest(name, known)}")
+        if not any(mistake.message == unknown.message for mistake in source.mistakes):
+            source.mistakes.append(unknown)
+        return value
+    try:
+        return validate_parameter(name, value)
+    except ValidationError as errors:
+        for error in errors.errors():
+            source.mistakes.append(source.mistake(path, describe_error(error)))
+        return value
+
+
+def nominal_value(source: Source, name: str) -> Any:
+    """The value in SI that a source gives a parameter outside of what varies; None where it gives none."""
+    section, field = name.split(".")
+    given = source.data.get(section)
+    if not isinstance(given, dict) or field not in given:
+        return getattr(RunRequest.model_fields[section].default, field)
+    try:
+        return validate_parameter(name, given[field])
+    except ValidationError:  # a mistake when the model is validated
+        return None
+
+
+def difference(name: str, value: Any) -> float:
+    """A difference of two values of a parameter, in SI.
+
+    Raises
+    ------
+    ValueError
+        It is no finite number with a fitting unit.
+    """
+    unit = parameter_unit(name) if name in parameter_names() else None
+    number = SI(unit or "1").parse(value)
+    if not math.isfinite(number):
+        raise ValueError(f"must be a finite number; found {value}")
+    return number
+
+
+def require_numbers(source: Source, path: Path) -> None:
+    """Tell that ends have to be numbers, unless something else was wrong with them."""
+    if not any(mistake.key.startswith(dotted(path[:-1])) for mistake in source.mistakes):
+        source.mistakes.append(source.mistake(path, "its ends must be numbers"))

@@ -1,0 +1,130 @@
+"""A stored study → its records and their scores, design by design."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.run_table.expansion import study_roles
+from hydrofdi.config.study.table import StudyTable
+from hydrofdi.errors import ReportError
+from hydrofdi.indicators import Indicator
+from hydrofdi.records import Channel
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
+from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+from hydrofdi.studies.records import Scored, StudyRecords
+
+_SEVERITIES = {
+    "leakage.internal_flow": (MEAN_LEAKAGE_FLOW, "m^3/s"),
+    "leakage.internal_coefficient": (LEAKAGE_COEFFICIENT, "m^3.5/kg^0.5"),
+}
+"""Parameter of the faults → variable that holds the true severity of each run, and its unit."""
+
+_DEPENDENT_DRAWS = (
+    "Actuators are points of a {method}, which depend on each other: binomial limits do not hold for rates."
+)
+_METHODS = {"sobol": "Sobol sequence", "lhs": "Latin hypercube"}
+
+
+@dataclass(frozen=True, eq=False)
+class StudyDesign:
+    """A design of a study with all that was measured in it.
+
+    Attributes
+    ----------
+    records : StudyRecords
+    scores : tuple of Scored
+        Every number of the indicators that are judged, each of its records.
+    """
+
+    records: StudyRecords
+    scores: tuple[Scored, ...]
+
+
+def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
+    """The designs of a stored study.
+
+    Severity is the true mean leakage flow of each record over the whole of it, or K_i where the faults are
+    given by it; NaN where a run failed, as are its scores.
+
+    Raises
+    ------
+    ReportError
+        The experiment has no study, or its file does not hold the runs of its study.
+    """
+    roles = _roles(data)
+    scores = tuple(_scores(data))
+    return tuple(
+        StudyDesign(_records(data, roles, design), tuple(_at(score, roles, design) for score in scores))
+        for design in range(len(roles.designs))
+    )
+
+
+def _roles(data: ExperimentData) -> StudyTable:
+    if data.experiment.study is None:
+        raise ReportError(f"{data.path}: the experiment has no 'study:'")
+    roles = study_roles(data.experiment)
+    if len(roles.of_run) != data.n_run:
+        raise ReportError(
+            f"{data.path}: holds {data.n_run:,} runs, but its study has {len(roles.of_run):,}; sweep again"
+        )
+    return roles
+
+
+def _rows(roles: StudyTable, design: int) -> NDArray[np.intp]:
+    return np.flatnonzero(roles.design_of_run == design)
+
+
+def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecords:
+    study, rows = data.experiment.study, _rows(roles, design)
+    assert study is not None
+    parameter = study.faults.parameter if study.faults else "leakage.internal_flow"
+    variable, unit = _SEVERITIES[parameter]
+    method = study.population.method
+    remarks = () if method == "random" else (_DEPENDENT_DRAWS.format(method=_METHODS[method]),)
+    return StudyRecords(
+        roles.populations,
+        roles.of_run[rows],
+        np.asarray(data.columns[variable][rows], dtype=float),
+        unit,
+        None if roles.actuators is None else tuple(roles.actuators[row] for row in rows.tolist()),
+        roles.designs[design],
+        remarks,
+    )
+
+
+def _scores(data: ExperimentData) -> Iterator[Scored]:
+    """Every number of the indicators that are judged, over all designs."""
+    experiment = data.experiment
+    chosen = experiment.detection.indicators
+    for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
+        if not chosen or label in chosen:
+            yield from _numbers(data, label, indicator)
+
+
+def _numbers(data: ExperimentData, label: str, indicator: Indicator[Any]) -> Iterator[Scored]:
+    seen = indicator.channels | (indicator.optional_channels & SIGNAL_OF_CHANNEL.keys())
+    channels = tuple(channel.value for channel in Channel if channel in seen)
+    for output in indicator.outputs:
+        values = data.columns.get(f"{label}.{output.name}")
+        if values is None:
+            continue
+        for place in np.ndindex(values.shape[1:]):
+            index = "".join(f"[{part}]" for part in place)
+            yield Scored(
+                f"{label}.{output.name}{index}",
+                np.asarray(values[(slice(None), *place)], dtype=float),
+                channels,
+                output.unit,
+                output.long_name,
+                output.direction,
+            )
+
+
+def _at(score: Scored, roles: StudyTable, design: int) -> Scored:
+    return replace(score, values=score.values[_rows(roles, design)])

@@ -11,7 +11,7 @@ from hydrofdi.studies.reading import read_study
 
 STUDY = """
 name: small
-record: {duration: 1 s}
+record: {duration: 2 s}
 input: {period: 0.5 s}
 pressure_1_sensor: {noise: 5 kPa}
 study:
@@ -65,6 +65,7 @@ def test_severity_is_the_true_mean_leak_of_each_record(designs):
 
 def test_scores_are_the_single_numbers_of_the_judged_indicators(designs):
     names = [score.name for score in designs[0].scores]
-    assert names[:2] == ["dwt.d1", "dwt.d2"] and "pressure_statistics.kurtosis" in names
+    assert names[:2] == ["dwt.d1", "dwt.d2"]
+    assert "pressure_statistics.kurtosis" in names
     assert all(len(score.values) == 30 for score in designs[0].scores)
     assert designs[0].scores[0].channels == ("chamber_1_pressure",)

@@ -1,0 +1,121 @@
+"""What the records of a study say of nuisances: a score made of two of them, a leak and noise."""
+
+import numpy as np
+import pytest
+
+from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind, Population
+from hydrofdi.studies.nuisances import nuisances_of
+from hydrofdi.studies.records import Scored, StudyRecords
+
+BULK, FRICTION, IDLE = NAMES = ("fluid.bulk_modulus", "friction.scale", "supply.pressure")
+NOISE = 0.2
+
+
+class Study:
+    """Records of a score 3 x₁ + x₂ + 0 x₃ + noise + 2 lg(leak/1 mL/min), all x uniform about 0."""
+
+    def __init__(self):
+        self.draw = np.random.default_rng(3)
+        self.populations, self.scores, self.severity = [], [], []
+
+    def add(self, population, x, leak=0.0):
+        shift = 2.0 * np.log10(leak / 1e-3) if leak else 0.0
+        self.populations += [population]
+        self.scores += [3.0 * x[:, 0] + x[:, 1] + shift + NOISE * self.draw.standard_normal(len(x))]
+        self.severity += [np.full(len(x), leak)]
+
+    def uniform(self, n, *varied):
+        x = np.zeros((n, 3))
+        for name in varied:
+            x[:, NAMES.index(name)] = self.draw.uniform(-0.5, 0.5, n)
+        return x
+
+    def records(self):
+        order = np.random.default_rng(5).permutation(len(self.populations))
+        sizes = [self.scores[place].size for place in order]
+        joined = [np.concatenate([part[place] for place in order]) for part in (self.scores, self.severity)]
+        own = tuple(self.populations[place] for place in order)
+        return StudyRecords(own, np.repeat(np.arange(len(own)), sizes), joined[1]), Scored("score", joined[0])
+
+
+def study(alone=400, sobol=1024, levels=(0.01, 0.1, 1.0)):
+    made = Study()
+    for is_fit in (True, False):
+        made.add(Population("healthy", Kind.HEALTHY, is_fit), made.uniform(1000, *NAMES))
+    for level in levels:
+        made.add(Population(f"{level:g}", Kind.FAULT, False, level), made.uniform(200, *NAMES), level)
+    made.add(Population("stiffer", Kind.SHIFT), made.uniform(50, *NAMES) + 9.0)
+    if alone:
+        for name in NAMES:
+            made.add(Population(name, Kind.ALONE), made.uniform(alone, name))
+        made.add(Population(NOTHING, Kind.ALONE), made.uniform(alone))
+    if sobol:
+        a, b = made.uniform(sobol, *NAMES), made.uniform(sobol, *NAMES)
+        for name, x in ((FIRST, a), (SECOND, b), (AGAIN, a)):
+            made.add(Population(name, Kind.SOBOL), x)
+        for place, name in enumerate(NAMES):
+            page = a.copy()
+            page[:, place] = b[:, place]
+            made.add(Population(name, Kind.SOBOL), page)
+    return made
+
+
+@pytest.fixture(scope="module")
+def found():
+    return {each.parameter: each for each in nuisances_of(*study().records()).each}
+
+
+def test_each_nuisance_has_its_share_whatever_the_order_of_the_records(found):
+    variance = 10.0 / 12.0 + NOISE**2
+    shares = {BULK: 0.75 / variance, FRICTION: 1.0 / 12.0 / variance, IDLE: 0.0}
+    for name, share in shares.items():
+        for estimate in (found[name].first_order, found[name].total):
+            assert estimate.value == pytest.approx(share, abs=0.1)
+    assert found[NOTHING].total.value == pytest.approx(NOISE**2 / variance, abs=0.02)
+    assert found[NOTHING].first_order is None
+
+
+def test_a_nuisance_alone_spreads_the_score_as_far_as_it_does_by_itself(found):
+    everything = np.ptp(np.quantile(study().scores[0], [0.05, 0.95]))
+    assert found[BULK].alone.value == pytest.approx(2.7 / everything, rel=0.1)
+    assert found[IDLE].alone.value == pytest.approx(3.29 * NOISE / everything, rel=0.15)
+    assert found[NOTHING].alone.value == pytest.approx(3.29 * NOISE / everything, rel=0.15)
+
+
+def test_a_nuisance_is_as_much_as_the_leak_that_moves_the_score_as_far(found):
+    """The median moves by 2 at the smallest leak and by 1.35 within nine records in ten."""
+    assert found[BULK].reach.imitated.place == "below"
+    wide = study()
+    wide.scores[wide.populations.index(Population(BULK, Kind.ALONE))] *= 2.0
+    reach = {each.parameter: each for each in nuisances_of(*wide.records()).each}[BULK].reach
+    leak = 10.0 ** (2.7 / 2.0 - 3.0)
+    for fault in (reach.imitated, reach.hidden):
+        assert fault.severity == pytest.approx(leak, rel=0.3)
+        assert fault.low < leak < fault.high
+
+
+def test_failed_records_are_left_out_and_counted():
+    records, scored = study().records()
+    lost = records.rows(Population(FRICTION, Kind.SOBOL))[:5]
+    scored.values[lost] = np.nan
+    found = nuisances_of(records, scored)
+    assert found.n_lost == 5
+    assert all(np.isfinite(each.total.value) for each in found.each)
+    assert found.refusals == ()
+
+
+def test_what_the_records_do_not_carry_is_refused_in_words():
+    found = nuisances_of(*study(alone=10, sobol=8).records())
+    assert [each.alone for each in found.each] == [None] * 4
+    assert any("19 records" in refusal for refusal in found.refusals)
+    assert any("16 base points" in refusal for refusal in found.refusals)
+
+
+def test_a_study_without_such_records_has_no_nuisances():
+    assert nuisances_of(*study(alone=0, sobol=0).records()) is None
+
+
+def test_without_leaks_spreads_and_indices_are_still_stated():
+    found = nuisances_of(*study(levels=()).records())
+    assert found.together is None
+    assert all(each.alone and each.total and each.reach is None for each in found.each)

@@ -159,12 +159,12 @@ def test_no_leak_is_told_outside_of_the_tested_ones():
 
 
 def test_a_median_that_falls_between_levels_is_made_monotone():
+    """1, 3.2, 2.8 are 1, 3, 3: a shift of 2.6 is reached, one of 3.1 is not."""
     faulty = [population(shift, seed=k + 1) for k, shift in enumerate((1.0, 3.2, 2.8))]
     found = Response(population(0.0), faulty, LEVELS)
-    reach = found.reach(np.random.default_rng(10).uniform(-3.1, 3.1, 4000), population(0.0, seed=8))
-    assert 0.01 < reach.imitated.severity < 0.1
-    wide = found.reach(np.random.default_rng(10).uniform(-4.0, 4.0, 4000), population(0.0, seed=8))
-    assert wide.imitated.place == "above"
+    for half_width, place in ((2.9, "within"), (3.4, "above")):
+        scores = np.linspace(-half_width, half_width, 4000)
+        assert found.reach(scores, population(0.0, seed=8)).imitated.place == place
 
 
 def test_a_score_that_no_leak_moves_has_no_equivalent():

@@ -1,0 +1,79 @@
+"""Rates of detection as they might have come out, thresholds included."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.threshold import Threshold
+
+N_DRAW = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Redrawn:
+    """How often each record is drawn, with replacement.
+
+    Attributes
+    ----------
+    healthy : ndarray of int, shape (n_draw, n_healthy)
+        Fit records.
+    faulty : ndarray of int, shape (n_draw, n_faulty)
+        Test records, as many of each severity as there are.
+    """
+
+    healthy: NDArray[np.int64]
+    faulty: NDArray[np.int64]
+
+    def detected(self, threshold: Threshold, healthy: ArrayLike, faulty: ArrayLike) -> Array:
+        """The share of the faulty records that is detected in each draw, by a threshold of the same rank.
+
+        Parameters
+        ----------
+        threshold : Threshold
+            Set on the healthy records, by their order.
+        healthy, faulty : array_like, shape (n_record,)
+            Scores of fit and of test records; NaN where there is none.
+
+        Returns
+        -------
+        ndarray, shape (n_draw,)
+
+        Raises
+        ------
+        NotStatedError
+            The threshold is that of a tail model, or no faulty record has a score.
+        """
+        fit, tested = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
+        is_known = ~np.isnan(tested)
+        if not is_known.any():
+            raise NotStatedError("no faulty record has a score")
+        high = self._limit(fit, threshold.high)
+        low = -self._limit(-fit, -threshold.low)
+        is_alarm = (tested > high[:, None]) | (tested < low[:, None])
+        drawn = self.faulty * is_known
+        return np.asarray(np.sum(drawn * is_alarm, axis=1) / np.maximum(drawn.sum(axis=1), 1))
+
+    def _limit(self, healthy: Array, limit: float) -> Array:
+        """Upper limits of the same rank, shape (n_draw,)."""
+        if np.isinf(limit):
+            return np.full(len(self.healthy), limit)
+        rank = int(np.sum(healthy >= limit))
+        if not np.any(healthy == limit):
+            raise NotStatedError("thresholds of a tail model are not drawn again")
+        order = np.argsort(-healthy)[: int(np.sum(~np.isnan(healthy)))]
+        reached = np.cumsum(self.healthy[:, order], axis=1) >= rank
+        return np.asarray(healthy[order][reached.argmax(axis=1)])
+
+
+@lru_cache(maxsize=4)
+def redrawn(n_healthy: int, n_faulty: tuple[int, ...], seed: int = 0) -> Redrawn:
+    """Draws of fit records, and of the test records of each severity; the same for the same numbers."""
+    draw = np.random.default_rng(seed)
+    parts = [draw.multinomial(n, np.full(n, 1.0 / n), size=N_DRAW) for n in (n_healthy, *n_faulty)]
+    return Redrawn(parts[0], np.hstack(parts[1:]))

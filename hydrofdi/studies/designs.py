@@ -1,0 +1,129 @@
+"""Designs of a study compared: what longer records, faster sampling or better sensors buy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hydrofdi.evaluation.multiplicity import holm
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.redrawn import redrawn
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.studies.judgement import Judgement
+from hydrofdi.studies.records import StudyRecords
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a detector of one design finds more than that of another, of the same actuators.
+
+    Attributes
+    ----------
+    value, low, high : float
+        Difference of the rates of detection over all faulty test records, and its interval.
+    p_value : float
+        Of no difference.
+    confidence : float
+    """
+
+    value: float
+    low: float
+    high: float
+    p_value: float
+    confidence: float
+
+
+@dataclass(frozen=True)
+class Detector:
+    """A judged score of a design."""
+
+    records: StudyRecords
+    judgement: Judgement
+
+    @cached_property
+    def healthy(self) -> Array:
+        """Scores of the healthy fit records."""
+        fit = [each for each in self.records.populations if each.kind is Kind.HEALTHY and each.is_fit]
+        return self._scores(fit)
+
+    @cached_property
+    def faulty(self) -> Array:
+        """Scores of the faulty test records."""
+        return self._scores(self._faults)
+
+    @cached_property
+    def n_record(self) -> dict[Population, int]:
+        """Numbers of the faulty test records of each severity."""
+        return {each: self.records.rows(each).size for each in self._faults}
+
+    def detected(self) -> tuple[float, Array]:
+        """The rate of detection, and how it might have come out with other records, shape (n_draw,).
+
+        Raises
+        ------
+        NotStatedError
+            There is no threshold, or nothing to detect.
+        """
+        threshold = self.judgement.threshold
+        if threshold is None or not self.n_record:
+            raise NotStatedError(f"{self.judgement.scored.name} has no threshold, or there are no faults")
+        draws = redrawn(self.healthy.size, tuple(self.n_record.values()))
+        drawn = draws.detected(threshold, self.healthy, self.faulty)
+        return float(np.nanmean(threshold.outcomes(self.faulty))), drawn
+
+    @property
+    def _faults(self) -> list[Population]:
+        return [each for each in self.records.populations if each.kind is Kind.FAULT and not each.is_fit]
+
+    def _scores(self, populations: Sequence[Population]) -> Array:
+        rows = [self.records.rows(population) for population in populations]
+        return self.judgement.scored.values[np.concatenate(rows)] if rows else np.empty(0)
+
+
+def gain(reference: Detector, other: Detector, *, confidence: float = 0.95) -> Gain:
+    """What the second detector finds more than the first, each actuator against the same.
+
+    Fit and test records are drawn again, the same ones in both designs, and thresholds set anew: the
+    interval holds what comes from the threshold as well. It is normal, with the deviation of the draws.
+
+    Parameters
+    ----------
+    reference, other : Detector
+        Of two designs with the same populations, drawn alike.
+    confidence : float
+
+    Raises
+    ------
+    NotStatedError
+        The designs do not have the same records, or one detects nothing for want of a threshold.
+    """
+    from scipy.special import ndtr, ndtri
+
+    if reference.n_record != other.n_record or reference.healthy.size != other.healthy.size:
+        raise NotStatedError("designs are compared on the same actuators; these differ in their records")
+    (before, drawn_before), (after, drawn_after) = reference.detected(), other.detected()
+    value, deviation = after - before, float(np.std(drawn_after - drawn_before, ddof=1))
+    p_value = 2.0 * float(ndtr(-abs(value) / deviation)) if deviation else math.nan
+    spread = float(ndtri((1.0 + confidence) / 2.0)) * deviation
+    return Gain(value, max(value - spread, -1.0), min(value + spread, 1.0), p_value, confidence)
+
+
+def are_shown(compared: Sequence[Gain | None]) -> tuple[bool, ...]:
+    """Whether the records show each of several differences that are looked at together (Holm).
+
+    Parameters
+    ----------
+    compared : sequence of Gain or None
+        None where nothing is stated.
+    """
+    p_values = [math.nan if each is None else each.p_value for each in compared]
+    corrected = holm(p_values).p_values.tolist()
+    return tuple(
+        each is not None and p_value <= 1.0 - each.confidence
+        for each, p_value in zip(compared, corrected, strict=True)
+    )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hydrofdi.evaluation.auc import Area
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.pod.curve import PodCurve
 from hydrofdi.evaluation.pod.detectable import DetectableSeverity
 from hydrofdi.evaluation.pod.lack_of_fit import LackOfFit
-from hydrofdi.evaluation.populations import Population
+from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.studies.records import Scored, StudyRecords
@@ -24,15 +25,16 @@ class Level:
     ----------
     population : Population
     severity : float
-        Mean of the true severities of its records [unit of the severity].
-    detected : Rate
+        Mean of the true severities of its records [unit of the severity]; NaN where they are not known.
+    detected : Rate or None
+        None without a threshold.
     area : Area or None
         Against the healthy test records; None where the scores do not give one.
     """
 
     population: Population
     severity: float
-    detected: Rate
+    detected: Rate | None
     area: Area | None
 
 
@@ -50,16 +52,22 @@ class Judgement:
     false_alarms : mapping of Population to Rate
         Of the healthy test records, each shift and each confusion; empty without a threshold.
     levels : tuple of Level
-        Ascending; empty without a threshold.
+        Ascending.
     curve : PodCurve or None
     lack_of_fit : LackOfFit or None
     smallest : mapping of str to DetectableSeverity
-        ``q50``, ``q90`` (the estimates at 50 % and the stated probability) and ``q90_95`` (bound with the
-        stated confidence).
+        ``q50``, ``q90`` (the estimates at 50 % and the stated probability), ``q90_95`` (bound with the
+        stated confidence) and, of scores chosen among many, ``q90_95_of_all`` (with the confidence at which
+        the bounds of all hold together); without those that are not stated.
     partial_area : float
         Up to the false-alarm rate, over all faulty test records, scaled so that 0.5 is chance; NaN without.
+    counted : mapping of Population to int
+        Populations with too few records for a rate: their alarms are counted, and no rate is stated → the
+        number of records that one needs.
     refusals : tuple of str
         What could not be stated, and why.
+    remarks : tuple of str
+        What has to be known of what is stated.
     """
 
     scored: Scored
@@ -71,7 +79,28 @@ class Judgement:
     lack_of_fit: LackOfFit | None
     smallest: Mapping[str, DetectableSeverity]
     partial_area: float
+    counted: Mapping[Population, int] = field(default_factory=dict)
     refusals: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def keeps_its_rate(self) -> bool:
+        """Whether healthy test records and shifts are compatible with the threshold's own false-alarm rate.
+
+        They are where no lower limit of their rates lies above the upper limit that the fit records allow.
+        Confusions do not count: what alarms there is a fault, if another one.
+        """
+        return self.threshold is not None and all(
+            rate.low <= self.threshold.interval[1]
+            for population, rate in self.false_alarms.items()
+            if population.kind is not Kind.CONFUSION
+        )
+
+    @property
+    def middle_area(self) -> float:
+        """Area under the ROC curve at the middle level; NaN without."""
+        areas = [level.area.value for level in self.levels if level.area is not None]
+        return areas[(len(areas) - 1) // 2] if areas else math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +111,7 @@ class Detection:
     ----------
     records : StudyRecords
     judgements : tuple of Judgement
-        Best first: by q90/95, then by the area at the middle severity.
+        Best first: those that keep their false-alarm rate, by q90/95, then by the area at the middle level.
     pareto : frozenset of str
         Names of scores than which none needs fewer channels and finds smaller faults at a kept false-alarm
         rate.

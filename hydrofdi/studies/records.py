@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Population
+from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.scores import Array
 
 
@@ -77,3 +77,8 @@ class StudyRecords:
     def rows(self, population: Population) -> NDArray[np.intp]:
         """Rows of the records of a population."""
         return np.flatnonzero(self.of_record == self.populations.index(population))
+
+    def chosen(self, kind: Kind, *, is_fit: bool) -> tuple[Population, ...]:
+        """Populations of a kind, ascending in severity."""
+        own = (each for each in self.populations if each.kind is kind and each.is_fit is is_fit)
+        return tuple(sorted(own, key=lambda each: each.severity))

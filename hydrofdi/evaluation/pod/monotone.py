@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.evaluation.pod.detectable import DetectableSeverity
 from hydrofdi.evaluation.pod.tally import Tally
@@ -79,12 +80,27 @@ def detected_level(
         two_sided = 2.0 * confidence - 1.0
         bounds = [clopper_pearson(h, n, two_sided)[0] for h, n in zip(levels.hits, levels.total, strict=True)]
         shown = np.array(bounds) >= probability
+    return last_shown(levels.severity, shown, probability, confidence)
+
+
+def last_shown(
+    severity: Array, shown: NDArray[np.bool_], probability: float, confidence: float | None
+) -> DetectableSeverity:
+    """The last level that shows a probability, from the largest downwards, before the first that does not.
+
+    Parameters
+    ----------
+    severity : ndarray, shape (n_level,)
+        Ascending.
+    shown : ndarray of bool, shape (n_level,)
+    probability : float
+    confidence : float or None
+    """
     n_shown = int(np.cumprod(shown[::-1]).sum())
     if not n_shown:
-        return DetectableSeverity("above", levels.span[1], probability, confidence)
-    place = levels.severity.size - n_shown
-    severity = float(levels.severity[place])
-    return DetectableSeverity("within" if place else "below", severity, probability, confidence)
+        return DetectableSeverity("above", float(severity[-1]), probability, confidence)
+    place = severity.size - n_shown
+    return DetectableSeverity("within" if place else "below", float(severity[place]), probability, confidence)
 
 
 def _levels(counted: Tally) -> Tally:

@@ -1,0 +1,75 @@
+"""Areas under ROC curves of the records of a study."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.evaluation.auc import Area, area_under_curve
+from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS, grouped_area
+from hydrofdi.evaluation.direction import Direction, suspicion
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.roc import roc_curve
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.studies.parts import Notes, Part
+from hydrofdi.studies.rules import Rules
+
+
+@dataclass(frozen=True, eq=False)
+class Suspicion:
+    """Scores made such that the larger is the more suspicious, and healthy records to compare them with.
+
+    Attributes
+    ----------
+    healthy : Part
+    direction : Direction
+    centre : float
+        The healthy value from which both directions depart: the median of the fit records.
+    rules : Rules
+    """
+
+    healthy: Part
+    direction: Direction
+    centre: float
+    rules: Rules
+
+    def of(self, part: Part) -> Array:
+        """Larger is the more suspicious, shape (n_record,)."""
+        return suspicion(part.scores, self.direction, self.centre)
+
+    def area(self, faulty: Part, notes: Notes) -> Area | None:
+        """Area of faulty records against the healthy ones; over groups where there are enough of them."""
+        healthy, confidence = self.healthy, self.rules.confidence
+        if not (np.isfinite(self.centre) and faulty.scores.size):
+            return None
+        if healthy.groups is not None and faulty.groups is not None:
+            if len({*healthy.groups, *faulty.groups}) >= FEWEST_GROUPS:
+                groups = healthy.groups, faulty.groups
+                return notes.unless_refused(
+                    lambda: grouped_area(self.of(healthy), self.of(faulty), *groups, confidence=confidence)
+                )
+            notes.remarks.append(
+                f"fewer than {FEWEST_GROUPS} groups: intervals of areas take records as independent, and are"
+                " too short"
+            )
+        return notes.unless_refused(
+            lambda: area_under_curve(self.of(healthy), self.of(faulty), confidence=confidence)
+        )
+
+    def partial_area(self, faulty: Part) -> float:
+        """Scaled area up to the false-alarm rate; NaN without scores of both kinds."""
+        if not np.isfinite(self.centre):
+            return math.nan
+        try:
+            curve = roc_curve(self.of(self.healthy), self.of(faulty))
+        except NotStatedError:
+            return math.nan
+        return curve.partial_area(self.rules.false_alarm_rate)
+
+
+def suspicion_from(fit: Part, healthy: Part, direction: Direction, rules: Rules) -> Suspicion:
+    """Suspicion as the healthy fit records define it."""
+    known = fit.scores[~np.isnan(fit.scores)]
+    return Suspicion(healthy, direction, float(np.median(known)) if known.size else math.nan, rules)

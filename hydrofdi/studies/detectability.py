@@ -1,0 +1,155 @@
+"""The probability of detection of a score over the true severity, and the severities that are found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from hydrofdi.evaluation.multiplicity import simultaneous_confidence
+from hydrofdi.evaluation.pod.curve import PodCurve, probability_of_detection
+from hydrofdi.evaluation.pod.detectable import DetectableSeverity
+from hydrofdi.evaluation.pod.lack_of_fit import LackOfFit, lack_of_fit
+from hydrofdi.evaluation.pod.monotone import detected_level, last_shown
+from hydrofdi.evaluation.pod.smallest import smallest_detectable
+from hydrofdi.evaluation.pod.tally import Tally
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.evaluation.tolerance import records_needed
+from hydrofdi.studies.parts import Notes, Part
+from hydrofdi.studies.rules import Rules
+
+SIGNIFICANCE = 0.05
+"""A curve is not used where hits and misses as far from it come up less often."""
+
+
+@dataclass(frozen=True)
+class Detectability:
+    """The curve, whether it holds, and the severities found (``q50``, ``q90``, ``q90_95``)."""
+
+    curve: PodCurve | None = None
+    lack_of_fit: LackOfFit | None = None
+    smallest: Mapping[str, DetectableSeverity] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class _Tested:
+    """Levels of a nominal severity, each with its largest true severity.
+
+    The probability of detection there is at least the mean of the level, so what is stated is not too small.
+    """
+
+    levels: Sequence[Part]
+    threshold: Threshold
+    tally: Tally
+
+    def lower_limits(self, confidence: float) -> Array:
+        """The one-sided limit of the rate of detection of each level."""
+        rates = [level.rate(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
+        return np.array([rate.low for rate in rates])
+
+
+def detectability(
+    levels: Sequence[Part], threshold: Threshold, floor: float, rules: Rules, notes: Notes
+) -> Detectability:
+    """What faulty test records say of a score at its threshold.
+
+    The curve is fitted over the true severities. Where hits and misses are apart, where the curve does not
+    describe them, and for bounds of records in groups, the nominal levels speak instead.
+
+    Parameters
+    ----------
+    levels : sequence of Part
+        Ascending in nominal severity.
+    threshold : Threshold
+    floor : float
+        False-alarm rate, as measured.
+    rules : Rules
+    notes : Notes
+        What is refused and remarked is added.
+    """
+    known = [_with_severity(level) for level in levels]
+    n_lost = sum(int(np.sum(~(level.severity >= 0.0))) for level in levels)
+    if n_lost:
+        notes.remarks.append(f"{n_lost} faulty records without a known severity are not in the curve")
+    severity = np.concatenate([level.severity for level in known]) if known else np.empty(0)
+    outcomes = threshold.outcomes(np.concatenate([level.scores for level in known])) if known else severity
+    if not severity.size:
+        notes.refusals.append("no faulty record has a known severity: no probability of detection is stated")
+        return Detectability()
+    curve = notes.unless_refused(
+        lambda: probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=rules.link)
+    )
+    if curve is None:
+        return Detectability()
+    fit = lack_of_fit(curve)
+    tested = _tested(known, threshold)
+    return Detectability(curve, fit, _smallest(curve, fit, tested, _is_grouped(known), rules, notes))
+
+
+def _with_severity(level: Part) -> Part:
+    is_known = (level.severity > 0.0) & np.isfinite(level.severity)
+    groups = None
+    if level.groups is not None:
+        groups = [group for group, own in zip(level.groups, is_known, strict=True) if own]
+    return Part(level.scores[is_known], level.severity[is_known], groups)
+
+
+def _is_grouped(levels: Sequence[Part]) -> bool:
+    return any(level.groups is not None for level in levels)
+
+
+def _tested(levels: Sequence[Part], threshold: Threshold) -> _Tested:
+    filled = [level for level in levels if not np.isnan(level.scores).all()]
+    largest = [level.severity[~np.isnan(level.scores)].max() for level in filled]
+    rates = [level.rate(threshold, 0.95) for level in filled]
+    hits, total = (np.array([getattr(rate, name) for rate in rates], float) for name in ("count", "total"))
+    return _Tested(filled, threshold, Tally(np.maximum.accumulate(largest), hits, total))
+
+
+def _smallest(
+    curve: PodCurve, fit: LackOfFit, tested: _Tested, is_grouped: bool, rules: Rules, notes: Notes
+) -> dict[str, DetectableSeverity]:
+    is_described = not fit.p_value < SIGNIFICANCE
+    if not is_described:
+        notes.remarks.append(
+            f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g}): what is"
+            " found is stated at the tested levels"
+        )
+    has_curve = is_described and not curve.is_step
+    found = {}
+    for name, probability in (("q50", 0.5), ("q90", rules.probability)):
+        if has_curve:
+            found[name] = smallest_detectable(curve, probability=probability, confidence=None)
+        else:
+            found[name] = detected_level(tested.tally, probability=probability, confidence=None)
+    confidences = {"q90_95": rules.confidence}
+    if rules.n_tried > 1:
+        confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, rules.n_tried)
+    for name, confidence in confidences.items():
+        from_curve = curve if has_curve and not is_grouped else None
+        bound = notes.unless_refused(partial(_bound, from_curve, tested, rules.probability, confidence))
+        found |= {} if bound is None else {name: bound}
+    return found
+
+
+def _bound(
+    curve: PodCurve | None, tested: _Tested, probability: float, confidence: float
+) -> DetectableSeverity:
+    """The bound from the curve, or from the tested levels where there is none."""
+    needed = records_needed(1.0 - probability, confidence)
+    n_record = int(tested.tally.total[-1] if curve is None else tested.tally.total.sum())
+    if n_record < needed:
+        where = " at the largest severity" if curve is None else ""
+        raise NotStatedError(
+            f"a severity found with {probability:.3g} probability and {confidence:.5g} confidence needs"
+            f" {needed} faulty records{where}, not {n_record}",
+            needed,
+        )
+    if curve is not None:
+        return smallest_detectable(curve, probability=probability, confidence=confidence)
+    shown = tested.lower_limits(confidence) >= probability
+    return last_shown(tested.tally.severity, shown, probability, confidence)

@@ -1,0 +1,172 @@
+"""A score, judged as a detector: what is set on fit records, and what test records then say."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from hydrofdi.evaluation.direction import Direction, learned_direction
+from hydrofdi.evaluation.groups import left_out_outcomes
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.rates import Rate, alarm_rate
+from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.studies.areas import suspicion_from
+from hydrofdi.studies.detectability import Detectability, detectability
+from hydrofdi.studies.judgement import Judgement, Level
+from hydrofdi.studies.parts import Notes, Part, part
+from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.rules import Rules, ThresholdKind
+
+
+def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
+    """What is stated of a score as a detector.
+
+    Direction, healthy value and threshold come from fit records alone. Where there are groups and no healthy
+    test records, each healthy group is tested at the threshold of the others.
+
+    Parameters
+    ----------
+    records : StudyRecords
+    scored : Scored
+        Its values were computed before anything here is known.
+    rules : Rules
+    """
+    case = _Case(records, scored, rules, Notes())
+    fit = case.part(records.chosen(Kind.HEALTHY, is_fit=True))
+    direction = case.direction(fit)
+    threshold = case.notes.unless_refused(lambda: rules.set_threshold(fit.scores, direction))
+    false_alarms = {} if threshold is None else case.false_alarms(threshold, direction)
+    faulty = {each: case.part([each]) for each in records.chosen(Kind.FAULT, is_fit=False)}
+    tested = records.chosen(Kind.HEALTHY, is_fit=False)
+    suspicion = suspicion_from(fit, case.part(tested) if tested else fit, direction, rules)
+    levels = tuple(
+        Level(
+            population,
+            float(own.severity.mean()) if own.severity.size else np.nan,
+            None if threshold is None else own.rate(threshold, rules.confidence),
+            suspicion.area(own, case.notes),
+        )
+        for population, own in faulty.items()
+    )
+    found = Detectability()
+    if threshold is not None and faulty:
+        floor = case.floor(false_alarms)
+        found = detectability(list(faulty.values()), threshold, floor, rules, case.notes)
+    case.remark_missing(fit, faulty.values())
+    return Judgement(
+        scored=scored,
+        direction=direction,
+        threshold=threshold,
+        false_alarms=false_alarms,
+        levels=levels,
+        curve=found.curve,
+        lack_of_fit=found.lack_of_fit,
+        smallest=found.smallest,
+        partial_area=suspicion.partial_area(case.part(list(faulty))),
+        counted=_counted(false_alarms, levels, rules),
+        refusals=tuple(dict.fromkeys(case.notes.refusals)),
+        remarks=tuple(dict.fromkeys(case.notes.remarks)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """What is judged, and the sentences that come up."""
+
+    records: StudyRecords
+    scored: Scored
+    rules: Rules
+    notes: Notes
+
+    def part(self, populations: Collection[Population]) -> Part:
+        return part(self.records, self.scored, populations)
+
+    def direction(self, fit: Part) -> Direction:
+        if self.scored.direction is not None:
+            return self.scored.direction
+        faulty = self.part(self.records.chosen(Kind.FAULT, is_fit=True)).scores
+        learned = None
+        if faulty.size:
+            learned = self.notes.unless_refused(
+                lambda: learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
+            )
+        if learned is None:
+            self.notes.remarks.append(
+                "neither its definition nor faulty fit records say in which direction it departs: both alarm"
+            )
+        return learned or Direction.BOTH
+
+    def false_alarms(self, threshold: Threshold, direction: Direction) -> dict[Population, Rate]:
+        """The rates of all records without the fault that did not set the threshold."""
+        tested = [
+            population
+            for kind in (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
+            for population in self.records.chosen(kind, is_fit=False)
+        ]
+        confidence = self.rules.confidence
+        rates = {population: self.part([population]).rate(threshold, confidence) for population in tested}
+        if not any(population.kind is Kind.HEALTHY for population in tested):
+            rates = self._left_out(direction) | rates
+        for population, rate in rates.items():
+            if population.kind is Kind.HEALTHY and rate.total:
+                self._remark_excluded(population, rate)
+        return rates
+
+    def _left_out(self, direction: Direction) -> dict[Population, Rate]:
+        """The rate of healthy fit records, each group at the threshold of the others."""
+        rule, rates = partial(self.rules.set_threshold, direction=direction), {}
+        for population in self.records.chosen(Kind.HEALTHY, is_fit=True):
+            own = self.part([population])
+            if own.groups is None:
+                continue
+            outcomes = self.notes.unless_refused(partial(left_out_outcomes, own.scores, own.groups, rule))
+            if outcomes is not None:
+                confidence = self.rules.confidence
+                rates[population] = alarm_rate(outcomes, groups=own.groups, confidence=confidence)
+        return rates
+
+    def _remark_excluded(self, population: Population, rate: Rate) -> None:
+        aim = self.rules.false_alarm_rate
+        is_limit = self.rules.threshold is ThresholdKind.TOLERANCE
+        if rate.low > aim or (rate.high < aim and not is_limit):
+            self.notes.remarks.append(
+                f"false alarms of {population.name!r}: {rate.count} of {rate.total}, {rate.value:.2%}"
+                f" [{rate.low:.2%}, {rate.high:.2%}], which leaves out the {aim:.3g} that it is set for"
+            )
+
+    def floor(self, false_alarms: Mapping[Population, Rate]) -> float:
+        """The false-alarm rate as measured on healthy records; as set where none was measured."""
+        healthy = [rate for each, rate in false_alarms.items() if each.kind is Kind.HEALTHY and rate.total]
+        if not healthy:
+            self.notes.refusals.append(
+                "no healthy record was tested: no false-alarm rate is measured, and the curve of detection"
+                " starts from the rate that was set"
+            )
+            return self.rules.false_alarm_rate
+        return sum(rate.count for rate in healthy) / sum(rate.total for rate in healthy)
+
+    def remark_missing(self, fit: Part, faulty: Collection[Part]) -> None:
+        """Say how many records have no score: they are neither alarms nor misses."""
+        parts = {"healthy fit": [fit], "faulty": faulty}
+        for name, own in parts.items():
+            total = sum(each.scores.size for each in own)
+            missing = sum(int(np.isnan(each.scores).sum()) for each in own)
+            if missing:
+                self.notes.remarks.append(f"{missing} of {total} {name} records cannot be measured")
+
+
+def _counted(
+    false_alarms: Mapping[Population, Rate], levels: Sequence[Level], rules: Rules
+) -> dict[Population, int]:
+    """Populations whose records are fewer than a rate needs."""
+    needed = rules.records_for_false_alarms
+    few = {population: needed for population, rate in false_alarms.items() if rate.total < needed}
+    needed = rules.records_for_detection
+    return few | {
+        level.population: needed
+        for level in levels
+        if level.detected is not None and level.detected.total < needed
+    }

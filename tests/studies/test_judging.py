@@ -1,0 +1,313 @@
+"""A score as a detector: what fit records set, and what test records say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.studies.judging import judge
+from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.rules import Rules, ThresholdKind
+from tests.evaluation.repeats import holds_at_least, holds_in
+from tests.studies.populations import FIT, LEVELS, PILOT, STIFFER, TEST, WORN, rising, study, usual
+
+RULES = Rules()
+
+
+def told(judgement):
+    """All that is stated, as text: numbers to the last digit."""
+    return repr(replace(judgement, scored=None, curve=None)) + repr(judgement.curve and judgement.curve.slope)
+
+
+def test_the_area_of_unit_gaussians_is_that_of_their_distance():
+    records = study({FIT: 100, TEST: 40_000, LEVELS[4]: 40_000})
+    for distance in (0.5, 2.0):
+        shift = distance * (records.severity > 0.0)
+        values = np.random.default_rng(2).normal(size=shift.size) + shift
+        (level,) = judge(records, Scored("s", values, direction=Direction.RISING), RULES).levels
+        assert level.area.value == pytest.approx(norm.cdf(distance / np.sqrt(2.0)), abs=0.005)
+        assert level.area.d_prime[0] == pytest.approx(distance, abs=0.03)
+
+
+def test_areas_are_those_of_scikit_learn():
+    metrics = pytest.importorskip("sklearn.metrics")
+    records = usual(healthy=200, each=30)
+    scored = rising(records)
+    rounded = replace(scored, values=np.round(scored.values, 1))
+    judgement = judge(records, rounded, RULES)
+    faulty = [rounded.values[records.rows(level.population)] for level in judgement.levels]
+    healthy = rounded.values[records.rows(TEST)]
+    for level, scores in zip(judgement.levels, faulty, strict=True):
+        truth = np.repeat([0, 1], [healthy.size, scores.size])
+        expected = metrics.roc_auc_score(truth, np.concatenate((healthy, scores)))
+        assert level.area.value == pytest.approx(expected, abs=1e-12)
+    scores = np.concatenate((healthy, *faulty))
+    truth = np.repeat([0, 1], [healthy.size, scores.size - healthy.size])
+    assert judgement.partial_area == pytest.approx(
+        metrics.roc_auc_score(truth, scores, max_fpr=RULES.false_alarm_rate), abs=1e-12
+    )
+
+
+def test_shuffled_records_tell_nothing():
+    records = usual()
+    scored = rising(records)
+    shuffled = np.random.default_rng(3).permutation(scored.values)
+    judgement = judge(records, replace(scored, values=shuffled), RULES)
+    assert sum(level.area.low <= 0.5 <= level.area.high for level in judgement.levels) >= 7
+    assert judgement.smallest["q90_95"].value is None
+
+
+def test_test_records_touch_neither_threshold_nor_direction():
+    records = usual()
+    scored = rising(records, direction=None)
+    strange = scored.values.copy()
+    for population in records.populations:
+        if not population.is_fit:
+            rows = records.rows(population)
+            strange[rows] = -100.0 * strange[rows][::-1]
+    plain, changed = (judge(records, replace(scored, values=v), RULES) for v in (scored.values, strange))
+    assert plain.direction is changed.direction is Direction.RISING
+    assert plain.threshold == changed.threshold
+    assert plain.false_alarms != changed.false_alarms
+
+
+def test_true_severities_touch_neither_threshold_nor_alarms_nor_areas():
+    records = usual()
+    scored = rising(records)
+    poisoned = replace(records, severity=records.severity[::-1] + 7.0)
+    plain, changed = judge(records, scored, RULES), judge(poisoned, scored, RULES)
+    assert plain.threshold == changed.threshold
+    assert plain.false_alarms == changed.false_alarms
+    assert [(e.detected, e.area) for e in plain.levels] == [(e.detected, e.area) for e in changed.levels]
+    assert plain.smallest != changed.smallest
+
+
+@pytest.mark.parametrize("with_groups", [False, True])
+def test_the_order_of_records_changes_nothing(with_groups):
+    records = usual(healthy=300, each=40)
+    if with_groups:
+        groups = [str(number % 12) for number in range(records.severity.size)]
+        records = replace(records, groups=groups)
+    scored = rising(records, direction=None)
+    order = np.random.default_rng(4).permutation(records.severity.size)
+    mixed = replace(
+        records,
+        of_record=records.of_record[order],
+        severity=records.severity[order],
+        groups=[records.groups[row] for row in order] if with_groups else None,
+    )
+    plain = judge(records, scored, RULES)
+    assert told(plain) == told(judge(mixed, replace(scored, values=scored.values[order]), RULES))
+
+
+def test_falling_and_two_sided_scores_are_mirror_images():
+    records = usual()
+    scored = rising(records)
+    fallen = replace(scored, values=-scored.values, direction=Direction.FALLING)
+    plain, mirrored = judge(records, scored, RULES), judge(records, fallen, RULES)
+    assert plain.threshold.high == -mirrored.threshold.low
+    assert plain.false_alarms == mirrored.false_alarms
+    assert plain.smallest == mirrored.smallest
+    both = judge(records, replace(scored, direction=Direction.BOTH), RULES)
+    assert np.isfinite([both.threshold.low, both.threshold.high]).all()
+    assert both.levels[-1].area.value > 0.95
+
+
+def test_a_direction_that_nobody_knows_is_both():
+    records = study({FIT: 300, TEST: 300, LEVELS[8]: 50})
+    judgement = judge(records, rising(records, direction=None), RULES)
+    assert judgement.direction is Direction.BOTH
+    assert any("both alarm" in remark for remark in judgement.remarks)
+
+
+def test_a_leak_of_zero_is_detected_at_the_false_alarm_rate():
+    nothing = Population("0", Kind.FAULT)
+    records = study({FIT: 2000, TEST: 20_000, nothing: 20_000, **dict.fromkeys(LEVELS, 50)})
+    judgement = judge(records, rising(records), RULES)
+    false_alarms, detected = judgement.false_alarms[TEST], judgement.levels[0].detected
+    assert judgement.levels[0].severity == 0.0
+    assert abs(false_alarms.value - detected.value) < 0.005
+    assert detected.low <= false_alarms.value <= detected.high
+    assert judgement.curve.false_alarm_rate == false_alarms.value
+    assert judgement.curve.tally.total.sum() == 9 * 50
+
+
+def false_alarms_in_repeats(repeats, kind, **rules):
+    rules, kept, inside = Rules(threshold=kind, **rules), 0, 0
+    records = study({FIT: 1000, TEST: 1})
+    for repeat in range(repeats):
+        values = np.random.default_rng(repeat).normal(size=1001)
+        threshold = judge(records, Scored("s", values, direction=Direction.RISING), rules).threshold
+        rate = norm.sf(threshold.high)
+        inside += threshold.interval[0] <= rate <= threshold.interval[1]
+        kept += rate <= rules.false_alarm_rate
+    return inside, kept
+
+
+@pytest.mark.parametrize("repeats", [200, pytest.param(1000, marks=pytest.mark.long)])
+def test_the_true_false_alarm_rate_lies_inside_its_interval(repeats):
+    inside, _ = false_alarms_in_repeats(repeats, ThresholdKind.QUANTILE)
+    assert holds_in(inside, repeats, 0.95)
+    _, kept = false_alarms_in_repeats(repeats, ThresholdKind.TOLERANCE)
+    assert holds_at_least(kept, repeats, 0.95)
+
+
+@pytest.mark.parametrize("repeats", [150, pytest.param(1000, marks=pytest.mark.long)])
+def test_measured_rates_hold_the_true_one(repeats):
+    records, held = study({FIT: 300, TEST: 400}), 0
+    for repeat in range(repeats):
+        values = np.random.default_rng(repeat).normal(size=700)
+        judgement = judge(records, Scored("s", values, direction=Direction.RISING), RULES)
+        rate = judgement.false_alarms[TEST]
+        held += rate.low <= norm.sf(judgement.threshold.high) <= rate.high
+    assert holds_at_least(held, repeats, 0.95)
+
+
+def test_too_few_records_are_refused_with_the_number_needed():
+    records = study({FIT: 30, TEST: 30, **dict.fromkeys(LEVELS[6:], 8)})
+    judgement = judge(records, rising(records), replace(RULES, threshold=ThresholdKind.TOLERANCE))
+    assert judgement.threshold is None
+    assert not judgement.false_alarms
+    assert not judgement.smallest
+    assert any("299 healthy records, not 30" in refusal for refusal in judgement.refusals)
+    assert [level.detected for level in judgement.levels] == [None] * 3
+    assert judgement.levels[-1].area.low > 0.5, "areas and their intervals are stated all the same"
+    assert not judgement.keeps_its_rate
+
+
+def test_few_detections_are_counted_and_show_no_severity():
+    records = study({FIT: 300, TEST: 300, LEVELS[8]: 13, STIFFER: 100})
+    judgement = judge(records, rising(records, slope=9.0), RULES)
+    assert judgement.levels[0].detected.count == 13
+    assert "q90_95" not in judgement.smallest
+    assert any("needs 29 faulty records" in refusal for refusal in judgement.refusals)
+    assert judgement.counted == {STIFFER: 299, LEVELS[8]: 29}
+
+
+def test_a_step_is_stated_at_the_largest_true_severity_of_a_tested_level():
+    records = study({FIT: 300, TEST: 1000, **dict.fromkeys(LEVELS, 40)}, spread=0.05)
+    values = np.random.default_rng(5).normal(size=records.severity.size)
+    values += 100.0 * (records.of_record >= records.populations.index(LEVELS[4]))
+    judgement = judge(records, Scored("step", values, direction=Direction.RISING), RULES)
+    assert judgement.curve.is_step
+    bound = judgement.smallest["q90_95"]
+    assert bound.severity == records.severity[records.rows(LEVELS[4])].max()
+    assert (bound.place, bound.confidence) == ("within", 0.95)
+
+
+def test_a_curve_that_does_not_describe_the_hits_is_not_used():
+    records = study({FIT: 300, TEST: 300, **dict.fromkeys(LEVELS, 100)})
+    values = np.random.default_rng(6).normal(size=records.severity.size)
+    half = (records.severity > 0.03) & (np.arange(values.size) % 2 == 0)
+    values += 10.0 * (half | (records.severity > 0.5))
+    judgement = judge(records, Scored("two stairs", values, direction=Direction.RISING), RULES)
+    assert judgement.lack_of_fit.p_value < 1e-3
+    assert any("does not describe" in remark for remark in judgement.remarks)
+    bound = judgement.smallest["q90_95"].severity
+    assert bound in [records.severity[records.rows(level)].max() for level in LEVELS]
+    assert 0.5 < bound < 0.7
+
+
+@pytest.mark.parametrize("repeats", [60, pytest.param(600, marks=pytest.mark.long)])
+def test_the_stated_severity_is_not_too_small(repeats):
+    records, held = usual(healthy=1000, each=60), 0
+    for repeat in range(repeats):
+        judgement = judge(records, rising(records, slope=4.0, seed=repeat), RULES)
+        high = judgement.threshold.high
+        truth = 0.1 * 10.0 ** ((high + norm.ppf(0.9) - 2.33) / 4.0)
+        held += judgement.smallest["q90_95"].severity >= truth
+    assert holds_at_least(held, repeats, 0.93)
+
+
+def test_alarms_in_place_of_detections_are_seen_on_healthy_records():
+    records = usual()
+    scored = rising(records)
+    shifted = scored.values.copy()
+    shifted[records.rows(TEST)] += 1.0
+    judgement = judge(records, replace(scored, values=shifted), RULES)
+    assert not judgement.keeps_its_rate
+    assert any("leaves out the 0.01" in remark for remark in judgement.remarks)
+    assert judge(records, scored, RULES).keeps_its_rate
+    warm = scored.values.copy()
+    warm[records.rows(STIFFER)] += 1.0
+    assert not judge(records, replace(scored, values=warm), RULES).keeps_its_rate
+    confused = scored.values.copy()
+    confused[records.rows(WORN)] += 5.0
+    judgement = judge(records, replace(scored, values=confused), RULES)
+    assert judgement.false_alarms[WORN].value > 0.9
+    assert judgement.keeps_its_rate, "another fault is no healthy machine"
+
+
+def test_records_without_a_score_are_neither_alarms_nor_misses():
+    records = usual()
+    values = rising(records).values.copy()
+    values[records.rows(LEVELS[8])[:40]] = np.nan
+    values[records.rows(FIT)[:10]] = np.nan
+    judgement = judge(records, Scored("s", values, direction=Direction.RISING), RULES)
+    assert (judgement.levels[8].detected.total, judgement.levels[8].detected.not_measurable) == (60, 40)
+    assert judgement.threshold.not_measurable == 10
+    assert "40 of 900 faulty records cannot be measured" in judgement.remarks
+    assert "10 of 1000 healthy fit records cannot be measured" in judgement.remarks
+
+
+def test_nothing_measurable_is_nothing_stated():
+    records = usual()
+    empty = Scored("s", np.full(records.severity.size, np.nan))
+    judgement = judge(records, empty, RULES)
+    assert judgement.threshold is None
+    assert not judgement.smallest
+    assert np.isnan(judgement.partial_area)
+    assert all(level.area is None for level in judgement.levels)
+
+
+def test_a_severity_that_nobody_knows_gives_no_curve():
+    records = usual()
+    unknown = replace(records, severity=np.where(records.severity > 0.0, np.nan, 0.0))
+    judgement = judge(unknown, rising(records), RULES)
+    assert judgement.curve is None
+    assert any("no faulty record has a known severity" in refusal for refusal in judgement.refusals)
+    assert judgement.levels[8].detected.value > 0.9
+
+
+def test_without_healthy_test_records_groups_are_left_out_in_turn():
+    sizes = {FIT: 900, **dict.fromkeys(LEVELS, 40)}
+    records = study(sizes)
+    of_group = np.arange(records.severity.size) % 9
+    records = replace(records, groups=[f"unit {number}" for number in of_group])
+    scored = rising(records)
+    judgement = judge(records, scored, RULES)
+    assert judgement.false_alarms[FIT].total == 900
+    assert judgement.false_alarms[FIT].n_group == 9
+    odd = scored.values + 3.0 * (of_group == 0) * (records.of_record == 0)
+    assert judge(records, replace(scored, values=odd), RULES).false_alarms[FIT].count > 60
+    ungrouped = judge(replace(records, groups=None), scored, RULES)
+    assert not ungrouped.false_alarms
+    assert any("no healthy record was tested" in refusal for refusal in ungrouped.refusals)
+
+
+def test_bounds_of_records_in_groups_come_from_levels():
+    records = usual(each=60)
+    alike = replace(records, groups=[str(number % 6) for number in range(records.severity.size)])
+    plain, grouped = judge(records, rising(records), RULES), judge(alike, rising(records), RULES)
+    assert plain.smallest["q90"] == grouped.smallest["q90"]
+    levels = [records.severity[records.rows(level)].max() for level in LEVELS]
+    assert grouped.smallest["q90_95"].severity in levels
+    assert grouped.smallest["q90_95"].severity >= plain.smallest["q90_95"].severity
+
+
+def test_faulty_fit_records_are_never_tested():
+    records = usual()
+    scored = rising(records, direction=None)
+    judgement = judge(records, scored, RULES)
+    assert PILOT not in [level.population for level in judgement.levels]
+    fallen = scored.values.copy()
+    fallen[records.rows(PILOT)] *= -1.0
+    assert judge(records, replace(scored, values=fallen), RULES).direction is Direction.FALLING
+
+
+def test_rows_of_a_population_are_its_own():
+    records = StudyRecords((FIT, TEST), np.array([1, 0, 1]), np.zeros(3))
+    assert records.rows(TEST).tolist() == [0, 2]

@@ -52,6 +52,7 @@ HOMES = {
     "distributed": ("execution/",),
     "dask": ("execution/",),
     "sklearn": ("scoring/",),
+    "threadpoolctl": ("scoring/extra.py",),
 }
 """Outside library → where it may be imported."""
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.extra import needing_extra
+from hydrofdi.scoring.extra import scikit_learn
 from hydrofdi.scoring.rules import row_products
 from hydrofdi.scoring.standardisation import Standardisation, standardisation
 
@@ -49,19 +49,21 @@ def whitening(values: Array, name: str, shrinkage: float | None = None) -> White
     NotStatedError
         The covariance is singular: too few records for the features, and no shrinkage.
     """
-    with needing_extra(name):
-        from sklearn.covariance import empirical_covariance, ledoit_wolf, shrunk_covariance
-
     standardised = standardisation(values)
     held = standardised.held(values)
-    if shrinkage is None:
-        covariance = ledoit_wolf(held)[0]
-    else:
-        covariance = shrunk_covariance(empirical_covariance(held), shrinkage)
-    variances, directions = np.linalg.eigh(covariance)
+    with scikit_learn(name):
+        variances, directions = np.linalg.eigh(_covariance(held, shrinkage))
     if variances[0] <= 1e-12 * variances[-1]:
         raise NotStatedError(
             f"the score {name} needs more than {values.shape[0]} records for {variances.size} features"
             " that vary, fewer features, or shrinkage"
         )
     return Whitening(standardised, held.mean(axis=0), directions / np.sqrt(variances))
+
+
+def _covariance(values: Array, shrinkage: float | None) -> Array:
+    from sklearn.covariance import empirical_covariance, ledoit_wolf, shrunk_covariance
+
+    if shrinkage is None:
+        return np.asarray(ledoit_wolf(values)[0])
+    return np.asarray(shrunk_covariance(empirical_covariance(values), shrinkage))

@@ -3,7 +3,7 @@
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.cautions import FROM_BOTH
 from hydrofdi.scoring.contract import Flags, Rule, Score
-from hydrofdi.scoring.extra import needing_extra
+from hydrofdi.scoring.extra import scikit_learn
 from hydrofdi.scoring.rules import LinearRule
 from hydrofdi.scoring.standardisation import standardisation
 from hydrofdi.settings.quantities import Section
@@ -21,10 +21,10 @@ class Lda(Score[Section]):
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
         """Means and covariances of both kinds."""
-        with needing_extra(self.name):
+        standardised = standardisation(values)
+        with scikit_learn(self.name):
             from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
-        standardised = standardisation(values)
-        model = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto", priors=[0.5, 0.5])
-        model.fit(standardised.held(values), is_faulty)
+            model = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto", priors=[0.5, 0.5])
+            model.fit(standardised.held(values), is_faulty)
         return LinearRule(standardised, model.coef_[0], float(model.intercept_[0]))

@@ -10,12 +10,12 @@ from pydantic import Field
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.cautions import FROM_BOTH
 from hydrofdi.scoring.contract import LEAST_RECORDS, Flags, Rule, Score
-from hydrofdi.scoring.extra import needing_extra
+from hydrofdi.scoring.extra import scikit_learn
 from hydrofdi.scoring.rules import LinearRule
 from hydrofdi.scoring.standardisation import standardisation
 from hydrofdi.settings.quantities import Section
 
-STRENGTHS = np.logspace(-4, 4, 9)
+STRENGTHS = np.logspace(-4, 2, 7)
 """Inverse strengths of the ridge among which fit records choose."""
 
 
@@ -42,13 +42,13 @@ class Logistic(Score[LogisticOptions]):
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
         """Weights at the ridge with the largest likelihood of records left out."""
-        with needing_extra(self.name):
+        standardised = standardisation(values)
+        with scikit_learn(self.name):
             from sklearn.linear_model import LogisticRegression
             from sklearn.model_selection import GridSearchCV, StratifiedKFold
 
-        standardised = standardisation(values)
-        folds = StratifiedKFold(LEAST_RECORDS, shuffle=True, random_state=self.options.seed)
-        model = LogisticRegression(solver="newton-cholesky", max_iter=1000)
-        search = GridSearchCV(model, {"C": STRENGTHS}, scoring="neg_log_loss", cv=folds)
-        best = search.fit(standardised.held(values), is_faulty).best_estimator_
+            model = LogisticRegression(solver="newton-cholesky", max_iter=1000)
+            folds = StratifiedKFold(LEAST_RECORDS, shuffle=True, random_state=self.options.seed)
+            search = GridSearchCV(model, {"C": STRENGTHS}, scoring="neg_log_loss", cv=folds)
+            best = search.fit(standardised.held(values), is_faulty).best_estimator_
         return LinearRule(standardised, best.coef_[0], float(best.intercept_[0]))

@@ -11,7 +11,7 @@ from pydantic import Field
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.cautions import FROM_HEALTHY
 from hydrofdi.scoring.contract import Flags, Rule, Score
-from hydrofdi.scoring.extra import needing_extra
+from hydrofdi.scoring.extra import scikit_learn
 from hydrofdi.scoring.whitening import Whitening, whitening
 from hydrofdi.settings.quantities import SI, Section
 
@@ -42,13 +42,14 @@ class OneClass(Score[OneClassOptions]):
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
         """Whitening by healthy records, then the machine."""
-        with needing_extra(self.name):
-            from sklearn.svm import OneClassSVM
-
         white = whitening(values, self.name)
         points = white(values)
         gamma = 0.5 / (points.shape[1] * self.options.width**2)
-        return Outside(white, OneClassSVM(kernel="rbf", gamma=gamma, nu=self.options.outside).fit(points))
+        with scikit_learn(self.name):
+            from sklearn.svm import OneClassSVM
+
+            machine = OneClassSVM(kernel="rbf", gamma=gamma, nu=self.options.outside).fit(points)
+        return Outside(white, machine)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from hydrofdi.config.study.study import PopulationConfig, StudyConfig
 from hydrofdi.config.study.table import Drawn, populations
 from hydrofdi.config.sweeps.points import Column, Points, drawn, one_after_the_other
-from hydrofdi.config.sweeps.unit_cube import correlated, unit_cube
+from hydrofdi.config.sweeps.unit_cube import correlated, saltelli_page, unit_cube
+from hydrofdi.evaluation.populations import Kind
 
 _PATH = "study.population"
 
@@ -38,15 +39,22 @@ def _points(config: PopulationConfig, each: Drawn) -> Points:
 
 
 def _actuators(config: PopulationConfig, each: Drawn) -> Iterator[tuple[str, Column]]:
+    unit = correlated(_cube(config, each), list(config.over), config.correlation)
+    for axis, (name, distribution) in enumerate(config.over.items()):
+        if each.varied is None or name in each.varied:
+            yield name, _column(drawn(name, distribution, unit[:, axis], f"{_PATH}.over.{name}"))
+
+
+def _cube(config: PopulationConfig, each: Drawn) -> NDArray[np.float64]:
+    """Points in the unit cube of what is drawn, shape (count, number of parameters)."""
+    if each.population.kind is Kind.SOBOL:
+        return saltelli_page(
+            each.population.name, list(config.over), each.count, _stream(config.seed, each.actuators)
+        )
     if config.method == "random":
         axes = [_unit(config, each.actuators, name, each.count) for name in config.over]
-        cube = np.stack(axes, axis=1) if axes else np.empty((each.count, 0))
-    else:
-        stream = _stream(config.seed, each.actuators)
-        cube = unit_cube(config.method, each.count, len(config.over), stream)
-    unit = correlated(cube, list(config.over), config.correlation)
-    for axis, (name, distribution) in enumerate(config.over.items()):
-        yield name, _column(drawn(name, distribution, unit[:, axis], f"{_PATH}.over.{name}"))
+        return np.stack(axes, axis=1) if axes else np.empty((each.count, 0))
+    return unit_cube(config.method, each.count, len(config.over), _stream(config.seed, each.actuators))
 
 
 def _records(config: PopulationConfig, each: Drawn) -> Iterator[tuple[str, Column]]:

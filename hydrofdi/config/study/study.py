@@ -110,6 +110,30 @@ class FaultsConfig(Section):
         return self
 
 
+class SensitivityConfig(Section):
+    """Further healthy records that show which parameter of ``population.over`` moves which score.
+
+    Nothing is judged by them, and thresholds do not see them.
+    """
+
+    alone: FitCount = 0
+    """Records in which one parameter varies and the others keep their values, for each parameter, and as many
+    in which none varies; 0 or 19 and more. What differs from record to record differs in all of them."""
+
+    sobol: FitCount = 0
+    """Base points of a design for Sobol indices, a power of two from 16 on; 0: none. With d parameters it
+    takes (d + 3) times as many records: Saltelli et al., Computer Physics Communications 181 (2010) 259, and
+    once more for the noise."""
+
+    @model_validator(mode="after")
+    def _counts_carry_what_is_stated(self) -> Self:
+        if 0 < self.alone < 19:
+            raise ValueError(f"alone: a range of scores needs 19 records or more, not {self.alone}")
+        if self.sobol and (self.sobol < 16 or self.sobol & (self.sobol - 1)):
+            raise ValueError(f"sobol: give a power of two from 16 on, not {self.sobol}")
+        return self
+
+
 class StudyConfig(Section):
     """Populations of records: healthy ones, leaking ones, and healthy ones that thresholds never saw."""
 
@@ -128,6 +152,9 @@ class StudyConfig(Section):
 
     confusions: dict[str, Changes] = Field(default_factory=dict)
     """Name → the same for other faults than an internal leak."""
+
+    sensitivity: SensitivityConfig = SensitivityConfig()
+    """Which of what varies without a fault moves which score."""
 
     pairing: Literal["independent", "common"] = "independent"
     """``independent``: each record has an actuator of its own. ``common``: the same actuators healthy and
@@ -159,4 +186,16 @@ class StudyConfig(Section):
                     )
         if twice := sorted(self.shifts.keys() & self.confusions.keys()):
             raise ValueError(f"{twice[0]!r} is a shift and a confusion; give each a name of its own")
+        return self
+
+    @model_validator(mode="after")
+    def _sensitivity_has_what_it_needs(self) -> Self:
+        asked, population = self.sensitivity, self.population
+        if (asked.alone or asked.sobol) and not population.over:
+            raise ValueError("sensitivity: nothing varies; give population.over")
+        if asked.sobol and population.correlation:
+            raise ValueError(
+                "sensitivity.sobol: Sobol indices are those of independent parameters;"
+                " leave it out, or population.correlation"
+            )
         return self

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.study.study import StudyConfig
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind, Population
 from hydrofdi.units import convert
 
 
@@ -27,12 +27,15 @@ class Drawn:
         Which stream its actuators are drawn from; populations of one stream have the same ones.
     settings : mapping
         Dotted parameter → value in SI, or distribution, in place of what is drawn in healthy actuators.
+    varied : tuple of str or None
+        What differs from actuator to actuator; None for all of ``population.over``.
     """
 
     population: Population
     count: int
     actuators: str
     settings: Mapping[str, Any]
+    varied: tuple[str, ...] | None = None
 
     @property
     def identity(self) -> str:
@@ -69,7 +72,7 @@ def populations(study: StudyConfig) -> tuple[Drawn, ...]:
         _healthy(Population("healthy", Kind.HEALTHY, is_fit), count)
         for is_fit, count in ((True, study.healthy.fit), (False, study.healthy.test))
     ]
-    return (*healthy, *_faulty(study), *_others(study))
+    return (*healthy, *_faulty(study), *_others(study), *_alone(study), *_sobol(study))
 
 
 def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyTable:
@@ -120,6 +123,21 @@ def _others(study: StudyConfig) -> list[Drawn]:
         )
         for name, settings in named.items()
     ]
+
+
+def _alone(study: StudyConfig) -> list[Drawn]:
+    count = study.sensitivity.alone
+    varied: dict[str, tuple[str, ...]] = {name: (name,) for name in study.population.over} | {NOTHING: ()}
+    drawn = [(_healthy(Population(name, Kind.ALONE), count), own) for name, own in varied.items()]
+    return [replace(each, varied=own) for each, own in drawn] if count else []
+
+
+def _sobol(study: StudyConfig) -> list[Drawn]:
+    """The matrices A and B, A with each column from B, and the actuators of A recorded again."""
+    count = study.sensitivity.sobol
+    names = (FIRST, SECOND, *study.population.over, AGAIN)
+    drawn = [_healthy(Population(name, Kind.SOBOL), count) for name in names]
+    return [replace(each, actuators=Kind.SOBOL.value) for each in drawn] if count else []
 
 
 def _leak(parameter: str, level: float) -> str:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.analysis import Indicators
+from hydrofdi.config.analysis import DWT, Analysis, Indicators
 from hydrofdi.execution.jobs import Job
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.record_measures import used_channels
@@ -17,6 +19,7 @@ from hydrofdi.records import RecordBatch, Remark
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
+from hydrofdi.transforms.configuration import WaveletConfig
 
 Columns = Mapping[str, NDArray[Any]]
 
@@ -51,11 +54,30 @@ def measured_columns(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray
 
 
 def _alike(jobs: Sequence[Job]) -> list[list[int]]:
-    """Positions of jobs that are analysed alike and have the period of their drive in common."""
+    """Positions of jobs that are analysed alike, but for the start phase, and have the period of their drive
+    in common."""
+    return _grouped((_without_phase(job.analysis), _period(job)) for job in jobs)
+
+
+def _grouped(keys: Iterable[object]) -> list[list[int]]:
     groups: dict[object, list[int]] = {}
-    for row, job in enumerate(jobs):
-        groups.setdefault((job.analysis, _period(job)), []).append(row)
+    for row, key in enumerate(keys):
+        groups.setdefault(key, []).append(row)
     return list(groups.values())
+
+
+def _without_phase(analysis: Analysis) -> Analysis:
+    """The analysis from phase 0 on; one of every phase stays what it is."""
+    return (
+        analysis
+        if analysis.wavelet.phase == "all"
+        else replace(analysis, wavelet=_at_phase_0(analysis.wavelet))
+    )
+
+
+@lru_cache(maxsize=1024)
+def _at_phase_0(wavelet: WaveletConfig) -> WaveletConfig:
+    return wavelet.model_copy(update={"phase": 0})
 
 
 def _period(job: Job) -> float | None:
@@ -63,15 +85,15 @@ def _period(job: Job) -> float | None:
 
 
 def _measured_alike(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[Any]]:
-    analysis = jobs[0].analysis
+    analysis = _without_phase(jobs[0].analysis)
     columns: dict[str, NDArray[Any]] = {}
     identities = [job.analysis.identities(job.record_id) for job in jobs]
     for label in analysis.indicators:
         columns[f"{label}{names.ANALYSIS_ID}"] = np.array([each[label] for each in identities], dtype=object)
-    measures = measure(record_batch(jobs, records).window(analysis.n_discarded), analysis.indicators)
-    columns |= measures.values
-    for label, reasons in measures.obstacles.items():
-        columns[f"{label}{names.OBSTACLE}"] = np.array([reason or "" for reason in reasons], dtype=object)
+    batch = record_batch(jobs, records).window(analysis.n_discarded)
+    for rows, indicators in _indicators_of(jobs):
+        part = _measured(batch if len(rows) == len(jobs) else batch.rows(rows), indicators)
+        _insert(columns, rows, len(jobs), part)
     with np.errstate(all="ignore"):
         return columns | pressure_features(
             [job.parameters for job in jobs],
@@ -79,6 +101,26 @@ def _measured_alike(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[
             np.ascontiguousarray(records[names.CHAMBER_1_PRESSURE]),
             records[names.SETTLED_FROM],
         )
+
+
+def _indicators_of(jobs: Sequence[Job]) -> Iterator[tuple[list[int], Indicators]]:
+    """Positions of jobs and the indicators to measure together: the start phase is that of the transform."""
+    by_phase = _grouped(job.analysis.wavelet.phase for job in jobs)
+    indicators = jobs[0].analysis.indicators
+    if len(by_phase) == 1 or DWT not in indicators:
+        yield list(range(len(jobs))), indicators
+        return
+    yield list(range(len(jobs))), {label: each for label, each in indicators.items() if label != DWT}
+    for rows in by_phase:
+        yield rows, {DWT: jobs[rows[0]].analysis.indicators[DWT]}
+
+
+def _measured(batch: RecordBatch, indicators: Indicators) -> dict[str, NDArray[Any]]:
+    measures = measure(batch, indicators)
+    columns: dict[str, NDArray[Any]] = dict(measures.values)
+    for label, reasons in measures.obstacles.items():
+        columns[f"{label}{names.OBSTACLE}"] = np.array([reason or "" for reason in reasons], dtype=object)
+    return columns
 
 
 def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:

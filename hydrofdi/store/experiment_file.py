@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.request import parameter_unit
+from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
 from hydrofdi.store.layout.names import (
@@ -81,10 +82,12 @@ def write_experiment(
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
         _write_coordinates(file, time, sizes)
-        requested = requested_columns(table)
         replicated = (REPLICATED,) if experiment.replicates.count else ()
-        for variable in (*REQUESTED, *replicated, *_axis_variables(table)):
+        requested = requested_columns(table)
+        for variable in (*REQUESTED, *replicated):
             _write_column(file, variable, requested[variable.name])
+        for name in _plain_axes(table):
+            _write_column(file, *_axis(name, requested[axis_variable(name)]))
         for variable in variables:
             if not is_needless(variable.name, columns[variable.name]):
                 _write_column(file, variable, columns[variable.name])
@@ -134,8 +137,7 @@ def _share_input(table: RunTable) -> bool:
 
 def fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:
     """Name K_i also where a run has no result, if it was asked for as such."""
-    for position, run in enumerate(table.runs):
-        given = run.parameters.leakage.internal_coefficient
+    for position, given in enumerate(table.runs.values("leakage.internal_coefficient")):
         if given is not None and np.isnan(coefficients[position]):
             coefficients[position] = given
 
@@ -214,30 +216,26 @@ def _describe(dataset: h5py.Dataset, units: str, long_name: str) -> None:
 
 def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
     """What the experiment itself says of each run: the variables beside the computed ones."""
-    leakages = [run.parameters.leakage for run in table.runs]
+    flows, coefficients = (
+        table.runs.values(name) for name in ("leakage.internal_flow", "leakage.internal_coefficient")
+    )
     levels = [
-        leakage.internal_flow
-        if leakage.needs_calibration
-        else np.nan
-        if leakage.internal_coefficient
-        else 0.0
-        for leakage in leakages
+        flow or (np.nan if coefficient else 0.0)
+        for flow, coefficient in zip(flows, coefficients, strict=True)
     ]
     columns = {
-        BULK_MODULUS: np.array([run.parameters.fluid.bulk_modulus for run in table.runs]),
+        BULK_MODULUS: np.array(table.runs.values("fluid.bulk_modulus")),
         LEAKAGE_LEVEL: np.array(levels, dtype=float),
         FIXED_BASELINE: np.array(table.fixed_baseline),
         MATCHED_BASELINE: np.array(table.matched_baseline),
         REPLICATE_OF: np.array(table.replicate_of),
     }
-    for variable, parameter in zip(_axis_variables(table), _plain_axes(table), strict=True):
-        columns[variable.name] = _axis_values(table, parameter)
-    return columns
+    return columns | {axis_variable(name): _axis_values(table, name) for name in _plain_axes(table)}
 
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
     """Values of a swept parameter; NaN where a number is not set; all as texts where some are texts."""
-    values = [run.request.shown_value(parameter) for run in table.runs]
+    values = [without_contents(value) for value in table.runs.values(parameter)]
     if any(isinstance(value, str) for value in values):
         return np.array([_as_text(value, parameter_unit(parameter) or "") for value in values], dtype=object)
     return np.array([np.nan if value is None else value for value in values])
@@ -258,11 +256,7 @@ def _plain_axes(table: RunTable) -> list[str]:
     ]
 
 
-def _axis_variables(table: RunTable) -> list[Variable]:
-    return [_axis_variable(table, name) for name in _plain_axes(table)]
-
-
-def _axis_variable(table: RunTable, parameter: str) -> Variable:
-    is_text = _axis_values(table, parameter).dtype == object
-    units = "" if is_text else parameter_unit(parameter) or ""
-    return Variable(axis_variable(parameter), (RUN,), units, f"swept parameter {parameter}")
+def _axis(parameter: str, values: NDArray[Any]) -> tuple[Variable, NDArray[Any]]:
+    """The variable of a swept parameter, and its values."""
+    units = "" if values.dtype == object else parameter_unit(parameter) or ""
+    return Variable(axis_variable(parameter), (RUN,), units, f"swept parameter {parameter}"), values

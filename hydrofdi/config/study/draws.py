@@ -74,7 +74,8 @@ def _settings(config: PopulationConfig, each: Drawn) -> Iterator[tuple[str, Colu
 
 
 def _column(values: list[Any]) -> Column:
-    return Column(values, np.arange(len(values), dtype=np.int32))
+    places = {value: place for place, value in enumerate(dict.fromkeys(values))}
+    return Column(list(places), np.array([places[value] for value in values], dtype=np.int32))
 
 
 def _unit(config: PopulationConfig, population: str, name: str, count: int) -> NDArray[np.float64]:

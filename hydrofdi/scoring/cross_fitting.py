@@ -38,7 +38,8 @@ def cross_fitted_scores(
     groups : sequence of str, length n_record, optional
         Units, days: what must not be split over fit and test. A record without one, ``""``, is one by itself.
     is_fit : array_like of bool, shape (n_record,), optional
-        The records that may teach; all where it is not given. The others are scored alone.
+        The records that may teach; all where it is not given. The others are only scored: by one model of all
+        fit records, or by that of their fold where their group has fit records.
     n_fold : int
         Number of folds, 2 or more.
     seed : int
@@ -52,11 +53,11 @@ def cross_fitted_scores(
     Raises
     ------
     NotStatedError
-        There is one group only, or a fold leaves too few records to fit on.
+        There is one group of fit records only, or a fold leaves too few of them.
     """
     features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
     teaches = np.ones(faulty.size, dtype=bool) if is_fit is None else np.asarray(is_fit, dtype=bool)
-    fold = _folds(_group_numbers(groups, faulty.size), faulty, n_fold, seed)
+    fold = _folds(_group_numbers(groups, faulty.size), faulty, teaches, n_fold, seed)
     scores = np.empty(faulty.size)
     for number in np.unique(fold):
         held_out = fold == number
@@ -73,14 +74,19 @@ def _group_numbers(groups: Sequence[str] | None, n_record: int) -> Numbers:
     return np.unique(alone, return_inverse=True)[1]
 
 
-def _folds(group: Numbers, is_faulty: Flags, n_fold: int, seed: int) -> Numbers:
-    """The fold of each record: groups in drawn order, those with a fault last, dealt in turn."""
-    n_group = int(group.max(initial=-1)) + 1
-    if n_group < 2:
-        raise NotStatedError("scores by models that did not see a record need two groups of records or more")
-    has_fault = np.bincount(group, weights=is_faulty) > 0
-    drawn = np.random.default_rng(seed).permutation(n_group)
+def _folds(group: Numbers, is_faulty: Flags, teaches: Flags, n_fold: int, seed: int) -> Numbers:
+    """The fold of each record: groups in drawn order, those with a fault last, dealt in turn.
+
+    Groups that teach nothing are a fold by themselves, -1.
+    """
+    is_dealt = np.bincount(group, weights=teaches) > 0
+    has_fault = np.bincount(group, weights=is_faulty & teaches) > 0
+    drawn = np.random.default_rng(seed).permutation(np.flatnonzero(is_dealt))
+    if drawn.size < 2:
+        raise NotStatedError(
+            "scores by models that did not see a record need two groups of fit records or more"
+        )
     ordered = drawn[np.argsort(has_fault[drawn], kind="stable")]
-    fold = np.empty(n_group, dtype=np.intp)
-    fold[ordered] = np.arange(n_group) % min(n_fold, n_group)
+    fold = np.full(is_dealt.size, -1)
+    fold[ordered] = np.arange(drawn.size) % n_fold
     return fold[group]

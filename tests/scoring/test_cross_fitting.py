@@ -55,10 +55,22 @@ def test_records_that_are_no_fit_records_are_scored_and_teach_nothing():
     values, is_faulty = Population(seed=4).labelled(60, 60, 1.0)
     is_fit = np.arange(120) % 3 > 0
     scores = cross_fitted_scores(make_score("lda"), values, is_faulty, is_fit=is_fit)
-    assert np.isfinite(scores).all()
+    model = make_score("lda").fit(values[is_fit], is_faulty[is_fit])
+    np.testing.assert_array_equal(scores[~is_fit], model.score(values[~is_fit]))
     wild = np.where(is_fit[:, None], values, 1e3 * values)
     others = cross_fitted_scores(make_score("lda"), wild, is_faulty, is_fit=is_fit)
     np.testing.assert_array_equal(others[is_fit], scores[is_fit])
+
+
+def test_records_that_are_no_fit_records_do_not_meet_a_model_of_their_group():
+    values, is_faulty = Population(seed=4).labelled(60, 60, 1.0)
+    is_fit, day = np.arange(120) % 7 > 0, np.arange(120) % 6
+    scores = cross_fitted_scores(
+        make_score("lda"), values, is_faulty, [f"day {number}" for number in day], is_fit=is_fit
+    )
+    taught = is_fit & (day != 2)
+    model = make_score("lda").fit(values[taught], is_faulty[taught])
+    np.testing.assert_array_equal(scores[day == 2], model.score(values[day == 2]))
 
 
 def test_records_without_a_group_are_groups_by_themselves():
@@ -89,7 +101,7 @@ def test_every_fold_has_records_of_both_kinds_where_there_are_enough():
 
 def test_one_group_is_refused():
     values, is_faulty = Population(seed=8).labelled(30, 30, 1.0)
-    with pytest.raises(NotStatedError, match="two groups of records or more"):
+    with pytest.raises(NotStatedError, match="two groups of fit records or more"):
         cross_fitted_scores(make_score("lda"), values, is_faulty, ["one"] * 60)
 
 

@@ -34,7 +34,9 @@ def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Det
         judge(records, each.scored, among_all) if rank == 0 or each.scored.name in best else each
         for rank, each in enumerate(judgements)
     )
-    return Detection(records, judgements, best, (*records.remarks, *_remarks(records, len(scores), rules)))
+    return Detection(
+        records, judgements, rules, best, (*records.remarks, *_remarks(records, len(scores), rules))
+    )
 
 
 def _remarks(records: StudyRecords, n_tried: int, rules: Rules) -> list[str]:

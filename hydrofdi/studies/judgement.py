@@ -15,6 +15,7 @@ from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.rules import Rules
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,8 @@ class Detection:
     records : StudyRecords
     judgements : tuple of Judgement
         Best first: those that keep their false-alarm rate, by q90/95, then by the area at the middle level.
+    rules : Rules
+        By which they are judged.
     pareto : frozenset of str
         Names of scores than which none needs fewer channels and finds smaller faults at a kept false-alarm
         rate.
@@ -121,5 +124,6 @@ class Detection:
 
     records: StudyRecords
     judgements: tuple[Judgement, ...]
+    rules: Rules
     pareto: frozenset[str] = frozenset()
     remarks: tuple[str, ...] = ()

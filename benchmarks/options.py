@@ -32,6 +32,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "clamped cavitation": {"fluid.cavitation": "clamped"},
     "limited spool": {"valve.largest_opening": 40e-6, "valve.largest_speed": 0.05},
     "lapped valve": {"valve.lap": 2e-6},
+    "unequal edges": {"supply_1_edge.lap": 1e-6},
     "shifted null": {"valve.null_offset": 0.4e-6},
     "end stops": {"actuator.end_stops": "elastic"},
     "load force": {"load.constant_force": 100.0},
@@ -57,7 +58,7 @@ class LaneRun:
         self.drive = chunk.stages if self.options.closed_loop is None else chunk.references
         self.loads = chunk.loads
         self.lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])
-        self.run = runs[0].record
+        self.record = runs[0].record
         n_row = len(SAMPLED) if self.options.samples_more else N_PAPER_SAMPLED
         self.samples = np.empty((N_STEP // self.record.steps_per_sample, n_row, WIDTH))
         self.columns = np.zeros(WIDTH, dtype=np.int64)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.parameters import EDGES
 from hydrofdi.config.request import RunRequest
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
@@ -81,9 +82,9 @@ def _supply_limits(run: RunParameters) -> dict[str, float]:
 _PARTS: tuple[tuple[tuple[str, ...], Callable[[RunParameters], dict[str, float]]], ...] = (
     (("valve",), _valve_limits),
     (("actuator", "fluid"), _mode_limits),
-    (("actuator", "friction", "valve", "supply", "input", "control", "record"), _friction_limits),
-    (("actuator", "fluid", "leakage", "valve"), _chamber_limits),
-    (("supply", "valve", "input", "control", "record"), _supply_limits),
+    (("actuator", "friction", "valve", *EDGES, "supply", "input", "control", "record"), _friction_limits),
+    (("actuator", "fluid", "leakage", "valve", *EDGES), _chamber_limits),
+    (("supply", "valve", *EDGES, "input", "control", "record"), _supply_limits),
 )
 """Sections that steps depend on, and the limits that they set."""
 
@@ -106,16 +107,17 @@ def _chamber_rate(run: RunParameters) -> float:
     """Rate at which clearances and external leakage let the pressure of a chamber go [1/s]."""
     leakage, fluid = run.leakage, run.fluid
     external = max(leakage.chamber_1_coefficient, leakage.chamber_2_coefficient)
-    return fluid.bulk_modulus * (2.0 * run.valve.lap_leakage + external) / run.actuator.chamber_volume
+    return fluid.bulk_modulus * (max(run.edges.clearances) + external) / run.actuator.chamber_volume
 
 
 def _supply_rate(run: RunParameters) -> float:
     """Rate of the supply pressure, whose fall lessens the flow through open edges and clearances [1/s]."""
-    valve, supply = run.valve, run.supply
-    opening = largest_opening(run)
+    valve, supply, edges = run.valve, run.supply, run.edges
+    opening, gain = largest_opening(run), max(edge.flow_gain for edge in edges)
     drop = 0.5 * (supply.pressure - supply.return_pressure)
-    edge = valve_flow_pressure_coefficient(opening, drop, valve.flow_gain, valve.area_gradient)
-    return (1.0 + supply.droop_resistance * (2.0 * valve.lap_leakage + edge)) / supply.droop_time_constant
+    edge = valve_flow_pressure_coefficient(opening, drop, gain, valve.area_gradient)
+    clearances = edges.supply_1.lap_leakage + edges.supply_2.lap_leakage
+    return (1.0 + supply.droop_resistance * (clearances + edge)) / supply.droop_time_constant
 
 
 def step_warnings(distinct: Distinct) -> list[str]:

@@ -11,6 +11,7 @@ from pydantic import model_validator
 from hydrofdi.config.sections.actuator import ActuatorConfig
 from hydrofdi.config.sections.control import ControlConfig
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.sections.edge import Edge, EdgeConfig, Edges
 from hydrofdi.config.sections.fit import (
     require_fluid_fits,
     require_input_fits,
@@ -47,6 +48,14 @@ class RunParameters(Section):
     """Fluid."""
     valve: ValveConfig = ValveConfig()
     """Servovalve."""
+    supply_1_edge: EdgeConfig = EdgeConfig()
+    """Edge of the valve from the supply to chamber 1."""
+    return_1_edge: EdgeConfig = EdgeConfig()
+    """Edge of the valve from chamber 1 to the return."""
+    supply_2_edge: EdgeConfig = EdgeConfig()
+    """Edge of the valve from the supply to chamber 2."""
+    return_2_edge: EdgeConfig = EdgeConfig()
+    """Edge of the valve from chamber 2 to the return."""
     friction: FrictionConfig = FrictionConfig()
     """Friction."""
     leakage: LeakageConfig = LeakageConfig()
@@ -157,6 +166,16 @@ class RunParameters(Section):
         """Whether all that acts on the actuator repeats itself with the period of the input."""
         return self.input.is_periodic and not self.load.random_force
 
+    @property
+    def edges(self) -> Edges:
+        """The metering edges of the valve."""
+        return Edges(*(Edge.of(self.valve, self.__dict__[name]) for name in EDGES))
+
+    @property
+    def has_unequal_edges(self) -> bool:
+        """Whether a metering edge differs from the others."""
+        return not all(self.__dict__[name].is_default for name in EDGES)
+
     def is_shown_exactly(self, sensor: str) -> bool:
         """Whether a sensor, named by its section, shows its signal as it is."""
         shared = self.measurement
@@ -186,6 +205,9 @@ class RunParameters(Section):
 
 RECORD_SECTIONS = tuple(sorted(RunParameters.model_fields))
 """The sections that determine a record, in the order of its text."""
+
+EDGES = ("supply_1_edge", "return_1_edge", "supply_2_edge", "return_2_edge")
+"""Sections of the metering edges, in the order of `Edges`."""
 
 SENSING: dict[str, type[Section]] = {
     name: info.annotation

@@ -75,7 +75,7 @@ def _modulus(fluid: FluidConfig, *pressures: NDArray[np.float64]) -> np.float64:
 
 
 def _valve_coefficient(parameters: RunParameters, trajectory: Trajectory, run: int) -> float:
-    """K_c of the edge that feeds chamber 1, its clearances, and mean K_e of the chambers [m³/(s·Pa)]."""
+    """K_c of the edge that feeds chamber 1, mean clearances and mean K_e of the chambers [m³/(s·Pa)]."""
     valve = parameters.valve
     null = null_position(trajectory.time, valve.null_offset, valve.null_drift)
     spool = trajectory.spool_position[run] - null
@@ -83,11 +83,15 @@ def _valve_coefficient(parameters: RunParameters, trajectory: Trajectory, run: i
         spool, trajectory.chamber_1_pressure[run], trajectory.valve_supply_pressure[run],
         parameters.supply.return_pressure,
     )  # fmt: skip
-    opening = np.maximum(_median_size(spool) - valve.lap, 0.0) if valve.lap else _median_size(spool)
+    edges = parameters.edges
+    feeding = edges.supply_1
+    opening = np.maximum(_median_size(spool) - feeding.lap, 0.0) if feeding.lap else _median_size(spool)
     leakage = parameters.leakage
     external = 0.5 * (leakage.chamber_1_coefficient + leakage.chamber_2_coefficient)
-    edge = valve_flow_pressure_coefficient(opening, _median_size(drop), valve.flow_gain, valve.area_gradient)
-    return edge + 2.0 * valve.lap_leakage + external
+    edge = valve_flow_pressure_coefficient(
+        opening, _median_size(drop), feeding.flow_gain, valve.area_gradient
+    )
+    return edge + 0.5 * sum(edges.clearances) + external
 
 
 def _conductance(leakage: LeakageConfig, difference: float, coefficient: float) -> float:

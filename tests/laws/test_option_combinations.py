@@ -28,13 +28,16 @@ CHOICES: dict[str, dict[str, Any]] = {
     "saturated": {"valve.largest_opening": 3e-5},
     "slow": {"valve.largest_speed": 2e-3},
     "overlap": {"valve.lap": 2e-6, "valve.lap_leakage": 1e-14},
+    "edges": {
+        "supply_1_edge.lap": 1e-6, "return_2_edge.lap_leakage": 2e-14, "supply_2_edge.flow_gain_ratio": 0.9,
+    },
     "null": {"valve.null_offset": 1e-6, "valve.null_drift": -5e-7},
     "stops": {"actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02},
     "load": {"load.constant_force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},
     "droop": {"supply.droop": "first_order"},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "lugre": {"friction.law": "lugre"},
-}
+}  # fmt: skip
 CHOICES["all"] = {name: value for choice in CHOICES.values() for name, value in choice.items()}
 RUNS = [SHORT.with_values(values) for values in CHOICES.values()]
 COEFFICIENTS = [3e-9] * len(RUNS)

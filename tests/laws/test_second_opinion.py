@@ -52,6 +52,7 @@ OPTIONS: tuple[dict[str, Any], ...] = (
     },
     {
         "leakage.law": "blended", "friction.law": "lugre", "valve.lap": -2e-6, "valve.lap_leakage": 1e-14,
+        "return_1_edge.lap": 1e-6, "supply_2_edge.lap_leakage": 2e-14, "return_2_edge.flow_gain_ratio": 0.95,
         "valve.null_offset": 1e-6, "valve.null_drift": -5e-7,
         "load.constant_force": 300.0, "load.random_force": 500.0, "load.random_period": 0.1,
     },

@@ -65,6 +65,18 @@ class LaneParameters(NamedTuple):
     area_gradient: float
     lap: float
     lap_leakage: float
+    supply_1_lap: float
+    supply_1_leakage: float
+    supply_1_gain: float
+    return_1_lap: float
+    return_1_leakage: float
+    return_1_gain: float
+    supply_2_lap: float
+    supply_2_leakage: float
+    supply_2_gain: float
+    return_2_lap: float
+    return_2_leakage: float
+    return_2_gain: float
     null_offset: float
     coulomb: float
     breakaway: float
@@ -90,6 +102,10 @@ def lane_parameters(lanes: Any, k: Any, time: Quantity, options: ModelOptions) -
         lanes.bulk_modulus[k], lanes.free_air[k], lanes.air_exponent[k], lanes.atmosphere[k],
         lanes.vapour_pressure[k],
         lanes.flow_gain[k], lanes.area_gradient[k], lanes.lap[k], lanes.lap_leakage[k],
+        lanes.supply_1_lap[k], lanes.supply_1_leakage[k], lanes.supply_1_gain[k],
+        lanes.return_1_lap[k], lanes.return_1_leakage[k], lanes.return_1_gain[k],
+        lanes.supply_2_lap[k], lanes.supply_2_leakage[k], lanes.supply_2_gain[k],
+        lanes.return_2_lap[k], lanes.return_2_leakage[k], lanes.return_2_gain[k],
         null_of(time, lanes.null_offset[k], lanes.null_drift[k], options),
         lanes.coulomb[k], lanes.breakaway[k], lanes.viscous[k], lanes.transition[k],
         lanes.velocity_threshold[k], lanes.bristle_stiffness[k], lanes.bristle_damping[k],
@@ -179,8 +195,10 @@ def valve_flows(state: State, spool_position: float, p: LaneParameters, options:
     if options.lapped_valve is not None:
         to_1, from_1 = state.supply - state.pressure_1, state.pressure_1 - p.ret
         to_2, from_2 = state.supply - state.pressure_2, state.pressure_2 - p.ret
-        feed_1, drain_1 = _edge(spool_position, to_1, p), _edge(-spool_position, from_1, p)
-        feed_2, drain_2 = _edge(-spool_position, to_2, p), _edge(spool_position, from_2, p)
+        feed_1 = _edge(spool_position, to_1, p.supply_1_lap, p.supply_1_leakage, p.supply_1_gain, p)
+        drain_1 = _edge(-spool_position, from_1, p.return_1_lap, p.return_1_leakage, p.return_1_gain, p)
+        feed_2 = _edge(-spool_position, to_2, p.supply_2_lap, p.supply_2_leakage, p.supply_2_gain, p)
+        drain_2 = _edge(spool_position, from_2, p.return_2_lap, p.return_2_leakage, p.return_2_gain, p)
         throttling = to_1 * feed_1 + from_1 * drain_1 + to_2 * feed_2 + from_2 * drain_2
         return ValveFlows(feed_1 - drain_1, drain_2 - feed_2, feed_1 + feed_2, throttling)
     drop_1 = chamber_1_orifice_drop(spool_position, state.pressure_1, state.supply, p.ret)
@@ -192,8 +210,12 @@ def valve_flows(state: State, spool_position: float, p: LaneParameters, options:
 
 
 @equation
-def _edge(spool_position: float, drop: float, p: LaneParameters) -> float:
-    flow: float = edge_flow(spool_position, drop, p.flow_gain, p.area_gradient, p.lap, p.lap_leakage)
+def _edge(
+    spool_position: float, drop: float, lap: float, leakage: float, gain: float, p: LaneParameters
+) -> float:
+    flow: float = edge_flow(
+        spool_position, drop, gain * p.flow_gain, p.area_gradient, p.lap + lap, p.lap_leakage + leakage
+    )
     return flow
 
 

@@ -16,9 +16,10 @@ from hydrofdi.simulation.trajectory import Trajectory
 def no_load_flow(parameters: RunParameters, opening: float | None = None) -> float:
     """Control flow at an opening [m], by default the largest, and equal chamber pressures [m³/s]."""
     valve, supply = parameters.valve, parameters.supply
+    gain = max(edge.flow_gain for edge in parameters.edges)
     drop = 0.5 * (supply.pressure - supply.return_pressure)
     most = largest_opening(parameters) if opening is None else opening
-    return float(control_flow(most, drop, valve.flow_gain, valve.area_gradient))
+    return float(control_flow(most, drop, gain, valve.area_gradient))
 
 
 def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory) -> NDArray[np.float64]:
@@ -29,7 +30,7 @@ def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory)
     openings = np.mean(np.abs(trajectory.spool_position), axis=1)
     speeds = np.mean(np.abs(trajectory.piston_velocity), axis=1)
     return np.array([
-        no_load_flow(run, opening + run.valve.largest_null(run.record.duration) + max(-run.valve.lap, 0.0))
+        no_load_flow(run, opening + run.valve.largest_null(run.record.duration) + run.edges.largest_underlap)
         + run.actuator.piston_area * speed
         for run, opening, speed in zip(runs, openings, speeds, strict=True)
     ])  # fmt: skip
@@ -47,4 +48,4 @@ def largest_opening(parameters: RunParameters) -> float:
     if not control.is_closed:
         voltage = largest_voltage(parameters.input, parameters.record)
     travel = min(valve.spool_gain * voltage, valve.position_limit)
-    return travel + valve.largest_null(parameters.record.duration) + max(-valve.lap, 0.0)
+    return travel + valve.largest_null(parameters.record.duration) + parameters.edges.largest_underlap

@@ -12,7 +12,8 @@ class Kind(StrEnum):
     The threshold is set on healthy fit records alone. ``shift`` and ``confusion`` are healthy seals whose
     plant the threshold never saw: another operating condition, or another fault. ``alone`` and ``sobol`` are
     healthy records that show which nuisance moves a score: one nuisance varies, or the matrices of a Sobol
-    design; thresholds and rates leave them out.
+    design; thresholds and rates leave them out. ``before``: healthy records of the actuators of all these,
+    taken before, that changes are taken against.
     """
 
     HEALTHY = "healthy"
@@ -21,6 +22,7 @@ class Kind(StrEnum):
     CONFUSION = "confusion"
     ALONE = "alone"
     SOBOL = "sobol"
+    BEFORE = "before"
 
 
 FIRST, SECOND, AGAIN = "A", "B", "A again"

@@ -17,6 +17,7 @@ from hydrofdi.records import Channel
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
 
 _SEVERITIES = {
@@ -39,7 +40,8 @@ class StudyDesign:
     ----------
     records : StudyRecords
     scores : tuple of Scored
-        Every number of the indicators that are judged, each of its records.
+        Every number of the indicators that are judged, each of its records; where actuators are common, also
+        its change since the record that was taken before.
     """
 
     records: StudyRecords
@@ -60,9 +62,13 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     roles = _roles(data)
     scores = tuple(_scores(data))
     return tuple(
-        StudyDesign(_records(data, roles, design), tuple(_at(score, roles, design) for score in scores))
+        _with_changes(_records(data, roles, design), tuple(_at(score, roles, design) for score in scores))
         for design in range(len(roles.designs))
     )
+
+
+def _with_changes(records: StudyRecords, scores: tuple[Scored, ...]) -> StudyDesign:
+    return StudyDesign(records, (*scores, *changes_since_before(records, scores)))
 
 
 def _roles(data: ExperimentData) -> StudyTable:

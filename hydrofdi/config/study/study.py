@@ -157,8 +157,9 @@ class StudyConfig(Section):
     """Which of what varies without a fault moves which score."""
 
     pairing: Literal["independent", "common"] = "independent"
-    """``independent``: each record has an actuator of its own. ``common``: the same actuators healthy and
-    with each leak (before and after), in the fit and in the test records apart; what differs from record to
+    """``independent``: each record has an actuator of its own. ``common``: the same actuators healthy, with
+    each leak, shift and confusion, in the fit and in the test records apart. A healthy record of each is
+    taken before, and the change of every score since then is judged beside it; what differs from record to
     record is drawn anew."""
 
     @property

@@ -69,10 +69,13 @@ class StudyTable:
 def populations(study: StudyConfig) -> tuple[Drawn, ...]:
     """All populations of a study in the order of its runs."""
     healthy = [
-        _healthy(Population("healthy", Kind.HEALTHY, is_fit), count)
+        _healthy(_sealed(is_fit), count)
         for is_fit, count in ((True, study.healthy.fit), (False, study.healthy.test))
     ]
-    return (*healthy, *_faulty(study), *_others(study), *_alone(study), *_sobol(study))
+    judged = [*healthy, *_faulty(study), *_others(study)]
+    if study.pairing == "common":
+        judged = _on_common_actuators([*_before(judged), *judged])
+    return (*judged, *_alone(study), *_sobol(study))
 
 
 def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyTable:
@@ -93,6 +96,24 @@ def _actuators(drawn: Sequence[Drawn]) -> tuple[str, ...]:
     return tuple(f"{each.actuators} {place}" for each in drawn for place in range(each.count))
 
 
+def _sealed(is_fit: bool) -> Population:
+    return Population("healthy", Kind.HEALTHY, is_fit)
+
+
+def _before(judged: Sequence[Drawn]) -> list[Drawn]:
+    """A healthy record of every actuator that is judged, taken before."""
+    counts = [
+        (is_fit, max(each.count for each in judged if each.population.is_fit is is_fit))
+        for is_fit in (True, False)
+    ]
+    return [_healthy(Population("before", Kind.BEFORE, is_fit), count) for is_fit, count in counts]
+
+
+def _on_common_actuators(judged: Sequence[Drawn]) -> list[Drawn]:
+    """The same with one sequence of actuators for fit, and one for test records."""
+    return [replace(each, actuators=_stream(_sealed(each.population.is_fit))) for each in judged]
+
+
 def _healthy(population: Population, count: int, settings: Mapping[str, Any] | None = None) -> Drawn:
     sealed = {"leakage.internal_coefficient": 0.0}
     return Drawn(population, count, _stream(population), sealed | dict(settings or {}))
@@ -106,10 +127,8 @@ def _faulty(study: StudyConfig) -> list[Drawn]:
     for level in faults.levels:
         for is_fit, count in ((True, faults.fit), (False, faults.each)):
             population = Population(_leak(faults.parameter, level), Kind.FAULT, is_fit, level)
-            twin = Population("healthy", Kind.HEALTHY, is_fit)
-            source = twin if study.pairing == "common" else population
             if count:
-                drawn.append(Drawn(population, count, _stream(source), {faults.parameter: level}))
+                drawn.append(Drawn(population, count, _stream(population), {faults.parameter: level}))
     return drawn
 
 

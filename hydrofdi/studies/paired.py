@@ -1,0 +1,52 @@
+"""Changes of scores since a healthy record of the same actuator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.studies.records import Scored, StudyRecords
+
+NONE = -1
+
+NOTE = "less its value in a healthy record of the same actuator, taken before"
+
+
+def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Iterator[Scored]:
+    """The change of each score since the record of the same group that was taken before.
+
+    What is constant in an actuator, such as the null leakage of its valve or the bias of a sensor, does not
+    change. Nothing where no record was taken before; NaN for records of a group that has none.
+
+    Parameters
+    ----------
+    records : StudyRecords
+        In groups: those of one actuator.
+    scores : sequence of Scored
+    """
+    before = _before(records)
+    if before is None:
+        return
+    for scored in scores:
+        earlier = np.where(before == NONE, np.nan, scored.values[before])
+        yield replace(
+            scored,
+            name=f"{scored.name} (change)",
+            values=scored.values - earlier,
+            long_name=f"change of: {scored.long_name}",
+            note="; ".join(filter(None, (scored.note, NOTE))),
+        )
+
+
+def _before(records: StudyRecords) -> NDArray[np.intp] | None:
+    """Row of the record before each record, or ``NONE``; None where there is none at all."""
+    populations = [each for each in records.populations if each.kind is Kind.BEFORE]
+    if records.groups is None or not populations:
+        return None
+    rows = np.concatenate([records.rows(each) for each in populations]).tolist()
+    row_of_group = {records.groups[row]: row for row in rows}
+    return np.array([row_of_group.get(group, NONE) for group in records.groups], dtype=np.intp)

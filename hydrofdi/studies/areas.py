@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrofdi.evaluation.auc import Area, area_under_curve
 from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS, grouped_area
+from hydrofdi.evaluation.clustered import MANY_GROUPS, clustered_area
 from hydrofdi.evaluation.direction import Direction, suspicion
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.roc import roc_curve
@@ -45,10 +46,12 @@ class Suspicion:
         if not (np.isfinite(self.centre) and faulty.scores.size):
             return None
         if healthy.groups is not None and faulty.groups is not None:
-            if len({*healthy.groups, *faulty.groups}) >= FEWEST_GROUPS:
-                groups = healthy.groups, faulty.groups
+            groups = healthy.groups, faulty.groups
+            n_group = len({*healthy.groups, *faulty.groups})
+            if n_group >= FEWEST_GROUPS:
+                over_groups = clustered_area if n_group >= MANY_GROUPS else grouped_area
                 return notes.unless_refused(
-                    lambda: grouped_area(self.of(healthy), self.of(faulty), *groups, confidence=confidence)
+                    lambda: over_groups(self.of(healthy), self.of(faulty), *groups, confidence=confidence)
                 )
             notes.remarks.append(
                 f"fewer than {FEWEST_GROUPS} groups: intervals of areas take records as independent, and are"

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from hydrofdi.evaluation.multiplicity import simultaneous_confidence
+from hydrofdi.evaluation.pod.axis import AxisName
 from hydrofdi.evaluation.pod.curve import PodCurve, probability_of_detection
 from hydrofdi.evaluation.pod.detectable import DetectableSeverity
 from hydrofdi.evaluation.pod.lack_of_fit import LackOfFit, lack_of_fit
@@ -57,8 +58,9 @@ def detectability(
 ) -> Detectability:
     """What faulty test records say of a score at its threshold.
 
-    The curve is fitted over the true severities. Where hits and misses are apart, where the curve does not
-    describe them, and for bounds of records in groups, the nominal levels speak instead.
+    The curve is fitted over the true severities or their logarithms, whichever is the more likely. Where hits
+    and misses are apart, where the curve does not describe them, and for bounds of records in groups, the
+    nominal levels speak instead.
 
     Parameters
     ----------
@@ -80,14 +82,21 @@ def detectability(
     if not severity.size:
         notes.refusals.append("no faulty record has a known severity: no probability of detection is stated")
         return Detectability()
-    curve = notes.unless_refused(
-        lambda: probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=rules.link)
-    )
+    curve = notes.unless_refused(lambda: _likelier_curve(severity, outcomes, floor, rules))
     if curve is None:
         return Detectability()
     fit = lack_of_fit(curve)
     tested = _tested(known, threshold)
     return Detectability(curve, fit, _smallest(curve, fit, tested, _is_grouped(known), rules, notes))
+
+
+def _likelier_curve(severity: Array, outcomes: Array, floor: float, rules: Rules) -> PodCurve:
+    axes: tuple[AxisName, ...] = ("log", "linear")
+    curves = [
+        probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=rules.link, axis=axis)
+        for axis in axes
+    ]
+    return max(curves, key=lambda curve: curve.log_likelihood)
 
 
 def _with_severity(level: Part) -> Part:

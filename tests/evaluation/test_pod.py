@@ -352,3 +352,31 @@ def test_records_without_a_score_or_a_fault_are_no_misses():
         probability_of_detection([0.0, 0.1], [0.0, 1.0])
     with pytest.raises(ValueError, match="false-alarm rate"):
         probability_of_detection([0.1], [1.0], false_alarm_rate=1.0)
+
+
+@LINKS
+def test_a_linear_axis_recovers_a_curve_that_rises_with_the_severity_itself(link):
+    severity = np.repeat(np.geomspace(1e-8, 1e-6, 9), 4000)
+    truth = 0.02 + 0.98 * RISE[link]((severity - 4e-7) / 1e-7)
+    outcomes = np.random.default_rng(41).random(severity.size) < truth
+    curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.02, link=link, axis="linear")
+    on_logarithms = probability_of_detection(severity, outcomes, false_alarm_rate=0.02, link=link)
+    assert (curve.location, curve.spread) == pytest.approx((0.4, 0.1), abs=0.01)
+    assert curve.log_likelihood > on_logarithms.log_likelihood + 10.0
+    assert lack_of_fit(curve).p_value > 0.001 > lack_of_fit(on_logarithms).p_value
+    estimate, bound = (smallest_detectable(curve, confidence=c) for c in (None, 0.95))
+    assert curve.probability([estimate.severity])[0] == pytest.approx(0.9)
+    assert estimate.severity < bound.severity < 1.05 * estimate.severity
+    low, high = curve_bounds(curve, [estimate.severity, bound.severity])
+    assert low[0] < 0.9 < high[0]
+    assert curve_bounds(curve, [bound.severity], confidence=0.9)[0][0] == pytest.approx(0.9, abs=1e-4)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("axis", ["log", "linear"])
+def test_detection_that_falls_with_severity_gives_a_flat_curve(axis):
+    severity = np.repeat(np.geomspace(0.01, 1.0, 9), 100)
+    outcomes = (np.random.default_rng(42).random(900) < 0.7) & (severity < 0.9)
+    curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.485, link="probit", axis=axis)
+    assert curve.slope == 0.0
+    assert smallest_detectable(curve).value is None

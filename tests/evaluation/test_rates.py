@@ -5,10 +5,12 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 from scipy.stats import binomtest, t
 
 from hydrofdi.evaluation.auc import area_under_curve
 from hydrofdi.evaluation.bootstrap import group_bootstrap, grouped_area
+from hydrofdi.evaluation.clustered import clustered_area
 from hydrofdi.evaluation.groups import healthy_against_healthy, left_out_outcomes
 from hydrofdi.evaluation.rates import alarm_rate, alarm_rates, clopper_pearson
 from hydrofdi.evaluation.refusal import NotStatedError
@@ -177,6 +179,37 @@ def test_grouped_areas_hold_the_truth_where_groups_shift_the_scores():
         plainly += plain.low <= truth <= plain.high
     assert holds_at_least(held, 200, 0.93)
     assert plainly < 0.75 * 200
+
+
+def test_many_groups_need_no_drawing():
+    draw = np.random.default_rng(12)
+    names, places = [str(i) for i in np.repeat(np.arange(60), 5)], np.repeat(np.arange(60), 5)
+    shifts = draw.normal(size=60)
+    healthy, faulty = draw.normal(shifts[places]), draw.normal(shifts[places] + 1.0)
+    drawn = grouped_area(healthy, faulty, names, names)
+    summed = clustered_area([*healthy, np.nan], faulty, [*names, "0"], names)
+    assert (summed.low, summed.high) == pytest.approx((drawn.low, drawn.high), abs=0.012)
+    assert (summed.value, summed.not_measurable) == (drawn.value, 1)
+    each = [str(i) for i in range(600)]
+    alone, delong = clustered_area(healthy, faulty, each[:300], each[300:]), area_under_curve(healthy, faulty)
+    assert (alone.low, alone.high) == pytest.approx((delong.low, delong.high), abs=5e-4)
+    apart = clustered_area(healthy, healthy + 99.0, names, names)
+    assert (apart.low, apart.high) == (area_under_curve(healthy, healthy + 99.0).low, 1.0)
+    with pytest.raises(NotStatedError, match="30 of them, not 12"):
+        clustered_area(healthy[:60], faulty[:60], names[:60], names[:60])
+
+
+@pytest.mark.parametrize("repeats", [200])
+def test_areas_of_the_same_actuators_before_and_after_hold_the_truth(repeats):
+    draw, held, names = np.random.default_rng(13), 0, [str(number) for number in range(100)]
+    truth = float(ndtr(0.5 / np.sqrt(1.0 + 0.04)))  # equal actuators make up most of either spread
+    for _ in range(repeats):
+        actuators = draw.normal(size=100)
+        healthy = actuators + 0.2 * draw.normal(size=100)
+        faulty = actuators + 0.5 * np.sqrt(2.0) + 0.2 * draw.normal(size=100)
+        area = clustered_area(healthy, faulty, names, names)
+        held += area.low <= truth <= area.high
+    assert holds_in(held, repeats, 0.95)
 
 
 def test_few_groups_give_no_interval():

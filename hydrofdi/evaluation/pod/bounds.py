@@ -6,12 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.evaluation.pod.curve import PodCurve
-from hydrofdi.evaluation.pod.likelihood import log_cumulative
+from hydrofdi.evaluation.pod.likelihood import CERTAIN, log_cumulative
 from hydrofdi.evaluation.pod.profile import crossing, deficit, quantile_of_chi_square
 from hydrofdi.evaluation.scores import Array
-
-CERTAIN = 36.0
-"""Linear predictor at which a probability is 1 to the last digit, and 0 at its negative."""
 
 
 def curve_bounds(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.95) -> tuple[Array, Array]:
@@ -29,7 +26,7 @@ def curve_bounds(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.
     -------
     low, high : ndarray, shape (n,)
     """
-    places = np.log10(np.asarray(severity, dtype=float))
+    places = curve.axis.place(severity)
     drop, floor = quantile_of_chi_square(confidence), curve.false_alarm_rate
     ends = [[_predictor_bound(curve, place, drop, side) for place in places] for side in (-1.0, 1.0)]
     low, high = (np.exp(log_cumulative(np.array(end), curve.link)) for end in ends)
@@ -37,7 +34,7 @@ def curve_bounds(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.
 
 
 def _predictor_bound(curve: PodCurve, place: float, drop: float, side: float) -> float:
-    """The bound of the linear predictor at lg a = `place`, searched in doubled steps from the fitted one."""
+    """The bound of the linear predictor at a place, searched in doubled steps from the fitted one."""
 
     def above(predictor: float) -> float:
         return deficit(curve, place, predictor) - drop

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.evaluation.pod.axis import Axis, AxisName
 from hydrofdi.evaluation.pod.likelihood import (
     Link,
     inverse_cumulative,
@@ -20,7 +21,7 @@ from hydrofdi.evaluation.scores import Array
 
 @dataclass(frozen=True, eq=False)
 class PodCurve:
-    """POD(a) = α + (1 - α) F((lg a - µ)/s), with F the logistic or the normal distribution.
+    """POD(a) = α + (1 - α) F((x(a) - µ)/s), with F the logistic or the normal distribution, x(a) = lg a or a.
 
     Attributes
     ----------
@@ -33,6 +34,8 @@ class PodCurve:
     intercept, slope : float
         -µ/s and 1/s; the slope is 0 where detection does not rise with severity.
     log_likelihood : float
+    axis : Axis
+        x(a).
     """
 
     tally: Tally
@@ -41,15 +44,16 @@ class PodCurve:
     intercept: float
     slope: float
     log_likelihood: float
+    axis: Axis
 
     @property
     def location(self) -> float:
-        """µ, the decimal logarithm of the severity half-way between the floor and 1."""
+        """µ, the place on the axis half-way between the floor and 1."""
         return -self.intercept / self.slope if self.slope else np.inf * np.sign(-self.intercept)
 
     @property
     def spread(self) -> float:
-        """s, in decades of severity."""
+        """s, along the axis: in decades, or shares of the largest tested severity."""
         return 1.0 / self.slope if self.slope else np.inf
 
     @property
@@ -65,8 +69,8 @@ class PodCurve:
         return int(np.sum((rise > 0.01) & (rise < 0.99))) < 2
 
     def predictor(self, severity: ArrayLike) -> Array:
-        """(lg a - µ)/s of each severity."""
-        return np.asarray(self.intercept + self.slope * np.log10(np.asarray(severity, dtype=float)))
+        """(x(a) - µ)/s of each severity."""
+        return np.asarray(self.intercept + self.slope * self.axis.place(severity))
 
     def probability(self, severity: ArrayLike) -> Array:
         """Probability of detection of each severity."""
@@ -80,9 +84,14 @@ class PodCurve:
 
 
 def probability_of_detection(
-    severity: ArrayLike, outcomes: ArrayLike, *, false_alarm_rate: float = 0.0, link: Link = "logit"
+    severity: ArrayLike,
+    outcomes: ArrayLike,
+    *,
+    false_alarm_rate: float = 0.0,
+    link: Link = "logit",
+    axis: AxisName = "log",
 ) -> PodCurve:
-    """A curve of the probability of detection, fitted by maximum likelihood on log severity.
+    """A curve of the probability of detection, fitted by maximum likelihood.
 
     Berens, NDE Reliability Data Analysis, ASM Handbook 17 (1989) 689; MIL-HDBK-1823A (2009), appendix G. The
     floor keeps false alarms from counting as detections.
@@ -96,6 +105,8 @@ def probability_of_detection(
     false_alarm_rate : float
         α, as measured on healthy records; below 1.
     link : str
+    axis : str
+        ``log`` or ``linear`` in severity.
 
     Raises
     ------
@@ -107,15 +118,15 @@ def probability_of_detection(
     if not 0.0 <= false_alarm_rate < 1.0:
         raise ValueError(f"the false-alarm rate lies from 0 to 1, not at {false_alarm_rate}")
     counted = tally(severity, outcomes)
-    intercept, slope = _coefficients(counted, false_alarm_rate, link)
-    predictor = intercept + slope * np.log10(counted.severity)
-    largest = log_likelihood(predictor, counted, false_alarm_rate, link)
-    return PodCurve(counted, false_alarm_rate, link, intercept, slope, largest)
+    along = Axis(axis, counted.span[1])
+    places = along.place(counted.severity)
+    intercept, slope = _coefficients(places, counted, false_alarm_rate, link)
+    largest = log_likelihood(intercept + slope * places, counted, false_alarm_rate, link)
+    return PodCurve(counted, false_alarm_rate, link, intercept, slope, largest, along)
 
 
-def _coefficients(counted: Tally, floor: float, link: Link) -> tuple[float, float]:
+def _coefficients(places: Array, counted: Tally, floor: float, link: Link) -> tuple[float, float]:
     """Intercept and slope; the slope is not negative."""
-    places = np.log10(counted.severity)
     nothing, ones = np.zeros_like(places), np.ones_like(places)
     if places.size > 1:
         centre = float(np.average(places, weights=counted.total))

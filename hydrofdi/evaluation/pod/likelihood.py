@@ -13,6 +13,9 @@ Link = Literal["logit", "probit"]
 
 MOST_STEPS = 100
 
+CERTAIN = 36.0
+"""Predictor at which a probability is 1 to the last digit, and 0 at its negative."""
+
 
 def log_cumulative(predictor: Array, link: Link) -> Array:
     """ln F of the logistic or the normal distribution."""
@@ -71,7 +74,8 @@ def maximise(
     coefficients = np.full(design.shape[1], start)
     best = log_likelihood(offset + design @ coefficients, tally, floor, link)
     for _ in range(MOST_STEPS):
-        score, weight = _score(offset + design @ coefficients, tally, floor, link)
+        predictor = np.clip(offset + design @ coefficients, -CERTAIN, CERTAIN)
+        score, weight = _score(predictor, tally, floor, link)
         information = design.T @ (weight[:, None] * design)
         step = np.linalg.lstsq(information, design.T @ score, rcond=1e-12)[0]
         for halving in 0.5 ** np.arange(30):

@@ -11,8 +11,8 @@ from hydrofdi.evaluation.pod.likelihood import log_likelihood, maximise
 
 
 def deficit(curve: PodCurve, place: float, rise: float) -> float:
-    """2 (ln L_max - ln L) of the best rising curve whose predictor at lg a = `place` is `rise`."""
-    distance = np.log10(curve.tally.severity) - place
+    """2 (ln L_max - ln L) of the best rising curve whose predictor at `place` on the axis is `rise`."""
+    distance = curve.axis.place(curve.tally.severity) - place
     offset = np.full_like(distance, rise)
     (slope,) = maximise(
         distance[:, None], offset, curve.tally, curve.false_alarm_rate, curve.link, curve.slope

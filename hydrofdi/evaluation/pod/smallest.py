@@ -37,7 +37,7 @@ def smallest_detectable(
     share_between_0_and_1("the probability", probability)
     if curve.is_step:
         return detected_level(curve.tally, probability=probability, confidence=confidence)
-    rise, first, last = curve.quantile_of_rise(probability), *np.log10(curve.tally.span)
+    rise, first, last = curve.quantile_of_rise(probability), *curve.axis.place(curve.tally.span)
     if rise == -np.inf:
         return DetectableSeverity("below", curve.tally.span[0], probability, confidence)
     place = _where(curve, rise)
@@ -47,18 +47,18 @@ def smallest_detectable(
         return DetectableSeverity("above", curve.tally.span[1], probability, confidence)
     if place <= first:
         return DetectableSeverity("below", curve.tally.span[0], probability, confidence)
-    return DetectableSeverity("within", float(10.0**place), probability, confidence)
+    return DetectableSeverity("within", curve.axis.severity(float(place)), probability, confidence)
 
 
 def _where(curve: PodCurve, rise: float) -> float:
-    """lg of the severity at which the fitted predictor is `rise`; infinite where a flat curve has none."""
+    """The place at which the fitted predictor is `rise`; infinite where a flat curve has none."""
     if curve.slope:
         return (rise - curve.intercept) / curve.slope
     return -np.inf if curve.intercept >= rise else np.inf
 
 
 def _upper(curve: PodCurve, rise: float, start: float, last: float, drop: float) -> float:
-    """lg of the bound: `start` where it lies no higher, ∞ where it lies beyond the tested severities."""
+    """The place of the bound: `start` where it lies no higher, ∞ where it lies beyond the tested ones."""
     if deficit(curve, last, rise) < drop:
         return np.inf
     if deficit(curve, start, rise) >= drop:

@@ -48,8 +48,7 @@ class Detector:
     @cached_property
     def healthy(self) -> Array:
         """Scores of the healthy fit records."""
-        fit = [each for each in self.records.populations if each.kind is Kind.HEALTHY and each.is_fit]
-        return self._scores(fit)
+        return self._scores(self.records.chosen(Kind.HEALTHY, is_fit=True))
 
     @cached_property
     def faulty(self) -> Array:
@@ -77,8 +76,8 @@ class Detector:
         return float(np.nanmean(threshold.outcomes(self.faulty))), drawn
 
     @property
-    def _faults(self) -> list[Population]:
-        return [each for each in self.records.populations if each.kind is Kind.FAULT and not each.is_fit]
+    def _faults(self) -> tuple[Population, ...]:
+        return self.records.chosen(Kind.FAULT, is_fit=False)
 
     def _scores(self, populations: Sequence[Population]) -> Array:
         rows = [self.records.rows(population) for population in populations]

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
 from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind, Population
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.sensitivity.estimate import Estimate
 from hydrofdi.evaluation.sensitivity.indices import SobolIndices, sobol_indices
 from hydrofdi.evaluation.sensitivity.response import Reach, Response
 from hydrofdi.evaluation.sensitivity.spread import relative_spread
+from hydrofdi.studies.parts import Notes
 from hydrofdi.studies.records import Scored, StudyRecords
-
-Stated = TypeVar("Stated")
 
 MATRICES = (FIRST, SECOND, AGAIN)
 
@@ -88,7 +85,7 @@ def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0
         for name in names
     )
     n_lost = indices.n_lost if indices else 0
-    return Nuisances(each, found.reach_together(response), n_lost, tuple(dict.fromkeys(found.refusals)))
+    return Nuisances(each, found.reach_together(response), n_lost, tuple(dict.fromkeys(found.notes.refusals)))
 
 
 def _shares(
@@ -108,7 +105,7 @@ class _Scores:
         self._records, self._values, self._confidence = records, values, confidence
         self._healthy = self._of(*(each for each in records.populations if each.kind is Kind.HEALTHY))
         self._own = {(each.kind, each.name): each for each in records.populations}
-        self.refusals: list[str] = []
+        self.notes = Notes()
 
     def names(self, kind: Kind, *others: str) -> list[str]:
         """Names of the populations of a kind, but for some."""
@@ -120,7 +117,7 @@ class _Scores:
         if population is None:
             return None
         scores = self._of(population)
-        return self._unless_refused(
+        return self.notes.unless_refused(
             lambda: relative_spread(scores, self._healthy, confidence=self._confidence)
         )
 
@@ -131,18 +128,17 @@ class _Scores:
             return None
         first, second, again = (self._of(self._own[Kind.SOBOL, name]) for name in MATRICES)
         pages = [self._of(self._own[Kind.SOBOL, name]) for name in names]
-        return self._unless_refused(
+        return self.notes.unless_refused(
             lambda: sobol_indices(first, second, pages, again, confidence=self._confidence)
         )
 
     def response(self) -> Response | None:
         """Medians of the score over the tested faults; None without faults."""
-        faults = [each for each in self._records.populations if each.kind is Kind.FAULT and not each.is_fit]
+        faults = sorted(self._records.chosen(Kind.FAULT, is_fit=False), key=self._severity)
         if not faults or not self.names(Kind.ALONE):
             return None
-        faults.sort(key=self._severity)
         severity, scores = [self._severity(each) for each in faults], [self._of(each) for each in faults]
-        return self._unless_refused(
+        return self.notes.unless_refused(
             lambda: Response(self._healthy, scores, severity, confidence=self._confidence)
         )
 
@@ -151,13 +147,13 @@ class _Scores:
         population, plain = self._own.get((Kind.ALONE, name)), self._own.get((Kind.ALONE, NOTHING))
         if response is None or population is None or plain is None:
             return None
-        return self._unless_refused(lambda: response.reach(self._of(population), self._of(plain)))
+        return self.notes.unless_refused(lambda: response.reach(self._of(population), self._of(plain)))
 
     def reach_together(self, response: Response | None) -> Reach | None:
         """Faults that all nuisances together imitate and hide."""
         if response is None:
             return None
-        return self._unless_refused(lambda: response.reach(self._healthy, self._healthy))
+        return self.notes.unless_refused(lambda: response.reach(self._healthy, self._healthy))
 
     def _of(self, *populations: Population) -> Array:
         rows = [self._records.rows(population) for population in populations]
@@ -168,10 +164,3 @@ class _Scores:
         known = self._records.severity[self._records.rows(population)]
         known = known[np.isfinite(known)]
         return float(known.mean()) if known.size else population.severity
-
-    def _unless_refused(self, state: Callable[[], Stated]) -> Stated | None:
-        try:
-            return state()
-        except NotStatedError as refusal:
-            self.refusals.append(str(refusal))
-            return None

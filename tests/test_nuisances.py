@@ -107,7 +107,7 @@ def test_failed_records_are_left_out_and_counted():
 def test_what_the_records_do_not_carry_is_refused_in_words():
     found = nuisances_of(*study(alone=10, sobol=8).records())
     assert [each.alone for each in found.each] == [None] * 4
-    assert any("19 records" in refusal for refusal in found.refusals)
+    assert any("49 records" in refusal for refusal in found.refusals)
     assert any("16 base points" in refusal for refusal in found.refusals)
 
 

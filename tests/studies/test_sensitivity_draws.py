@@ -25,7 +25,7 @@ study:
 """
 
 
-def expanded(tmp_path, text=STUDY, sensitivity="{alone: 20, sobol: 32}"):
+def expanded(tmp_path, text=STUDY, sensitivity="{alone: 50, sobol: 32}"):
     path = tmp_path / "study.yaml"
     path.write_text(text + (f"  sensitivity: {sensitivity}\n" if sensitivity else ""))
     return expand_runs(load_experiment(path))
@@ -54,7 +54,7 @@ def test_alone_one_nuisance_varies_and_the_others_are_nominal(table):
         for parameter in NAMES:
             values = set(drawn(table, Kind.ALONE, name, parameter))
             if parameter == name:
-                assert len(values) == (2 if parameter == LAW else 20)
+                assert len(values) == (2 if parameter == LAW else 50)
             else:
                 assert values == {nominal[parameter]}
 
@@ -77,7 +77,7 @@ def test_every_record_has_noise_of_its_own_and_a_whole_seal(table):
 
 def test_a_design_takes_what_it_says(table, tmp_path):
     without = expanded(tmp_path, sensitivity="")
-    assert len(table.runs) == len(without.runs) + (3 + 1) * 20 + (3 + 3) * 32
+    assert len(table.runs) == len(without.runs) + (3 + 1) * 50 + (3 + 3) * 32
     ids = list(without.runs.record_digests())
     assert list(table.runs.record_digests())[: len(ids)] == ids
 
@@ -87,7 +87,7 @@ def test_a_design_takes_what_it_says(table, tmp_path):
     [
         ("{sobol: 100}", "a power of two from 16 on, not 100"),
         ("{sobol: 8}", "a power of two from 16 on, not 8"),
-        ("{alone: 10}", "19 records or more, not 10"),
+        ("{alone: 10}", "49 records or more, not 10"),
     ],
 )
 def test_counts_that_carry_nothing_are_refused(tmp_path, given, message):
@@ -102,7 +102,7 @@ def test_indices_of_correlated_nuisances_are_refused(tmp_path):
     text = STUDY.replace("  healthy:", f"{correlated}  healthy:")
     with pytest.raises(ConfigError, match="Sobol indices are those of independent parameters"):
         expanded(tmp_path, text, "{sobol: 16}")
-    assert len(expanded(tmp_path, text, "{alone: 20}").runs)
+    assert len(expanded(tmp_path, text, "{alone: 50}").runs)
 
 
 def test_a_sensitivity_without_nuisances_is_refused(tmp_path):

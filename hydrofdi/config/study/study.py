@@ -118,7 +118,7 @@ class SensitivityConfig(Section):
 
     alone: FitCount = 0
     """Records in which one parameter varies and the others keep their values, for each parameter, and as many
-    in which none varies; 0 or 19 and more. What differs from record to record differs in all of them."""
+    in which none varies; 0 or 49 and more. What differs from record to record differs in all of them."""
 
     sobol: FitCount = 0
     """Base points of a design for Sobol indices, a power of two from 16 on; 0: none. With d parameters it
@@ -127,8 +127,8 @@ class SensitivityConfig(Section):
 
     @model_validator(mode="after")
     def _counts_carry_what_is_stated(self) -> Self:
-        if 0 < self.alone < 19:
-            raise ValueError(f"alone: a range of scores needs 19 records or more, not {self.alone}")
+        if 0 < self.alone < 49:
+            raise ValueError(f"alone: a range of scores needs 49 records or more, not {self.alone}")
         if self.sobol and (self.sobol < 16 or self.sobol & (self.sobol - 1)):
             raise ValueError(f"sobol: give a power of two from 16 on, not {self.sobol}")
         return self

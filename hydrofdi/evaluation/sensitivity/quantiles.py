@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,8 +13,8 @@ from hydrofdi.evaluation.scores import Array, measurable
 INNER = (0.05, 0.95)
 """Ends of the range that holds nine scores in ten."""
 
-FEWEST = 19
-"""Records from which on the ends of this range lie inside of the scores."""
+BEYOND = 2.5
+"""Records expected beyond a quantile: with fewer, intervals of 95 % hold less often than 90 %."""
 
 N_DRAW = 1000
 
@@ -43,12 +44,15 @@ def quantiles_and_draws(
     Raises
     ------
     NotStatedError
-        Fewer than 19 records have a score.
+        Too few records have a score: 49 for the ends of the inner range, 4 for a median.
     """
     known, _ = measurable(scores)
     ordered = np.sort(known[np.isfinite(known)])
-    if ordered.size < FEWEST:
-        raise NotStatedError(f"a range of scores needs {FEWEST} records, not {ordered.size}", FEWEST)
+    rarest = min(probabilities[0], 1.0 - probabilities[-1])
+    needed = math.ceil(BEYOND / rarest - 1.0 - 1e-9)
+    if ordered.size < needed:
+        kind = "range" if len(probabilities) > 1 else "median"
+        raise NotStatedError(f"a {kind} of scores needs {needed} records, not {ordered.size}", needed)
     n_space = ordered.size + 1
     distances = n_space * np.diff([0.0, *probabilities, 1.0])
     places = np.cumsum(generator.dirichlet(distances, N_DRAW), axis=1)[:, :-1]

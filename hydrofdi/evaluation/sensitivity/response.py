@@ -74,7 +74,7 @@ class Response:
     Raises
     ------
     NotStatedError
-        Fewer than two severities, fewer than 19 scores at one of them, or medians that the severest fault
+        Fewer than two severities, fewer than 4 scores at one of them, or medians that the severest fault
         does not move.
     """
 
@@ -113,7 +113,7 @@ class Response:
         Raises
         ------
         NotStatedError
-            Fewer than 19 records of a kind have a score.
+            Fewer than 49 records with the nuisance, or 4 without it, have a score.
         """
         middle, middles = self._medians([centre])
         directed = self.sign * np.asarray(scores, dtype=float)

@@ -26,7 +26,7 @@ def relative_spread(
     Raises
     ------
     NotStatedError
-        Fewer than 19 records have a score, or nine in ten with all nuisances are equal.
+        Fewer than 49 records of a kind have a score, or nine in ten with all nuisances are equal.
     """
     draw = np.random.default_rng(seed)
     scores = np.asarray(alone, dtype=float)

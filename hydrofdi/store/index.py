@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import write_whole_text
+from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.shard import SHARDS, read_content
 
 _FILE = "index.json"
@@ -141,17 +142,16 @@ def _keep_richer(places: dict[str, StoredRun], identity: str, stored: StoredRun)
         places[identity] = stored
 
 
-_SIGNALS = ("none", "pressures", "all")
 _DTYPES = ("float32", "float64")
 
 
 def _richness(stored: StoredRun) -> tuple[int, int]:
-    return _SIGNALS.index(stored.signals), _DTYPES.index(stored.dtype)
+    return len(stored_signals(stored.signals)), _DTYPES.index(stored.dtype)
 
 
 def holds_enough(stored: StoredRun, signals: str, dtype: str) -> bool:
     """Whether a stored run has the signals that are asked for, in at least that precision."""
     if signals == "none":
         return True
-    enough_signals = _SIGNALS.index(stored.signals) >= _SIGNALS.index(signals)
-    return enough_signals and _DTYPES.index(stored.dtype) >= _DTYPES.index(dtype)
+    has_signals = stored_signals(stored.signals) >= stored_signals(signals)
+    return has_signals and _DTYPES.index(stored.dtype) >= _DTYPES.index(dtype)

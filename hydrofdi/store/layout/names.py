@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+
+from hydrofdi.config.store import NAMED
 
 FORMAT_VERSION = 3
 """Version of the layout of shards and experiment files."""
@@ -180,6 +183,7 @@ REPLICATED = Variable(
 """There where the experiment asks for replicates."""
 
 
+@cache
 def stored_signals(signals: str) -> frozenset[str]:
     """The signals that ``store.signals`` keeps."""
     return frozenset(variable.name for variable in stored_variables(signals) if variable.is_signal)
@@ -187,11 +191,7 @@ def stored_signals(signals: str) -> frozenset[str]:
 
 def stored_variables(signals: str, *, phases: bool = False) -> tuple[Variable, ...]:
     """The computed variables that ``store.signals`` keeps, with or without those over start phases."""
-    kept = {
-        "all": set(SIGNALS),
-        "pressures": {CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE},
-        "none": set[str](),
-    }[signals]
+    kept = NAMED[signals] if signals in NAMED else signals.split(",")
     return tuple(
         variable
         for variable in COMPUTED

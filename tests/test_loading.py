@@ -92,7 +92,7 @@ LINES = [
     ("both in baseline", "baseline: {leakage.internal_flow: 0, leakage.internal_coefficient: 0}\n", "1: baseline"),
     ("baseline name", "baseline: {name: x}\n", "1: baseline.name: no parameter 'name'"),
     ("baseline list", "baseline: [1]\n", "1: baseline: expected a section"),
-    ("store", "store: {signals: some}\n", "1: store.signals: must be 'all', 'pressures' or 'none'; found 'some'"),
+    ("store", "store: {signals: some}\n", "1: store.signals: must be 'all', 'pressures', 'none' or a list of signals; found 'some'"),
     ("name leaves the folder", "name: ../x\n", "1: name: letters, digits"),
     ("hidden name", "name: .x\n", "1: name: letters, digits"),
     ("name with line break", 'name: "a\\n"\n', "1: name: letters, digits"),

@@ -22,13 +22,13 @@ NAMED = {"all": SIGNALS, "pressures": ("chamber_1_pressure", "chamber_2_pressure
 
 def _as_text(given: Any) -> str:
     """A choice of signals as one text: a word for them, or their names in order."""
-    names = NAMED.get(given) if isinstance(given, str) else given
-    names = given.split(",") if names is None else names
-    if not isinstance(names, list | tuple):
-        raise ValueError(f"expected {', '.join(NAMED)}, or a list of signals")
-    for name in names:
-        if name not in SIGNALS:
-            raise ValueError(f"there is no signal {name!r}{nearest(str(name), [*SIGNALS, *NAMED])}")
+    names = NAMED.get(given, given.split(",")) if isinstance(given, str) else given
+    is_list = isinstance(names, list | tuple)
+    unknown = [name for name in names if name not in SIGNALS] if is_list else []
+    if not is_list or (unknown and isinstance(given, str)):
+        raise ValueError(f"must be 'all', 'pressures', 'none' or a list of signals; found {given!r}")
+    if unknown:
+        raise ValueError(f"there is no signal {unknown[0]!r}{nearest(str(unknown[0]), SIGNALS)}")
     kept = tuple(name for name in SIGNALS if name in names)
     return next((word for word, meant in NAMED.items() if meant == kept), ",".join(kept))
 

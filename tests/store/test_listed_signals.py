@@ -10,7 +10,7 @@ from hydrofdi.execution import InProcessEngine
 from hydrofdi.pipeline import plan_sweep, run_sweep
 from hydrofdi.store.layout import names
 
-SHORT = ["record.duration=0.5 s"]
+SHORT = ["record.duration=1 s"]
 
 
 def test_signals_of_the_configuration_are_those_of_files():

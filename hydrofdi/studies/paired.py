@@ -13,6 +13,9 @@ from hydrofdi.studies.records import Scored, StudyRecords
 
 NONE = -1
 
+CHANGE = " (change)"
+"""Ends the name of a change."""
+
 NOTE = "less its value in a healthy record of the same actuator, taken before"
 
 
@@ -35,7 +38,7 @@ def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Ite
         earlier = np.where(before == NONE, np.nan, scored.values[before])
         yield replace(
             scored,
-            name=f"{scored.name} (change)",
+            name=f"{scored.name}{CHANGE}",
             values=scored.values - earlier,
             long_name=f"change of: {scored.long_name}",
             note="; ".join(filter(None, (scored.note, NOTE))),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from hydrofdi.records import Channel
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+from hydrofdi.studies.made_scores import made_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
 
@@ -41,7 +42,7 @@ class StudyDesign:
     records : StudyRecords
     scores : tuple of Scored
         Every number of the indicators that are judged, each of its records; where actuators are common, also
-        its change since the record that was taken before.
+        its change since the record that was taken before; and the scores that are made of such numbers.
     """
 
     records: StudyRecords
@@ -58,17 +59,23 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     ------
     ReportError
         The experiment has no study, or its file does not hold the runs of its study.
+    ConfigError
+        A score is made of numbers that are not measured, or needs an extra that is not installed.
     """
-    roles = _roles(data)
-    scores = tuple(_scores(data))
-    return tuple(
-        _with_changes(_records(data, roles, design), tuple(_at(score, roles, design) for score in scores))
-        for design in range(len(roles.designs))
-    )
+    roles, measured = _roles(data), tuple(_measured(data))
+    return tuple(_design(data, roles, measured, design) for design in range(len(roles.designs)))
 
 
-def _with_changes(records: StudyRecords, scores: tuple[Scored, ...]) -> StudyDesign:
-    return StudyDesign(records, (*scores, *changes_since_before(records, scores)))
+def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored], design: int) -> StudyDesign:
+    records, detection = _records(data, roles, design), data.experiment.detection
+    raw = [_at(number, roles, design) for number in measured]
+    numbers = [*raw, *changes_since_before(records, raw)]
+    judged = [each for each in numbers if not detection.indicators or _label(each) in detection.indicators]
+    return StudyDesign(records, (*judged, *made_scores(records, numbers, detection.scores)))
+
+
+def _label(number: Scored) -> str:
+    return number.name.partition(".")[0]
 
 
 def _roles(data: ExperimentData) -> StudyTable:
@@ -104,13 +111,11 @@ def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecor
     )
 
 
-def _scores(data: ExperimentData) -> Iterator[Scored]:
-    """Every number of the indicators that are judged, over all designs."""
+def _measured(data: ExperimentData) -> Iterator[Scored]:
+    """Every number of the indicators, over all designs."""
     experiment = data.experiment
-    chosen = experiment.detection.indicators
     for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
-        if not chosen or label in chosen:
-            yield from _numbers(data, label, indicator)
+        yield from _numbers(data, label, indicator)
 
 
 def _numbers(data: ExperimentData, label: str, indicator: Indicator[Any]) -> Iterator[Scored]:

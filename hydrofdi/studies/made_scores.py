@@ -1,0 +1,120 @@
+"""Scores of a study that are made of several measured numbers, or compensated for some."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.errors import ConfigError
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.records import Channel
+from hydrofdi.scoring import Score, cross_fitted_scores, make_score
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.studies.paired import CHANGE
+from hydrofdi.studies.records import Scored, StudyRecords
+
+MOST_MISSING = 0.1
+"""Share of the fit records that may lack a number; one that more of them lack is left out."""
+
+_TEACHING = (Kind.HEALTHY, Kind.FAULT)
+
+
+def made_scores(
+    records: StudyRecords, measured: Sequence[Scored], wanted: Mapping[str, ScoreConfig]
+) -> Iterator[Scored]:
+    """The scores that a study asks for, cross-fitted over its fit records.
+
+    Fit records are scored by models that saw neither them nor their group, the others by the model of all fit
+    records. ``compensated`` gives one score for each of its numbers. A score that the fit records do not
+    carry has no values, and its note says why.
+
+    Parameters
+    ----------
+    records : StudyRecords
+    measured : sequence of Scored
+        The numbers of which they are made.
+    wanted : mapping of str to ScoreConfig
+        By label.
+
+    Raises
+    ------
+    ConfigError
+        A number is not measured, or the extra of a score is not installed.
+    """
+    for label, config in wanted.items():
+        score = make_score(config.kind)
+        of, by = _chosen(measured, config.of, label), _chosen(measured, config.by, label)
+        if config.kind != "compensated":
+            yield _made(records, label, score, [*of, *by])
+            continue
+        for each in of:
+            name = label if len(of) == 1 else f"{label}.{each.name}"
+            found = _made(records, name, score, [each, *(proxy for proxy in by if proxy is not each)])
+            yield replace(found, unit=each.unit, direction=each.direction)
+
+
+def _chosen(measured: Sequence[Scored], names: Sequence[str], label: str) -> list[Scored]:
+    """The numbers with these names, those of indicators, and the parts of arrays; each once."""
+    found: dict[str, Scored] = {}
+    for name in names:
+        own = {each.name: each for each in measured if _belongs(each.name, name)}
+        if not own:
+            known = [each.name for each in measured]
+            raise ConfigError(f"the score {label!r}: {name!r} is not measured{nearest(name, known)}")
+        found |= own
+    return list(found.values())
+
+
+def _belongs(number: str, name: str) -> bool:
+    """Whether a name means a number; changes since a record before are meant where the name says so."""
+    if number.endswith(CHANGE) != name.endswith(CHANGE):
+        return False
+    number, name = number.removesuffix(CHANGE), name.removesuffix(CHANGE)
+    return number == name or number.startswith((f"{name}.", f"{name}["))
+
+
+def _made(records: StudyRecords, name: str, score: Score[Any], numbers: Sequence[Scored]) -> Scored:
+    population = [records.populations[each] for each in records.of_record]
+    is_faulty = np.array([each.kind is Kind.FAULT for each in population])
+    is_fit = np.array([each.is_fit and each.kind in _TEACHING for each in population])
+    learning = is_fit & (score.needs_faulty | ~is_faulty)
+    kept = [each for each in numbers if _share_missing(each.values[learning]) <= MOST_MISSING]
+    notes = [score.caution, *(_left_out(each) for each in numbers if each not in kept)]
+    try:
+        if not kept:
+            raise NotStatedError("no number is measured in nine of ten fit records")
+        values = np.stack([each.values for each in kept], axis=1)
+        scores = cross_fitted_scores(score, values, is_faulty, records.groups, is_fit=is_fit)
+    except NotStatedError as refusal:
+        scores, notes = np.full(is_fit.size, np.nan), [str(refusal), *notes]
+    used = {channel for each in kept for channel in each.channels}
+    return Scored(
+        name,
+        scores,
+        tuple(channel.value for channel in Channel if channel.value in used),
+        long_name=score.summary,
+        direction=score.direction,
+        cost=_cost(kept),
+        note=" ".join(notes),
+    )
+
+
+def _share_missing(values: Array) -> float:
+    return float(np.mean(~np.isfinite(values))) if values.size else 0.0
+
+
+def _left_out(number: Scored) -> str:
+    return f"{number.name} is left out: too many fit records lack it."
+
+
+def _cost(numbers: Sequence[Scored]) -> float | None:
+    """That of the indicators, each once; None where one of them was not measured."""
+    costs = {each.name.partition(".")[0]: each.cost for each in numbers}
+    known = [cost for cost in costs.values() if cost is not None]
+    return sum(known) if len(known) == len(costs) else None

@@ -1,0 +1,136 @@
+"""Scores of a study that are made of several numbers: who teaches them, and what is said of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.errors import ConfigError
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.studies.detecting import detect
+from hydrofdi.studies.made_scores import made_scores
+from hydrofdi.studies.records import Scored
+from hydrofdi.studies.rules import Rules
+from tests.studies.populations import FIT, TEST, usual
+
+KINDS = ("mahalanobis", "one_class", "lda", "logistic", "compensated")
+
+
+@pytest.fixture(scope="module")
+def records():
+    return usual(300, 40)
+
+
+@pytest.fixture(scope="module")
+def measured(records):
+    """Two numbers that a nuisance rules, one of which falls with the leak, and a number for itself."""
+    draw, n_record = np.random.default_rng(5), records.of_record.size
+    load, noise = draw.normal(size=n_record), 0.05 * draw.normal(size=(3, n_record))
+    return (
+        Scored("a.low", load - records.severity + noise[0], ("chamber_1_pressure",), "Pa", cost=0.1),
+        Scored("a.high", load + noise[1], ("chamber_1_pressure", "piston_position"), "Pa", cost=0.1),
+        Scored("b.part[0]", noise[2], ("input_voltage",), cost=0.2),
+    )
+
+
+def made(records, measured, kind, of=("a", "b"), by=()):
+    if kind == "compensated" and not by:
+        of, by = ("a.low",), ("a.high", "b")
+    return list(made_scores(records, measured, {"made": ScoreConfig(kind=kind, of=list(of), by=list(by))}))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_leak_that_no_number_shows_alone_is_found(kind, records, measured):
+    (score,) = made(records, measured, kind)
+    rules = Rules()
+    alone, together = (
+        next(each for each in detect(records, scores, rules).judgements) for scores in (measured, [score])
+    )
+    assert alone.levels[-1].detected.value < 0.2
+    assert together.levels[-1].detected.value > 0.95
+    assert next(rate for of, rate in together.false_alarms.items() if of == TEST).low < 0.01
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_records_that_are_tested_teach_nothing(kind, records, measured):
+    is_fit = np.array([population.is_fit for population in records.populations])[records.of_record]
+    draw = np.random.default_rng(6)
+    others = [
+        replace(each, values=np.where(is_fit, each.values, draw.normal(size=is_fit.size)))
+        for each in measured
+    ]
+    (score,), (other,) = made(records, measured, kind), made(records, others, kind)
+    np.testing.assert_array_equal(score.values[is_fit], other.values[is_fit])
+    assert not np.any(score.values[~is_fit] == other.values[~is_fit])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_shifts_and_confusions_teach_nothing_even_if_they_are_called_fit(kind, records, measured):
+    (score,) = made(records, measured, kind)
+    populations = tuple(
+        replace(each, is_fit=each.is_fit or each.kind is Kind.SHIFT) for each in records.populations
+    )
+    (same,) = made(replace(records, populations=populations), measured, kind)
+    np.testing.assert_array_equal(score.values, same.values)
+
+
+def test_a_score_says_its_channels_cost_direction_and_how_it_was_learned(records, measured):
+    (score,) = made(records, measured, "lda")
+    assert score.name == "made"
+    assert score.channels == ("chamber_1_pressure", "piston_position", "input_voltage")
+    assert score.cost == pytest.approx(0.3)
+    assert score.direction is Direction.RISING
+    assert "discriminant" in score.long_name
+    assert "population" in score.note
+    (free,) = made(records, [replace(each, cost=None) for each in measured], "lda")
+    assert free.cost is None
+
+
+def test_compensated_keeps_unit_and_direction_of_its_number_and_takes_several(records, measured):
+    falling = [replace(each, direction=Direction.FALLING) for each in measured]
+    scores = made(records, falling, "compensated", of=["a"], by=["a.high", "b.part"])
+    assert [score.name for score in scores] == ["made.a.low", "made.a.high"]
+    assert {(score.unit, score.direction) for score in scores} == {("Pa", Direction.FALLING)}
+    assert np.isfinite(scores[1].values).all()
+
+
+def test_a_number_that_many_fit_records_lack_is_left_out_with_a_note(records, measured):
+    holed = measured[2].values.copy()
+    holed[::3] = np.nan
+    with_hole = [*measured[:2], replace(measured[2], values=holed)]
+    (score,) = made(records, with_hole, "mahalanobis")
+    (without,) = made(records, measured[:2], "mahalanobis", of=["a"])
+    np.testing.assert_array_equal(score.values, without.values)
+    assert "b.part[0] is left out: too many fit records lack it." in score.note
+    assert "input_voltage" not in score.channels
+
+
+def test_what_the_fit_records_do_not_carry_is_said_and_not_scored(records, measured):
+    few = replace(
+        records, of_record=np.where(records.of_record == records.populations.index(FIT), 2, records.of_record)
+    )
+    (score,) = made(few, measured, "one_class")
+    assert np.isnan(score.values).all()
+    assert "needs" in score.note
+    empty = [replace(each, values=np.full_like(each.values, np.nan)) for each in measured]
+    (score,) = made(records, empty, "one_class")
+    assert "no number is measured in nine of ten fit records" in score.note
+
+
+def test_changes_since_a_record_before_are_taken_where_the_name_says_so(records, measured):
+    changes = [replace(each, name=f"{each.name} (change)", values=each.values**3) for each in measured]
+    every = [*measured, *changes]
+    raw, changed = (made(records, every, "mahalanobis", of=[of])[0].values for of in ("a", "a (change)"))
+    np.testing.assert_array_equal(raw, made(records, measured, "mahalanobis", of=["a"])[0].values)
+    assert not np.any(raw == changed)
+    names = [each.name for each in made(records, every, "compensated", of=["a (change)"], by=["b"])]
+    assert names == ["made.a.low (change)", "made.a.high (change)"]
+
+
+def test_a_number_that_is_not_measured_is_named(records, measured):
+    with pytest.raises(
+        ConfigError, match=r"the score 'made': 'a\.hihg' is not measured; did you mean 'a\.high'"
+    ):
+        made(records, measured, "lda", of=["a.hihg"])

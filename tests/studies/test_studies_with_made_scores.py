@@ -1,0 +1,76 @@
+"""A study asks for scores that are made of others: from its file to what is judged."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import load_experiment
+from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.errors import ConfigError
+from hydrofdi.execution import InProcessEngine
+from hydrofdi.pipeline import read_results, run_sweep
+from hydrofdi.scoring import make_score
+from hydrofdi.studies.reading import read_study
+
+STUDY = """
+name: made
+record: {duration: 2 s}
+input: {period: 0.5 s}
+pressure_1_sensor: {noise: 5 kPa}
+indicators: [dwt, pressure_statistics]
+study:
+  population: {seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}}}
+  healthy: {fit: 12, test: 4}
+  faults: {leakage.internal_flow: [1 L/min], each: 2, fit: 8}
+detection:
+  indicators: [dwt]
+  scores:
+    unusual: {kind: mahalanobis, of: [pressure_statistics, dwt.d3]}
+    leak: {kind: lda, of: [pressure_statistics.mean, pressure_statistics.kurtosis]}
+    calm: {kind: compensated, of: [dwt], by: [pressure_statistics.kurtosis]}
+"""
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "study.yaml").write_text(STUDY)
+    run_sweep(load_experiment(folder / "study.yaml"), folder / "results", InProcessEngine())
+    return folder
+
+
+def test_made_scores_are_judged_beside_the_indicators_that_are_chosen(study):
+    (design,) = read_study(read_results(study / "results"))
+    names = [score.name for score in design.scores]
+    assert not [name for name in names if name.startswith("pressure_statistics")]
+    assert [name for name in names if not name.startswith("dwt.")] == [
+        "unusual",
+        "leak",
+        *(f"calm.{name}" for name in names if name.startswith("dwt.")),
+    ]
+    for score in design.scores[-3:]:
+        assert np.isfinite(score.values).all(), score.note
+
+
+def test_test_records_are_scored_by_the_model_of_all_fit_records(study):
+    data = read_results(study / "results")
+    (design,) = read_study(data)
+    values = np.stack([data.columns[f"pressure_statistics.{name}"] for name in ("mean", "kurtosis")], axis=1)
+    populations = [design.records.populations[each] for each in design.records.of_record]
+    is_fit = np.array([each.is_fit for each in populations])
+    is_faulty = np.array([each.severity > 0.0 for each in populations])
+    model = make_score("lda").fit(values[is_fit], is_faulty[is_fit])
+    found = next(score.values for score in design.scores if score.name == "leak")
+    np.testing.assert_array_equal(found[~is_fit], model.score(values[~is_fit]))
+    assert not np.any(found[is_fit] == model.score(values[is_fit]))
+
+
+def test_a_number_that_was_not_measured_is_a_mistake_of_the_file(study):
+    data = read_results(study / "results")
+    wanted = {"leak": ScoreConfig(kind="lda", of=["ring_down"])}
+    experiment = data.experiment.model_copy(
+        update={"detection": data.experiment.detection.model_copy(update={"scores": wanted})}
+    )
+    with pytest.raises(ConfigError, match="the score 'leak': 'ring_down' is not measured"):
+        read_study(replace(data, experiment=experiment))

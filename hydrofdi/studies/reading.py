@@ -53,7 +53,7 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     """The designs of a stored study.
 
     Severity is the true mean leakage flow of each record over the whole of it, or K_i where the faults are
-    given by it; NaN where a run failed, as are its scores.
+    given by it, or the level where the study says so; NaN where a run failed, as are its scores.
 
     Raises
     ------
@@ -98,12 +98,16 @@ def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecor
     assert study is not None
     parameter = study.faults.parameter if study.faults else "leakage.internal_flow"
     variable, unit = _SEVERITIES[parameter]
+    severity = np.asarray(data.columns[variable][rows], dtype=float)
+    if study.faults and study.faults.severity == "level":
+        nominal = np.array([population.severity for population in roles.populations])[roles.of_run[rows]]
+        severity = np.where(np.isnan(severity), np.nan, nominal)
     method = study.population.method
     remarks = () if method == "random" else (_DEPENDENT_DRAWS.format(method=_METHODS[method]),)
     return StudyRecords(
         roles.populations,
         roles.of_run[rows],
-        np.asarray(data.columns[variable][rows], dtype=float),
+        severity,
         unit,
         None if roles.actuators is None else tuple(roles.actuators[row] for row in rows.tolist()),
         roles.designs[design],

@@ -69,3 +69,12 @@ def test_scores_are_the_single_numbers_of_the_judged_indicators(designs):
     assert "pressure_statistics.kurtosis" in names
     assert all(len(score.values) == 30 for score in designs[0].scores)
     assert designs[0].scores[0].channels == ("chamber_1_pressure",)
+
+
+def test_severity_can_be_the_level_that_was_asked_for(designs, tmp_path):
+    (tmp_path / "study.yaml").write_text(STUDY.replace("each: 4,", "each: 4, severity: level,"))
+    run_sweep(load_experiment(tmp_path / "study.yaml"), tmp_path / "results", InProcessEngine())
+    records = read_study(read_results(tmp_path / "results"))[0].records
+    nominal = np.array([population.severity for population in records.populations])
+    np.testing.assert_array_equal(records.severity, nominal[records.of_record])
+    assert (designs[0].records.severity != records.severity).any()

@@ -88,6 +88,11 @@ class FaultsConfig(Section):
     """Further records of each level, from which directions and supervised scores are learned; they are never
     tested. 0: directions are those that indicators state, or both."""
 
+    severity: Literal["record", "level"] = "record"
+    """How severe a leak is. ``record``: the mean leakage flow of its own record (K_i, where levels are given
+    by it). ``level``: its level, under the conditions of ``calibration`` and ``baseline``; for motions in
+    which the same seal hardly leaks, such as a rest test."""
+
     @property
     def parameter(self) -> str:
         """Dotted name of what varies."""

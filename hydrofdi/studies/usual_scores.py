@@ -22,9 +22,9 @@ _SYMBOLS = {
 def usual_scores(records: StudyRecords, scores: Sequence[Scored]) -> dict[str, Made]:
     """For every set of sensors that some indicator needs: one score of all numbers that these sensors give.
 
-    ``mahalanobis`` from healthy fit records, and ``lda`` where there are faulty ones as well. Numbers that more
-    than a hundredth of the healthy fit records lack are left out. Beside them the rule of the paper, the
-    largest fall of d1 … d5.
+    ``mahalanobis`` from healthy fit records, and ``lda`` where there are faulty ones as well. Numbers
+    that more than a hundredth of the healthy fit records lack are left out. Beside them the rule of the
+    paper, the largest fall of d1 … d5.
 
     Parameters
     ----------

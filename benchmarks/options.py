@@ -33,6 +33,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "limited spool": {"valve.largest_opening": 40e-6, "valve.largest_speed": 0.05},
     "lapped valve": {"valve.lap": 2e-6},
     "unequal edges": {"supply_1_edge.lap": 1e-6},
+    "hysteresis": {"valve.hysteresis": 0.05},
     "shifted null": {"valve.null_offset": 0.4e-6},
     "end stops": {"actuator.end_stops": "elastic"},
     "load force": {"load.constant_force": 100.0},

@@ -41,6 +41,29 @@ def spool_acceleration(
 
 
 @equation
+def acting_voltage(voltage: float, previous: float, width: float) -> float:
+    """Voltage that moves the spool, behind a hysteresis that does not depend on rate (play operator).
+
+    Parameters
+    ----------
+    voltage : float
+        Input u [V].
+    previous : float
+        What acted before [V].
+    width : float
+        Width h of the loop, as ISO 10770-1 states it: distance of the voltages with which a spool that comes
+        from either side stands in the same place [V].
+
+    Returns
+    -------
+    float
+        u_h = min(max(u_h,prev, u − h/2), u + h/2) [V]. Visintin, *Differential Models of Hysteresis*, 1994,
+        ch. III.
+    """
+    return min(max(previous, voltage - 0.5 * width), voltage + 0.5 * width)
+
+
+@equation
 def null_position(time: Quantity, offset: Quantity, drift: Quantity) -> Quantity:
     """Spool position at which the valve is centred on its ports (its null).
 

@@ -16,6 +16,7 @@ from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.simulation.kernels.lanes import SPOOLS, WIDTH
+from hydrofdi.simulation.kernels.options import Chosen
 from hydrofdi.simulation.kernels.spool import advance_spools
 from hydrofdi.simulation.random_levels import random_levels
 
@@ -25,6 +26,7 @@ SPOOL_PARAMETERS = {
     "spool_gain": "spool_gain",
     "spool_limit": "position_limit",
     "spool_speed_limit": "speed_limit",
+    "hysteresis": "hysteresis",
 }
 """Field of ``lanes.SPOOLS`` → attribute of a drive."""
 
@@ -42,6 +44,7 @@ class Drive:
     spool_gain: float
     position_limit: float
     speed_limit: float
+    hysteresis: float
 
     @classmethod
     def of(cls, parameters: RunParameters) -> Drive:
@@ -49,13 +52,14 @@ class Drive:
         valve = parameters.valve
         return cls(
             parameters.input, valve.angular_frequency, valve.damping_ratio, valve.spool_gain,
-            valve.position_limit, valve.speed_limit,
+            valve.position_limit, valve.speed_limit, valve.hysteresis,
         )  # fmt: skip
 
     @property
-    def is_limited(self) -> bool:
-        """Whether position or speed of the spool saturates."""
-        return min(self.position_limit, self.speed_limit) < math.inf
+    def choices(self) -> tuple[Chosen, Chosen]:
+        """Whether position or speed of the spool saturates, and whether it has a hysteresis."""
+        is_limited = min(self.position_limit, self.speed_limit) < math.inf
+        return is_limited or None, self.hysteresis > 0.0 or None
 
 
 def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -167,7 +171,7 @@ class Spools:
         for spool, group in zip(self._spools, self._groups, strict=True):
             for field, name in SPOOL_PARAMETERS.items():
                 spool[field] = np.resize([getattr(drives[k], name) for k in group], WIDTH)
-        self._is_limited = [drives[group[0]].is_limited or None for group in self._groups]
+        self._choices = [drives[group[0]].choices for group in self._groups]
 
     def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Advance all spools from step `first` on.
@@ -190,15 +194,15 @@ class Spools:
         for spool, group in enumerate(self._groups):
             advance_spools(
                 self._spools[spool : spool + 1], voltage, self._record.step, first_drive, len(group), stages,
-                self._is_limited[spool],
+                *self._choices[spool],
             )  # fmt: skip
             first_drive += len(group)
         return voltage, stages
 
 
 def _groups_of_spools(drives: Sequence[Drive]) -> Iterator[list[int]]:
-    """Positions of drives that are advanced together, WIDTH at most; all of them limited or none."""
-    for kind in (False, True):
-        members = [k for k, drive in enumerate(drives) if drive.is_limited is kind]
+    """Positions of drives that are advanced together, WIDTH at most; all of them make the same choices."""
+    for choices in dict.fromkeys(drive.choices for drive in drives):
+        members = [k for k, drive in enumerate(drives) if drive.choices == choices]
         for first in range(0, len(members), WIDTH):
             yield members[first : first + WIDTH]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import pid_step
+from hydrofdi.physics.valve import acting_voltage
 from hydrofdi.simulation.batch import ROWS, outcome_of
 from hydrofdi.simulation.drive import input_voltage, position_reference
 from hydrofdi.simulation.kernels.compilation import compiled
@@ -124,10 +125,13 @@ class _Record:
             self.reference = position_reference(parameters.input, parameters.control.amplitude, record, steps)
         else:
             self.voltage = input_voltage(parameters.input, record, steps)
+        self._width = float(single["hysteresis"][0, 0])
+        acting = accumulate(self.voltage.tolist(), self._behind_hysteresis, initial=0.0)
+        self._acting = np.array(list(acting)[1:])
         self.states = np.full((_SPOOL + 2, record.n_sample), np.nan)
         rest = 0.5 * (supply.pressure + supply.return_pressure)
         self._state = np.array([0.0, 0.0, rest, rest, supply.pressure, 0.0, 0.0, 0.0])
-        self._error = self._integral = self._voltage = 0.0
+        self._error = self._integral = self._voltage = self._acting_voltage = 0.0
 
     def solve(self) -> None:
         """Fill the samples, up to where the solver gives up."""
@@ -135,7 +139,7 @@ class _Record:
             if self._is_closed and first % self._steps_per_control == 0:
                 self._control(first)
             if self._is_closed:
-                self.voltage[first:last] = self._voltage
+                self.voltage[first:last], self._acting[first:last] = self._voltage, self._acting_voltage
             if not self._advance(first, last):
                 return
 
@@ -149,6 +153,10 @@ class _Record:
             jumps.update((np.flatnonzero(np.diff(self.voltage)) + 1).tolist())
         return sorted(jumps)
 
+    def _behind_hysteresis(self, previous: float, voltage: float) -> float:
+        acting: float = acting_voltage(voltage, previous, self._width)
+        return acting
+
     def _control(self, step: int) -> None:
         c = self._single[0]
         error = float(self.reference[step] - self._state[0])
@@ -157,6 +165,7 @@ class _Record:
             c["derivative_gain"][0], c["sample_time"][0], c["voltage_limit"][0],
         )  # fmt: skip
         self._error = error
+        self._acting_voltage = self._behind_hysteresis(self._acting_voltage, self._voltage)
 
     def _advance(self, first: int, last: int) -> bool:
         from scipy import integrate
@@ -166,7 +175,7 @@ class _Record:
         every = 1 if self._reader else per_sample
         steps = every * np.arange(-(-first // every), -(-last // every))
         instants = np.append(steps, last) * record.step
-        held = self.voltage if self._is_smooth else self.voltage[first : first + 1]
+        held = self._acting if self._is_smooth else self._acting[first : first + 1]
         with np.errstate(all="ignore"):
             result = solve_ivp(
                 all_rates, (first * record.step, last * record.step), self._state,
@@ -212,7 +221,8 @@ def all_rates(
         t [s].
     state : ndarray, shape (8,)
     voltage : ndarray, shape (1,) or (n_step,)
-        u [V]: constant, or smooth and held over each step; then it is interpolated between their middles.
+        u behind the hysteresis [V]: constant, or smooth and held over each step; then it is interpolated
+        between their middles.
     load : float
         F_L [N].
     step : float

@@ -26,6 +26,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "external": {"leakage.external_coefficient_1": 1e-13},
     "air": {"fluid.law": "free_air"},
     "saturated": {"valve.largest_opening": 3e-5},
+    "hysteresis": {"valve.hysteresis": 0.2},
     "slow": {"valve.largest_speed": 2e-3},
     "overlap": {"valve.lap": 2e-6, "valve.lap_leakage": 1e-14},
     "edges": {

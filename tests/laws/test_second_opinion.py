@@ -58,7 +58,8 @@ OPTIONS: tuple[dict[str, Any], ...] = (
     },
     {
         "control.law": "pid", "control.amplitude": 5e-3, "valve.largest_opening": 5e-5,
-        "valve.largest_speed": 2e-2, "valve.lap": 1e-6, "leakage.external_coefficient_1": 1e-13,
+        "valve.largest_speed": 2e-2, "valve.hysteresis": 0.05, "valve.lap": 1e-6,
+        "leakage.external_coefficient_1": 1e-13,
     },
     {
         "leakage.onset": "intermittent", "leakage.onset_duration": 0.2, "actuator.end_stops": "elastic",

@@ -15,6 +15,7 @@ RUNS = [
         "input.shape": ("square", "sine")[k % 2],
         "valve.natural_frequency": 120.0 + 3.0 * k,
         "valve.largest_opening": (None, 3e-5)[k % 4 == 0],
+        "valve.hysteresis": (0.0, 0.1)[k % 5 == 0],
     })
     for k in range(WIDTH + 5)
 ]  # fmt: skip

@@ -34,6 +34,10 @@ class ValveConfig(Section):
     largest_speed: Annotated[float, SI("m/s", above=0, usual=("0.1 mm/s", "100 m/s"))] | None = None
     """Speed that the spool cannot exceed (slew) [m/s]; without it, none (paper)."""
 
+    hysteresis: Annotated[float, SI("V", least=0, usual=("0.1 mV", "10 V"))] = 0.0
+    """Width of the hysteresis between voltage and spool [V]: how far the voltage has to turn back before the
+    spool does. Independent of rate (a play). None in the paper."""
+
     lap: Annotated[float, SI("m", usual=("10 nm", "1 mm"))] = 0.0
     """Distance x_0 that the spool has to move before an edge opens [m]: overlap (dead band) where positive,
     underlap (all edges open at the centre) where negative, critical lap where zero (paper)."""

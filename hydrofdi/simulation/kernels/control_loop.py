@@ -56,5 +56,5 @@ def steer(
             control(left, k, references[0, columns[k]])
             control(right, k, references[0, columns[HALF_WIDTH + k]])
     for k in range(HALF_WIDTH):
-        move_spool(left, k, step, options.limited_spool)
-        move_spool(right, k, step, options.limited_spool)
+        move_spool(left, k, step, options.limited_spool, options.hysteresis)
+        move_spool(right, k, step, options.limited_spool, options.hysteresis)

@@ -59,6 +59,7 @@ PARAMETERS = {
     "spool_gain": "valve.spool_gain",
     "spool_limit": "valve.position_limit",
     "spool_speed_limit": "valve.speed_limit",
+    "hysteresis": "valve.hysteresis",
     "coulomb": "friction.applied.coulomb",
     "breakaway": "friction.applied.breakaway",
     "viscous": "friction.applied.viscous",
@@ -87,7 +88,7 @@ LEAKAGE = "internal_leakage"
 STATES = ("position", "velocity", "pressure_1", "pressure_2", "supply", "bristle")
 """Integrated states of a lane: x_p, v_p, P_1, P_2, and with the options that have them P_s and z."""
 
-_LOOP = ("spool_position", "spool_velocity", "voltage", "error", "integral")
+_LOOP = ("spool_position", "spool_velocity", "voltage", "acting_voltage", "error", "integral")
 """State of spool and controller of a lane in closed loop."""
 
 _STEP = ("spool_1", "spool_2", "spool_3", "spool_4", "load")
@@ -110,7 +111,8 @@ _values_of = attrgetter(*PARAMETERS.values())
 
 _SPOOL_FIELDS = (
     "spool_position", "spool_velocity", "spool_frequency", "spool_damping_ratio", "spool_gain",
-    "spool_limit", "spool_speed_limit", "voltage", "spool_1", "spool_2", "spool_3", "spool_4",
+    "spool_limit", "spool_speed_limit", "hysteresis", "voltage", "acting_voltage",
+    "spool_1", "spool_2", "spool_3", "spool_4",
 )  # fmt: skip
 SPOOLS = np.dtype([(name, "f8", (WIDTH,)) for name in _SPOOL_FIELDS])
 """Record of the spools of several drives."""

@@ -23,6 +23,7 @@ class ModelOptions(NamedTuple):
     free_air: Chosen = None
     clamped_cavitation: Chosen = None
     limited_spool: Chosen = None
+    hysteresis: Chosen = None
     lapped_valve: Chosen = None
     shifted_null: Chosen = None
     end_stops: Chosen = None
@@ -49,6 +50,7 @@ class ModelOptions(NamedTuple):
             free_air=run.fluid.law == "free_air" or None,
             clamped_cavitation=run.fluid.cavitation == "clamped" or None,
             limited_spool=valve.is_limited or None,
+            hysteresis=valve.hysteresis > 0.0 or None,
             lapped_valve=valve.lap != 0.0 or valve.lap_leakage != 0.0 or run.has_unequal_edges or None,
             shifted_null=valve.is_shifted or None,
             end_stops=run.actuator.end_stops == "elastic" or None,

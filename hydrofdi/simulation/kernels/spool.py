@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hydrofdi.physics.equation import equation
 from hydrofdi.physics.limited import limited
 from hydrofdi.physics.settled import settled
-from hydrofdi.physics.valve import spool_acceleration
+from hydrofdi.physics.valve import acting_voltage, spool_acceleration
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.simulation.kernels.object_code import kernel
 from hydrofdi.simulation.kernels.options import Chosen
@@ -51,10 +51,12 @@ def valve_opening(position: float, position_limit: float, is_limited: Chosen) ->
 
 
 @equation
-def move_spool(spools: Any, k: int, step: float, is_limited: Chosen) -> None:
+def move_spool(spools: Any, k: int, step: float, is_limited: Chosen, has_hysteresis: Chosen) -> None:
     """Advance spool `k` of a record by a step, and keep its openings at the four stages."""
-    u, w, xi, k_v = (
-        spools.voltage[k],
+    u = spools.voltage[k]
+    if has_hysteresis is not None:
+        u = spools.acting_voltage[k] = acting_voltage(u, spools.acting_voltage[k], spools.hysteresis[k])
+    w, xi, k_v = (
         spools.spool_frequency[k],
         spools.spool_damping_ratio[k],
         spools.spool_gain[k],
@@ -86,6 +88,7 @@ def advance_spools(
     n_drive: int,
     stages: NDArray[np.float64],
     is_limited: Chosen,
+    has_hysteresis: Chosen,
 ) -> None:
     """Integrate a record of spools and keep their openings at the stages of each step.
 
@@ -103,13 +106,15 @@ def advance_spools(
         Filled with spool positions [m], in n_drive columns.
     is_limited : True or None
         Whether position or speed of any of them saturates.
+    has_hysteresis : True or None
+        Whether any of them follows its voltage through a hysteresis.
     """
     spool = spools[0]
     for i in range(voltage.shape[0]):
         for k in range(n_drive):
             spool.voltage[k] = voltage[i, first_drive + k]
         for k in range(WIDTH):
-            move_spool(spool, k, step, is_limited)
+            move_spool(spool, k, step, is_limited, has_hysteresis)
         for k in range(n_drive):
             stages[i, 0, first_drive + k] = spool.spool_1[k]
             stages[i, 1, first_drive + k] = spool.spool_2[k]

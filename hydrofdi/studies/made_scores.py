@@ -16,6 +16,7 @@ from hydrofdi.evaluation.scores import Array
 from hydrofdi.records import Channel
 from hydrofdi.scoring import Score, cross_fitted_scores, make_score
 from hydrofdi.settings.mistakes import nearest
+from hydrofdi.studies.largest_change import LargestChange
 from hydrofdi.studies.paired import CHANGE
 from hydrofdi.studies.records import Scored, StudyRecords
 
@@ -48,7 +49,7 @@ def made_scores(
         A number is not measured, or the extra of a score is not installed.
     """
     for label, config in wanted.items():
-        score = make_score(config.kind)
+        score = LargestChange() if config.kind == LargestChange.name else make_score(config.kind)
         of, by = _chosen(measured, config.of, label), _chosen(measured, config.by, label)
         if config.kind != "compensated":
             yield _made(records, label, score, [*of, *by])

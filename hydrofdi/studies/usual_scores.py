@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
+from hydrofdi.config.study.detection import ScoreConfig
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.studies.learning import LARGEST_CHANGE, Made
 from hydrofdi.studies.records import Scored, StudyRecords
 
-LEAST_SHARE = 0.99
-"""Share of the healthy fit records in which a number has to be measured to be used."""
+_DETAILS = tuple(f"dwt.d{level}" for level in range(1, 6))
 
 _SYMBOLS = {
     "chamber_1_pressure": "P1", "chamber_2_pressure": "P2", "supply_pressure": "Ps", "return_pressure": "Pr",
@@ -19,12 +16,11 @@ _SYMBOLS = {
 }  # fmt: skip
 
 
-def usual_scores(records: StudyRecords, scores: Sequence[Scored]) -> dict[str, Made]:
+def usual_scores(records: StudyRecords, scores: Sequence[Scored]) -> dict[str, ScoreConfig]:
     """For every set of sensors that some indicator needs: one score of all numbers that these sensors give.
 
-    ``mahalanobis`` from healthy fit records, and ``lda`` where there are faulty ones as well. Numbers
-    that more than a hundredth of the healthy fit records lack are left out. Beside them the rule of the
-    paper, the largest fall of d1 … d5.
+    ``mahalanobis`` from healthy fit records, and ``lda`` where there are faulty ones as well. Beside them the
+    rule of the paper, the largest fall of d1 … d5.
 
     Parameters
     ----------
@@ -32,18 +28,15 @@ def usual_scores(records: StudyRecords, scores: Sequence[Scored]) -> dict[str, M
     scores : sequence of Scored
     """
     kinds = ["mahalanobis", *(["lda"] if records.chosen(Kind.FAULT, is_fit=True) else [])]
-    healthy = [records.rows(each) for each in records.chosen(Kind.HEALTHY, is_fit=True)]
-    rows = np.concatenate(healthy) if healthy else np.empty(0, dtype=np.intp)
-    usable = [
-        each
-        for each in scores
-        if each.channels and rows.size and np.isfinite(each.values[rows]).mean() >= LEAST_SHARE
-    ]
-    made: dict[str, Made] = {}
-    for sensors in dict.fromkeys(each.channels for each in usable):
-        names = tuple(each.name for each in usable if set(each.channels) <= set(sensors))
+    made: dict[str, ScoreConfig] = {}
+    for sensors in dict.fromkeys(each.channels for each in scores if each.channels):
+        names = [each.name for each in scores if each.channels and set(each.channels) <= set(sensors)]
         if len(names) > 1:
             title = " ".join(_SYMBOLS.get(channel, channel) for channel in sensors)
-            made |= {f"{kind}({title})": Made(kind, names) for kind in kinds}
-    details = tuple(each.name for each in scores if each.name in {f"dwt.d{level}" for level in range(1, 6)})
-    return made | ({"largest_change(d1 … d5)": Made(LARGEST_CHANGE, details)} if len(details) == 5 else {})
+            made |= {
+                f"{kind}({title})": ScoreConfig.model_validate({"kind": kind, "of": names}) for kind in kinds
+            }
+    details = [each.name for each in scores if each.name in _DETAILS]
+    if len(details) == len(_DETAILS):
+        made["largest_change(d1 … d5)"] = ScoreConfig(kind="largest_change", of=details)
+    return made

@@ -12,10 +12,11 @@ from hydrofdi.settings.quantities import SI, Section
 class ScoreConfig(Section):
     """A score that is made of measured numbers."""
 
-    kind: Literal["mahalanobis", "one_class", "lda", "logistic", "compensated"]
+    kind: Literal["mahalanobis", "one_class", "lda", "logistic", "compensated", "largest_change"]
     """``mahalanobis`` and ``one_class`` are fitted to healthy fit records, ``lda`` and ``logistic`` to
     healthy and leaky ones. ``compensated``: a number less what it is expected to be, by its regression on
-    ``by`` in healthy fit records."""
+    ``by`` in healthy fit records. ``largest_change``: the largest fall below the mean of healthy fit records,
+    as a share of it; of ``dwt.d1`` … ``dwt.d5`` the rule of the paper."""
 
     of: list[str] = Field(min_length=1)
     """What it is made of: labels of indicators, or single numbers such as ``ring_down.damping_ratio``."""

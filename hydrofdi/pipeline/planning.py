@@ -230,7 +230,7 @@ def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
         Job.of(run, "", run.parameters.leakage.internal_coefficient or 0.0) for run in islice(runs, 4 * WIDTH)
     ]
     jobs = [job for job in jobs if batch_shape(job) == batch_shape(jobs[0])][:WIDTH]
-    compute_columns(jobs[:1])  # compiles, or loads the kernel
+    compute_columns(jobs)  # compiles, or loads their kernels
     start = time.perf_counter()
     compute_columns(jobs)
     seconds = time.perf_counter() - start

@@ -13,7 +13,7 @@ from hydrofdi.evaluation.scores import Array
 NORMAL_QUARTILES = 1.3489795003921634
 """Distance of the quartiles of a normal distribution, in standard deviations."""
 
-FAR = 10.0
+FAR = 5.0
 """Standardised values of fit records beyond ± this are held there, so that single ones do not rule a fit."""
 
 
@@ -37,7 +37,7 @@ class Standardisation:
         return np.ascontiguousarray((values[:, self.kept] - self.centre) / self.scale)
 
     def held(self, values: Array) -> Array:
-        """Standardised features of fit records, held at ±10."""
+        """Standardised features of fit records, held at ±5."""
         return np.clip(self(values), -FAR, FAR)
 
 

@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from hydrofdi.evaluation.auc import area_under_curve
 from hydrofdi.scoring import make_score
-from tests.scoring.populations import gaussians
+from tests.scoring.populations import Population, gaussians
 
 COVARIANCE = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, 0.3], [0.0, 0.3, 2.0]])
 DISTANCE = np.array([0.5, -0.3, 0.2])
@@ -79,3 +79,12 @@ def test_records_that_lie_wholly_apart_and_features_given_twice_are_no_obstacle(
     values = draw.normal(size=(40, 5)) + 50.0 * is_faulty[:, None]
     scores = make_score(name).fit(np.hstack([values, values]), is_faulty).score(np.hstack([values, values]))
     assert scores[is_faulty].min() > scores[~is_faulty].max()
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_as_many_features_as_records_do_not_undo_what_a_few_tell(name):
+    population = Population(n_feature=40, noise=0.5, seed=7)
+    model = make_score(name).fit(*population.labelled(20, 20, 0.5))
+    values, is_faulty = population.labelled(300, 300, 0.5)
+    scores = model.score(values)
+    assert area_under_curve(scores[~is_faulty], scores[is_faulty]).low > 0.9

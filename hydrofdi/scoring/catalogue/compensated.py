@@ -22,7 +22,7 @@ class Compensated(Score[Section]):
     """The first feature less its quadratic regression on the others, fitted in healthy records alone.
 
     Beyond the range of the fit records a proxy counts as at its end: from there on a shift stays in the
-    score, and no quadratic runs away with it. Fit records with a standardised feature beyond ±10 teach
+    score, and no quadratic runs away with it. Fit records with a standardised feature beyond ±5 teach
     nothing.
     """
 

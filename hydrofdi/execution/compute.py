@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,6 +15,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.execution.jobs import Job
 from hydrofdi.execution.measuring import measured_columns, needed_signals
+from hydrofdi.indicators.measuring import Seconds
 from hydrofdi.quality.external_leakage import mean_external_leakage_flows
 from hydrofdi.quality.operating_point import hydraulic_mode
 from hydrofdi.quality.run_quality import assess_runs
@@ -66,11 +67,14 @@ class BatchReceipt:
         Number of its runs, and of those that did not end well.
     shard : Path
         Where they are stored.
+    seconds : dict
+        Label of an indicator → CPU time that it took [s].
     """
 
     n_run: int
     n_failed: int
     shard: Path
+    seconds: Seconds = field(default_factory=dict)
 
 
 def compute_shard(batch: Batch) -> BatchReceipt:
@@ -81,17 +85,22 @@ def compute_shard(batch: Batch) -> BatchReceipt:
     StoreError
         The shard cannot be written, or a record cannot be read.
     """
-    columns = measure_stored(batch.jobs) if batch.is_stored else compute_columns(batch.jobs)
+    seconds: Seconds = {}
+    compute = measure_stored if batch.is_stored else compute_columns
+    columns = compute(batch.jobs, seconds=seconds)
     store = batch.store.model_copy(update={"signals": "none"}) if batch.is_stored else batch.store
     shard = write_shard(batch.directory, columns, store)
     n_failed = sum(status != "ok" for status in columns[names.STATUS])
-    return BatchReceipt(len(batch.jobs), n_failed, shard)
+    return BatchReceipt(len(batch.jobs), n_failed, shard, seconds)
 
 
-def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) -> Columns:
+def compute_columns(
+    jobs: Sequence[Job], simulate: Simulation = simulate_batch, *, seconds: Seconds | None = None
+) -> Columns:
     """All variables of a shard, one row per job, and the time axis.
 
-    Jobs that differ in nothing but the analysis of their record are simulated once.
+    Jobs that differ in nothing but the analysis of their record are simulated once. CPU times [s] of their
+    indicators are added to `seconds` by label.
     """
     recorded, record_of_job = _distinct_records(jobs)
     records = _simulated(recorded, simulate)
@@ -99,15 +108,15 @@ def compute_columns(jobs: Sequence[Job], simulate: Simulation = simulate_batch) 
         records = {
             name: values if name == names.TIME else values[record_of_job] for name, values in records.items()
         }
-    return records | _identities(jobs) | measured_columns(jobs, records)
+    return records | _identities(jobs) | measured_columns(jobs, records, seconds)
 
 
-def measure_stored(jobs: Sequence[Job]) -> Columns:
+def measure_stored(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> Columns:
     """The same of jobs whose records are stored, signals left out; nothing is simulated."""
     places = [job.stored for job in jobs if job.stored is not None]
     wanted = set().union(*(needed_signals(job.analysis.indicators) for job in jobs))
     records = read_records(places, wanted, jobs[0].parameters.record.n_sample)
-    return dict(records) | _identities(jobs) | measured_columns(jobs, records)
+    return dict(records) | _identities(jobs) | measured_columns(jobs, records, seconds)
 
 
 def _identities(jobs: Sequence[Job]) -> Columns:

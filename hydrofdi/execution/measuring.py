@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.analysis import DWT, Analysis, Indicators
 from hydrofdi.execution.jobs import Job
-from hydrofdi.indicators import measure
+from hydrofdi.indicators.measuring import Measures, Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.pressure import pressure_features
 from hydrofdi.records import RecordBatch, Remark
@@ -30,7 +30,9 @@ def needed_signals(indicators: Indicators) -> set[str]:
     return {SIGNAL_OF_CHANNEL[channel] for channel in needed} | {names.CHAMBER_1_PRESSURE}
 
 
-def measured_columns(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[Any]]:
+def measured_columns(
+    jobs: Sequence[Job], records: Columns, seconds: Seconds | None = None
+) -> dict[str, NDArray[Any]]:
     """What is measured of the records of jobs, one row per job; NaN where a run failed.
 
     Parameters
@@ -40,10 +42,13 @@ def measured_columns(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray
     records : mapping
         Signals as the sensors show them, each of shape (n_job, n_time), and ``status``, ``message`` and
         ``settled_from`` of each record.
+    seconds : dict, optional
+        Label of an indicator → CPU time [s], to which that of these records is added.
     """
     columns: dict[str, NDArray[Any]] = {}
     for rows in _alike(jobs):
-        _insert(columns, rows, len(jobs), _measured_alike([jobs[row] for row in rows], _at(records, rows)))
+        part = _measured_alike([jobs[row] for row in rows], _at(records, rows), seconds)
+        _insert(columns, rows, len(jobs), part)
     failed = records[names.STATUS] != "ok"
     for name, values in columns.items():
         if values.dtype == float:
@@ -84,7 +89,9 @@ def _period(job: Job) -> float | None:
     return drive_period(job.parameters.input, job.parameters.load.random_force)
 
 
-def _measured_alike(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[Any]]:
+def _measured_alike(
+    jobs: Sequence[Job], records: Columns, seconds: Seconds | None
+) -> dict[str, NDArray[Any]]:
     analysis = _without_phase(jobs[0].analysis)
     columns: dict[str, NDArray[Any]] = {}
     identities = [job.analysis.identities(job.record_id) for job in jobs]
@@ -92,8 +99,8 @@ def _measured_alike(jobs: Sequence[Job], records: Columns) -> dict[str, NDArray[
         columns[f"{label}{names.ANALYSIS_ID}"] = np.array([each[label] for each in identities], dtype=object)
     batch = record_batch(jobs, records).window(analysis.n_discarded)
     for rows, indicators in _indicators_of(jobs):
-        part = _measured(batch if len(rows) == len(jobs) else batch.rows(rows), indicators)
-        _insert(columns, rows, len(jobs), part)
+        measures = measure(batch if len(rows) == len(jobs) else batch.rows(rows), indicators, seconds)
+        _insert(columns, rows, len(jobs), _as_columns(measures))
     with np.errstate(all="ignore"):
         return columns | pressure_features(
             [job.parameters for job in jobs],
@@ -115,8 +122,7 @@ def _indicators_of(jobs: Sequence[Job]) -> Iterator[tuple[list[int], Indicators]
         yield rows, {DWT: jobs[rows[0]].analysis.indicators[DWT]}
 
 
-def _measured(batch: RecordBatch, indicators: Indicators) -> dict[str, NDArray[Any]]:
-    measures = measure(batch, indicators)
+def _as_columns(measures: Measures) -> dict[str, NDArray[Any]]:
     columns: dict[str, NDArray[Any]] = dict(measures.values)
     for label, reasons in measures.obstacles.items():
         columns[f"{label}{names.OBSTACLE}"] = np.array([reason or "" for reason in reasons], dtype=object)

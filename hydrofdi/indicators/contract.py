@@ -31,6 +31,9 @@ class Output:
     direction : Direction, optional
         Which departure from health means internal leakage, by definition or theory and not by what records
         show; None where it depends on the actuator, the drive or the band.
+    is_score : bool
+        Whether it says something of the actuator; False where it says how good the other outputs are:
+        standard errors, condition numbers, counts.
     """
 
     name: str
@@ -38,6 +41,12 @@ class Output:
     long_name: str
     dims: Mapping[str, int] = field(default_factory=dict)
     direction: Direction | None = None
+    is_score: bool = True
+
+    @classmethod
+    def quality(cls, name: str, unit: str, long_name: str) -> Output:
+        """An output that says how good the others are, and nothing of the actuator."""
+        return cls(name, unit, long_name, is_score=False)
 
     @property
     def departure(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,9 @@ from hydrofdi.records import Array, RecordBatch, Remark
 
 Indicators = Mapping[str, Indicator[Any]]
 """Label → indicator."""
+
+Seconds = dict[str, float]
+"""Label of an indicator → CPU time that it took [s]."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ class Measures:
     faults: dict[str, str] = field(default_factory=dict)
 
 
-def measure(records: RecordBatch, indicators: Indicators) -> Measures:
+def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | None = None) -> Measures:
     """All outputs of indicators for a batch; what cannot be measured is NaN, with the reason.
 
     Indicators are handed the samples of their own channels alone, read-only: no name, group, label or remark
@@ -48,10 +52,13 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
     records : RecordBatch
     indicators : mapping of str to Indicator
         Label → indicator.
+    seconds : dict, optional
+        Label → CPU time [s], to which that of this batch is added.
     """
     measures = Measures({}, {})
     blinded = _handed_out(records.blinded())
     for label, indicator in indicators.items():
+        start = process_time()
         try:
             seen = _seen_by(indicator, blinded)
             reasons = _obstacles(seen, records.remarks, indicator)
@@ -60,6 +67,8 @@ def measure(records: RecordBatch, indicators: Indicators) -> Measures:
             measures.faults[label] = str(fault)
             reasons = [str(fault)] * records.n_record
             numbers = _nothing(blinded, indicator)
+        if seconds is not None:
+            seconds[label] = seconds.get(label, 0.0) + process_time() - start
         measures.values.update({f"{label}.{name}": array for name, array in numbers.items()})
         measures.obstacles[label] = tuple(
             indicator.absence if reason is None and not found else reason

@@ -154,7 +154,8 @@ def run_sweep(
                 with Interruption(lambda: _finish_early(engine, watcher)) as interruption:
                     recorder = _Recorder(plan, watcher)
                     completed = recorder.run(engine, jobs)
-                add_provenance(directory, record | {"ended": now(), "computed": completed})
+                done = {"ended": now(), "computed": completed, "costs": recorder.costs}
+                add_provenance(directory, record | done)
                 _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
     except StoreError:
         _clear_away(directory)
@@ -264,6 +265,8 @@ class _Recorder:
         self._watcher = watcher
         self._log = RunLog(plan.directory)
         self._completed = 0
+        self._seconds: dict[str, float] = {}
+        self._n_measured = 0
         self.shards: set[str] = set()
 
     def run(self, engine: Engine, jobs: list[Job]) -> int:
@@ -279,8 +282,16 @@ class _Recorder:
         self._log.write("end", completed=self._completed)
         return self._completed
 
+    @property
+    def costs(self) -> dict[str, float]:
+        """Label of an indicator → CPU time per record [s]."""
+        return {label: seconds / self._n_measured for label, seconds in self._seconds.items()}
+
     def _stored(self, receipt: BatchReceipt) -> None:
         self._completed += receipt.n_run
+        self._n_measured += receipt.n_run
+        for label, seconds in receipt.seconds.items():
+            self._seconds[label] = self._seconds.get(label, 0.0) + seconds
         self.shards.add(receipt.shard.name)
         self._log.write("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
         self._watcher.advance(receipt.n_run, receipt.n_failed)

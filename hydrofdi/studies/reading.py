@@ -15,6 +15,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.indicators import Indicator
 from hydrofdi.records import Channel
 from hydrofdi.store import ExperimentData
+from hydrofdi.store.folder.provenance import read_costs
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.studies.made_scores import made_scores
@@ -117,17 +118,19 @@ def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecor
 
 def _measured(data: ExperimentData) -> Iterator[Scored]:
     """Every number of the indicators, over all designs."""
-    experiment = data.experiment
+    experiment, costs = data.experiment, read_costs(data.path.parent)
     for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
-        yield from _numbers(data, label, indicator)
+        yield from _numbers(data, label, indicator, costs.get(label))
 
 
-def _numbers(data: ExperimentData, label: str, indicator: Indicator[Any]) -> Iterator[Scored]:
+def _numbers(
+    data: ExperimentData, label: str, indicator: Indicator[Any], cost: float | None
+) -> Iterator[Scored]:
     seen = indicator.channels | (indicator.optional_channels & SIGNAL_OF_CHANNEL.keys())
     channels = tuple(channel.value for channel in Channel if channel in seen)
     for output in indicator.outputs:
         values = data.columns.get(f"{label}.{output.name}")
-        if values is None:
+        if values is None or not output.is_score:
             continue
         for place in np.ndindex(values.shape[1:]):
             index = "".join(f"[{part}]" for part in place)
@@ -138,6 +141,7 @@ def _numbers(data: ExperimentData, label: str, indicator: Indicator[Any]) -> Ite
                 output.unit,
                 output.long_name,
                 output.direction,
+                cost,
             )
 
 

@@ -77,8 +77,10 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
                 "rate of decay σ of the envelope, mean over the steps",
                 direction=Direction.RISING,
             ),
-            Output("decay_rate_spread", "1/s", "its standard deviation over the steps, of two at least"),
-            Output("steps", "1", "number of steps that the decay was fitted to"),
+            Output.quality(
+                "decay_rate_spread", "1/s", "its standard deviation over the steps, of two at least"
+            ),
+            Output.quality("steps", "1", "number of steps that the decay was fitted to"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:

@@ -91,10 +91,10 @@ class FlowBalance(Indicator[FlowBalanceOptions]):
             if name not in left_out
             for output in (
                 Output(name, unit, text, direction=_DIRECTION.get(name)),
-                Output(f"{name}_error", unit, f"standard deviation of the {text}"),
+                Output.quality(f"{name}_error", unit, f"standard deviation of the {text}"),
             )
         ]
-        return (*outputs, Output("condition", "1", "condition number of the equations"))
+        return (*outputs, Output.quality("condition", "1", "condition number of the equations"))
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """A record of too few windows."""

@@ -72,7 +72,7 @@ class PostStepAc(Indicator[PostStepAcOptions]):
                 "RMS about the trend, mean over the steps",
                 direction=Direction.FALLING,
             ),
-            Output("rms_error", self.options.channel.unit, "standard error of it from its spread"),
+            Output.quality("rms_error", self.options.channel.unit, "standard error of it from its spread"),
             Output(
                 "relative",
                 "1",

@@ -79,7 +79,7 @@ class PressureDecay(Indicator[PressureDecayOptions]):
                 "rate of the size of the difference of the chamber pressures at rest",
                 direction=Direction.FALLING,
             ),
-            Output("duration", "s", "time at rest that was looked at"),
+            Output.quality("duration", "s", "time at rest that was looked at"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:

@@ -79,12 +79,12 @@ class RingDown(Indicator[RingDownOptions]):
         """Means over the steps that ring, with the standard errors that their scatter and the fit give."""
         return (
             Output("frequency", "Hz", "natural frequency f_h"),
-            Output("frequency_error", "Hz", "standard error of f_h from the spread over the steps"),
-            Output("frequency_formal_error", "Hz", "standard error of f_h from what the fits leave"),
+            Output.quality("frequency_error", "Hz", "standard error of f_h from the spread over the steps"),
+            Output.quality("frequency_formal_error", "Hz", "standard error of f_h from what the fits leave"),
             Output("damping_ratio", "1", "damping ratio ζ", direction=Direction.RISING),
-            Output("damping_ratio_error", "1", "standard error of ζ from the spread over the steps"),
-            Output("damping_ratio_formal_error", "1", "standard error of ζ from what the fits leave"),
-            Output("steps", "1", "number of steps that ring"),
+            Output.quality("damping_ratio_error", "1", "standard error of ζ from the spread over the steps"),
+            Output.quality("damping_ratio_formal_error", "1", "standard error of ζ from what the fits leave"),
+            Output.quality("steps", "1", "number of steps that ring"),
             Output("overdamped", "1", "share of the steps that do not ring", direction=Direction.RISING),
         )
 

@@ -53,7 +53,7 @@ class Vmd(SingleChannelIndicator[VmdOptions]):
         return (
             *(Output(f"rms{mode}", self.unit, f"RMS of mode {mode}") for mode in modes),
             *(Output(f"frequency{mode}", "Hz", f"mean frequency of mode {mode}") for mode in modes),
-            Output("iterations", "1", "iterations taken; at the limit the modes still change"),
+            Output.quality("iterations", "1", "iterations taken; at the limit the modes still change"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:

@@ -28,7 +28,9 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
         "started": now(),
         "command": sys.argv,
         "configuration": without_contents(json.loads(experiment.model_dump_json())),
-        "seeds": _seeds([experiment.ensemble.model_dump(), experiment.sweep.model_dump()]),
+        "seeds": _seeds(
+            [part.model_dump() for part in (experiment.ensemble, experiment.sweep, experiment.study) if part]
+        ),
         "git": _git_state(Path(__file__).parent),
         "python": platform.python_version(),
         "libraries": dict(sorted({item.name: item.version for item in distributions()}.items())),
@@ -59,6 +61,12 @@ def read_provenance(directory: Path) -> list[dict[str, Any]]:
         return list(json.loads((directory / _FILE).read_text()))
     except (OSError, ValueError):
         return []
+
+
+def read_costs(directory: Path) -> dict[str, float]:
+    """Label of an indicator → CPU time per record [s], of the latest sweep on a folder that measured any."""
+    measured = [record["costs"] for record in read_provenance(directory) if record.get("costs")]
+    return dict(measured[-1]) if measured else {}
 
 
 def now() -> str:

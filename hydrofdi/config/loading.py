@@ -10,7 +10,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
 from hydrofdi.config.normalized_indicators import normalize_indicators
 from hydrofdi.config.renamed_keys import RENAMED, given_twice, rename_keys
-from hydrofdi.config.study.normalizing import normalize_detection, normalize_study
+from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.validation import read_yaml, validated
@@ -150,5 +150,6 @@ def _validate(source: Source) -> ExperimentConfig:
     normalize_replicates(source)
     normalize_detection(source)
     normalize_indicators(source)
+    check_detection(source)
     normalize_study(source)
     return validated(ExperimentConfig, source)

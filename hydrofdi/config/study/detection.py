@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from hydrofdi.settings.quantities import SI, Section
 
@@ -23,6 +23,13 @@ class ScoreConfig(Section):
 
     by: list[str] = Field(default_factory=list)
     """Numbers that ``compensated`` regresses on."""
+
+    @model_validator(mode="after")
+    def _compensated_alone_regresses(self) -> Self:
+        if (self.kind == "compensated") != bool(self.by):
+            needs = "has no use for 'by'" if self.by else "needs 'by': numbers to regress on"
+            raise ValueError(f"{self.kind} {needs}")
+        return self
 
 
 class DetectionConfig(Section):

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
-from hydrofdi.config.analysis import DWT
+from pydantic import ValidationError
+
+from hydrofdi.config.analysis import DWT, IndicatorChoice
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
 from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
 from hydrofdi.config.sweeps.values import nominal_value, parameter_value
 from hydrofdi.indicators.choice import chosen_options
+from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.yaml_source import Path, Source
+from hydrofdi.transforms.configuration import WaveletConfig
 
 STUDY: Path = ("study",)
 _SEEDS = [0, 2**31 - 1]
+_CHOICE_OF_ONE = re.compile(r"\[.*|\s*\(.*")
+"""Behind the name of a number: its place in an array, or that its change is meant."""
 
 
 def normalize_study(source: Source) -> None:
@@ -63,6 +71,40 @@ def normalize_detection(source: Source) -> None:
     for place in [place for place in source.origins if place[:2] == path]:
         source.origins[("indicators", *place[2:])] = source.origins[place]
     detection["indicators"] = list(chosen)
+
+
+def check_detection(source: Source) -> None:
+    """Check that scores are made of numbers that are measured, and labels those of indicators.
+
+    ``indicators`` has to be normalized before.
+    """
+    detection, path = source.data.get("detection"), ("detection",)
+    if not isinstance(detection, dict):
+        return
+    try:
+        wavelet = WaveletConfig.model_validate(source.data.get("wavelet", {}))
+    except ValidationError:  # a mistake when the model is validated
+        return
+    made = IndicatorChoice.of(source.data.get("indicators", {DWT: {}})).made(wavelet)
+    numbers = [f"{label}.{output.name}" for label, each in made.items() for output in each.outputs]
+    for place, label in enumerate(_listed(detection.get("indicators"))):
+        if label not in made:
+            message = f"{label!r} is not among the indicators{nearest(str(label), list(made))}"
+            source.mistakes.append(source.mistake((*path, "indicators", place), message))
+    scores = detection.get("scores")
+    for label, score in scores.items() if isinstance(scores, dict) else ():
+        here = (*path, "scores", label)
+        if mistake := label_mistake(label) or ("is the label of an indicator" if label in made else None):
+            source.mistakes.append(source.mistake(here, f"{label!r} {mistake}"))
+        for kind in ("of", "by") if isinstance(score, dict) else ():
+            for place, name in enumerate(_listed(score.get(kind))):
+                if _CHOICE_OF_ONE.sub("", str(name)) not in (*made, *numbers):
+                    message = f"no indicator gives {name!r}{nearest(str(name), [*made, *numbers])}"
+                    source.mistakes.append(source.mistake((*here, kind, place), message))
+
+
+def _listed(given: Any) -> list[Any]:
+    return given if isinstance(given, list) else []
 
 
 def _normalize_faults(source: Source, faults: Any) -> None:

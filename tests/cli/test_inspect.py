@@ -10,7 +10,6 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from hydrofdi.cli.records.indicators import _SYMBOLS
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.records import Channel
 from tests.cli.test_measure import FAILING, MUSEUM, vtnsi
@@ -131,8 +130,7 @@ def test_an_indicator_that_is_misspelt_is_guessed() -> None:
 
 
 def test_the_symbols_of_the_list_are_those_that_plain_files_use(tmp_path: Path) -> None:
-    assert _SYMBOLS.keys() == {channel.value for channel in Channel}
-    header = ",".join(f"{_SYMBOLS[channel]} [{channel.unit}]" for channel in Channel)
+    header = ",".join(f"{channel.symbol} [{channel.unit}]" for channel in Channel)
     lines = [",".join(f"{row}.{column}" for column in range(len(Channel))) for row in range(9)]
     (tmp_path / "rig.csv").write_text("\n".join([header, *lines]) + "\n")
     found = run_json("inspect", tmp_path / "rig.csv", "--sampling-frequency", "1kHz")["channels"]

@@ -39,6 +39,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "load force": {"load.constant_force": 100.0},
     "supply droop": {"supply.droop": "first_order"},
     "closed loop": {"control.law": "pid"},
+    "measured feedback": {"control.law": "pid", "control.feedback": "measured"},
 }
 CHOICES["all that go together"] = {
     name: value for choice in CHOICES.values() for name, value in choice.items()

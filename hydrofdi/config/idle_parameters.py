@@ -58,6 +58,7 @@ _NEEDS: dict[str, tuple[_Needs, ...]] = (
         "control.integral_gain": (_Needs("control.law", only=("pi", "pid")),),
         "control.derivative_gain": (_Needs("control.law", only=("pid",)),),
         "control.sample_time": (_CLOSED_LOOP,),
+        "control.feedback": (_CLOSED_LOOP,),
         "control.voltage_limit": (_CLOSED_LOOP,),
         "measurement.anti_alias_order": (_Needs("measurement.anti_alias", but=(None,)),),
         "load.random_period": (_RANDOM_FORCE,),

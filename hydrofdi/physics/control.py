@@ -2,8 +2,33 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hydrofdi.physics.equation import equation
 from hydrofdi.physics.limited import limited
+
+
+@equation
+def converted(value: float, lowest: float, highest: float, resolution: float) -> float:
+    """What a converter of limited range and resolution makes of a value.
+
+    Parameters
+    ----------
+    value, lowest, highest : float
+        In the unit of the signal; an end of the range may be infinite.
+    resolution : float
+        Distance of neighbouring levels from `lowest` on, in the unit of the signal; 0 where there are none.
+
+    Returns
+    -------
+    float
+        Equations (m5) and (m6).
+    """
+    within = min(max(value, lowest), highest)
+    if resolution > 0.0:
+        level: float = lowest + resolution * np.round((within - lowest) / resolution)
+        return level
+    return within
 
 
 @equation

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.sensing.channels import CHANNELS, CLOCK, Channel, random_generator
 from hydrofdi.sensing.conversion import quantised, saturated, systematic_error
+from hydrofdi.sensing.feedback import feedback_noise
 from hydrofdi.sensing.lagging import LaggedRuns
 from hydrofdi.sensing.noise import gaussian_noise, noise_autocovariance
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
@@ -39,6 +40,10 @@ class Measurement:
     def wants(self, position: int) -> bool:
         """Whether something lags in the run."""
         return any(channel.lags(self.runs[position]) for channel in CHANNELS)
+
+    def feedback_noise(self, position: int) -> Signal | None:
+        """Noise of the position that the controller of a run reads [m], at each of its samples, or None."""
+        return feedback_noise(self.runs[position])
 
     def reader(self, positions: Sequence[int]) -> LaggedRuns:
         """What follows these runs."""

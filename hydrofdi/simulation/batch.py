@@ -55,7 +55,8 @@ def simulate_batch(
     leakage_coefficients : sequence of float
         K_i of each run [m^3.5/kg^0.5].
     tap : Tap, optional
-        Reads some of the runs at every step. No run's signals change by it, and the others do not pay for it.
+        Reads some of the runs at every step, for which the others do not pay. No run's signals change by it,
+        but for the noise that controllers read (``control.feedback``).
 
     Returns
     -------
@@ -69,7 +70,7 @@ def simulate_batch(
     """
     if len({parameters.record.time_axis for parameters in runs}) != 1:
         raise ValueError("the runs of a batch must share duration, step and sampling frequency")
-    inputs = Inputs(runs, runs[0].record)
+    inputs = Inputs(runs, runs[0].record, tap)
     blocks = [
         _Block(options, control_interval, members, runs, leakage_coefficients, inputs, reader)
         for (options, control_interval), group in group_by_kernel(runs).items()

@@ -12,6 +12,8 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.simulation.drive import Drive, Spools, position_reference
+from hydrofdi.simulation.feedback import reading_errors
+from hydrofdi.simulation.kernels.tap import Tap
 from hydrofdi.simulation.load import load_force
 
 Array = NDArray[np.float64]
@@ -28,8 +30,8 @@ class Chunk(NamedTuple):
         Input of the spools in open loop [V].
     stages : ndarray, shape (n_step, 4, n_drive)
         Positions of the spools in open loop [m]; valid until the next chunk.
-    references : ndarray, shape (n_step, 1, n_reference)
-        Position references of the runs in closed loop [m].
+    references : ndarray, shape (n_step, 2, n_reference)
+        Position references of the runs in closed loop, and the errors of the positions that are read [m].
     loads : ndarray, shape (n_step, n_load)
         Load forces [N].
     """
@@ -52,6 +54,8 @@ class Inputs:
     runs : sequence of RunParameters
     record : RecordConfig
         Step and length of their record.
+    tap : Tap, optional
+        Knows the noise of the positions that controllers read; without it, there is none.
 
     Attributes
     ----------
@@ -63,15 +67,20 @@ class Inputs:
         Column of each run in the drives or references, and in the loads.
     """
 
-    def __init__(self, runs: Sequence[RunParameters], record: RecordConfig) -> None:
+    def __init__(self, runs: Sequence[RunParameters], record: RecordConfig, tap: Tap | None = None) -> None:
         self._record = record
         self.is_closed = np.array([parameters.control.is_closed for parameters in runs])
-        keys = [_reference_of(one) if one.control.is_closed else Drive.of(one) for one in runs]
+        keys = [
+            _reference_of(one, k) if one.control.is_closed else Drive.of(one) for k, one in enumerate(runs)
+        ]
         drives = _places(key for key in keys if isinstance(key, Drive))
         references = _places(key for key in keys if not isinstance(key, Drive))
         loads = _places(parameters.load for parameters in runs)
         self._spools, self.n_drive = Spools(list(drives), record), len(drives)
         self._references, self._loads = list(references), list(loads)
+        self._readers = {
+            k: (runs[k], tap.feedback_noise(k) if tap else None) for *_, k in references if k >= 0
+        }
         self.column_of_run = np.array([
             self._spools.columns[drives[key]] if isinstance(key, Drive) else references[key] for key in keys
         ])  # fmt: skip
@@ -81,15 +90,20 @@ class Inputs:
         """The inputs from step `first` on."""
         steps = np.arange(first, first + n_step)
         voltage, stages = self._spools.advance(first, n_step)
-        references = np.empty((n_step, 1, len(self._references)))
-        for column, (drive, amplitude) in enumerate(self._references):
+        references = np.zeros((n_step, 2, len(self._references)))
+        for column, (drive, amplitude, reader) in enumerate(self._references):
             references[:, 0, column] = position_reference(drive, amplitude, self._record, steps)
+            if reader in self._readers:
+                run, noise = self._readers[reader]
+                references[:, 1, column] = reading_errors(run, steps, noise)
         loads = np.column_stack([load_force(load, self._record, steps) for load in self._loads])
         return Chunk(voltage, stages, references, loads)
 
 
-def _reference_of(parameters: RunParameters) -> tuple[InputConfig, float]:
-    return parameters.input, parameters.control.amplitude
+def _reference_of(parameters: RunParameters, position: int) -> tuple[InputConfig, float, int]:
+    """What runs share that have the same references; a run that reads its sensor shares them with none."""
+    reader = position if parameters.control.is_measured else -1
+    return parameters.input, parameters.control.amplitude, reader
 
 
 def _places(values: Iterable[_Value]) -> dict[_Value, int]:

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.control import pid_step
+from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.valve import acting_voltage
 from hydrofdi.simulation.batch import ROWS, outcome_of
 from hydrofdi.simulation.drive import input_voltage, position_reference
+from hydrofdi.simulation.feedback import reading_errors, steps_per_control
 from hydrofdi.simulation.kernels.compilation import compiled
 from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, pack_singles
@@ -70,7 +71,7 @@ def simulate_with_solver(
     records = [
         _Record(
             parameters, singles[k : k + 1], solver, tolerance,
-            tap.reader([k]) if tap and tap.wants(k) else None,
+            tap.reader([k]) if tap and tap.wants(k) else None, tap.feedback_noise(k) if tap else None,
         )
         for k, parameters in enumerate(runs)
     ]  # fmt: skip
@@ -109,6 +110,7 @@ class _Record:
         solver: Solver,
         tolerance: float,
         reader: Reader | None,
+        noise: NDArray[np.float64] | None,
     ) -> None:
         record, supply = parameters.record, parameters.supply
         steps = np.arange(record.n_step)
@@ -116,7 +118,8 @@ class _Record:
         self._reader = reader
         self._options = ModelOptions.of(parameters)
         self._is_closed = parameters.control.is_closed
-        self._steps_per_control = round(parameters.control.sample_time / record.step)
+        self._steps_per_control = steps_per_control(parameters)
+        self._reading_errors = reading_errors(parameters, steps, noise)
         self.load = load_force(parameters.load, record, steps)
         self._is_smooth = parameters.input.is_smooth and not self._is_closed
         self.reference = np.full(record.n_step, np.nan)
@@ -159,7 +162,13 @@ class _Record:
 
     def _control(self, step: int) -> None:
         c = self._single[0]
-        error = float(self.reference[step] - self._state[0])
+        position = float(self._state[0])
+        if self._options.measured_feedback:
+            position = converted(
+                position + self._reading_errors[step], c["lowest_reading"][0], c["highest_reading"][0],
+                c["reading_resolution"][0],
+            )  # fmt: skip
+        error = float(self.reference[step] - position)
         self._voltage, self._integral = pid_step(
             error, self._error, self._integral, c["proportional_gain"][0], c["integral_gain"][0],
             c["derivative_gain"][0], c["sample_time"][0], c["voltage_limit"][0],

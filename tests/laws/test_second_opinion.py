@@ -57,7 +57,8 @@ OPTIONS: tuple[dict[str, Any], ...] = (
         "load.constant_force": 300.0, "load.random_force": 500.0, "load.random_period": 0.1,
     },
     {
-        "control.law": "pid", "control.amplitude": 5e-3, "valve.largest_opening": 5e-5,
+        "control.law": "pid", "control.amplitude": 5e-3, "control.feedback": "measured",
+        "position_sensor.bias": 1e-4, "valve.largest_opening": 5e-5,
         "valve.largest_speed": 2e-2, "valve.hysteresis": 0.05, "valve.lap": 1e-6,
         "leakage.external_coefficient_1": 1e-13,
     },

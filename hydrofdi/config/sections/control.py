@@ -12,8 +12,14 @@ class ControlConfig(Section):
 
     law: Literal["open", "p", "pi", "pid"] = "open"
     """``open``: the input is the voltage of the valve (paper). ``p``, ``pi``, ``pid``: the input is a
-    reference for the position, which a sampled controller tracks through the voltage. It reads the true
-    position, not that of a sensor."""
+    reference for the position, which a sampled controller tracks through the voltage."""
+
+    feedback: Literal["ideal", "measured"] = "ideal"
+    """What the controller reads. ``ideal``: the true position. ``measured``: what ``position_sensor`` shows,
+    with bias, drift, white noise, range and resolution. Lags, filter and jitter belong to the record and stay
+    out of the loop. Where controller and record sample at the same instant, they read the same position if
+    the sensor has no lag and ``measurement`` neither filter nor jitter, and its noise is not a density or the
+    controller samples as often as the record."""
 
     amplitude: Annotated[float, SI("m", usual=("1 µm", "10 m"))] = 20e-3
     """Amplitude of the position reference [m]; its shape and period are those of the input. A choice."""
@@ -38,6 +44,11 @@ class ControlConfig(Section):
     def is_closed(self) -> bool:
         """Whether a controller drives the valve."""
         return self.law != "open"
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether a controller reads the sensor of the position."""
+        return self.is_closed and self.feedback == "measured"
 
     @property
     def used_integral_gain(self) -> float:

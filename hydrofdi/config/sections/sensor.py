@@ -100,6 +100,18 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
         return 0.0 if self.bits is None else self._span / (2**self.bits - 1)
 
     @property
+    def lower_end(self) -> float:
+        """Lower end of the range, −∞ where it is open, in the signal's unit."""
+        end: Any = self.lowest
+        return -math.inf if end is None else float(end)
+
+    @property
+    def upper_end(self) -> float:
+        """Upper end of the range, ∞ where it is open, in the signal's unit."""
+        end: Any = self.highest
+        return math.inf if end is None else float(end)
+
+    @property
     def _span(self) -> float:
         ends: Any = self.highest, self.lowest
         return float(ends[0] - ends[1])

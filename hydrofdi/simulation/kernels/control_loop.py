@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.physics.control import pid_step
+from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.equation import equation
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
 from hydrofdi.simulation.kernels.options import ModelOptions
@@ -15,9 +15,15 @@ from hydrofdi.simulation.kernels.spool import move_spool
 
 
 @equation
-def control(half: Any, k: int, reference: float) -> None:
+def control(half: Any, k: int, references: NDArray[np.float64], column: int, options: ModelOptions) -> None:
     """Let the controller of a lane read the piston's position, and set its voltage."""
-    error = reference - half.position[k]
+    position = half.position[k]
+    if options.measured_feedback is not None:
+        position = converted(
+            position + references[1, column], half.lowest_reading[k], half.highest_reading[k],
+            half.reading_resolution[k],
+        )  # fmt: skip
+    error = references[0, column] - position
     voltage, integral = pid_step(
         error, half.error[k], half.integral[k],
         half.proportional_gain[k], half.integral_gain[k], half.derivative_gain[k],
@@ -42,8 +48,8 @@ def steer(
     ----------
     left, right : record
         The halves of the lanes.
-    references : ndarray, shape (1, n_reference)
-        Position references at this step [m].
+    references : ndarray, shape (2, n_reference)
+        Position references at this step, and errors of the position that is read [m].
     columns : ndarray, shape (WIDTH,)
         Column of each lane.
     step : float
@@ -53,8 +59,8 @@ def steer(
     """
     if is_due:
         for k in range(HALF_WIDTH):
-            control(left, k, references[0, columns[k]])
-            control(right, k, references[0, columns[HALF_WIDTH + k]])
+            control(left, k, references, columns[k], options)
+            control(right, k, references, columns[HALF_WIDTH + k], options)
     for k in range(HALF_WIDTH):
         move_spool(left, k, step, options.limited_spool, options.hysteresis)
         move_spool(right, k, step, options.limited_spool, options.hysteresis)

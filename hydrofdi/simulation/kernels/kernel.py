@@ -136,7 +136,7 @@ def advance_lanes(
         Parameters and state; the state is updated in place.
     drive : ndarray, shape (n_step, n_stage, n_drive)
         In open loop the spool position at the four stages of each step, one column per drive [m]; in closed
-        loop the position reference of each step, with a single stage [m].
+        loop the position reference of each step, and the error of the position that is read [m].
     drive_of_lane : ndarray, shape (WIDTH,)
         Column of each lane.
     loads : ndarray, shape (n_step, n_load)

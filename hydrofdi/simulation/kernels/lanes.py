@@ -79,6 +79,9 @@ PARAMETERS = {
     "derivative_gain": "control.used_derivative_gain",
     "sample_time": "control.sample_time",
     "voltage_limit": "control.voltage_limit",
+    "lowest_reading": "position_sensor.lower_end",
+    "highest_reading": "position_sensor.upper_end",
+    "reading_resolution": "position_sensor.resolution",
 }
 """Lane field → the parameter that fills it, in SI."""
 

@@ -30,6 +30,7 @@ class ModelOptions(NamedTuple):
     load_force: Chosen = None
     supply_droop: Chosen = None
     closed_loop: Chosen = None
+    measured_feedback: Chosen = None
     friction_law: Choice = PAPER_FRICTION
 
     @property
@@ -57,6 +58,7 @@ class ModelOptions(NamedTuple):
             load_force=run.load.is_present or None,
             supply_droop=run.supply.droop == "first_order" or None,
             closed_loop=run.control.is_closed or None,
+            measured_feedback=run.control.is_measured or None,
             friction_law=choice_of_law(run.friction.law),
         )
 

@@ -21,5 +21,8 @@ class Tap(Protocol):
     def wants(self, position: int) -> bool:
         """Whether the run at a position of the batch is to be read."""
 
+    def feedback_noise(self, position: int) -> NDArray[np.float64] | None:
+        """Noise of the position that the controller of a run reads [m], at each of its samples, or None."""
+
     def reader(self, positions: Sequence[int]) -> Reader:
         """What reads the runs at these positions, side by side in the first lanes."""

@@ -16,6 +16,7 @@ from hydrofdi.cli.calibrate import calibrate
 from hydrofdi.cli.check import check
 from hydrofdi.cli.experiment_folder import collect, rerun, status, verify, why
 from hydrofdi.cli.plan import plan
+from hydrofdi.cli.records.evaluate import evaluate
 from hydrofdi.cli.records.indicators import indicators
 from hydrofdi.cli.records.inspect import inspect
 from hydrofdi.cli.records.measure import measure
@@ -41,7 +42,7 @@ app = typer.Typer(
 )
 for command in (
     simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate,
-    measure, indicators, inspect,
+    measure, indicators, inspect, evaluate,
 ):  # fmt: skip
     app.command()(command)
 

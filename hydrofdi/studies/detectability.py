@@ -47,10 +47,18 @@ class _Tested:
     threshold: Threshold
     tally: Tally
 
-    def lower_limits(self, confidence: float) -> Array:
-        """The one-sided limit of the rate of detection of each level."""
+    def bound(self, probability: float, confidence: float) -> DetectableSeverity:
+        """The last level whose one-sided limit of the rate of detection shows a probability."""
         rates = [level.rate(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
-        return np.array([rate.low for rate in rates])
+        shown = np.array([rate.low >= probability for rate in rates])
+        n_group, needed = rates[-1].n_group, records_needed(1.0 - probability, confidence)
+        if n_group is not None and n_group < needed and not shown[-1]:
+            raise NotStatedError(
+                f"a severity found with {probability:.3g} probability and {confidence:.5g} confidence needs"
+                f" {needed} groups of faulty records that agree, not {n_group}",
+                needed,
+            )
+        return last_shown(self.tally.severity, shown, probability, confidence)
 
 
 def detectability(
@@ -73,15 +81,15 @@ def detectability(
     notes : Notes
         What is refused and remarked is added.
     """
-    known = [_with_severity(level) for level in levels]
+    known = [level for level in map(_with_severity, levels) if level.scores.size]
     n_lost = sum(int(np.sum(~(level.severity >= 0.0))) for level in levels)
-    if n_lost:
+    if n_lost and known:
         notes.remarks.append(f"{n_lost} faulty records without a known severity are not in the curve")
-    severity = np.concatenate([level.severity for level in known]) if known else np.empty(0)
-    outcomes = threshold.outcomes(np.concatenate([level.scores for level in known])) if known else severity
-    if not severity.size:
+    if not known:
         notes.refusals.append("no faulty record has a known severity: no probability of detection is stated")
         return Detectability()
+    severity = np.concatenate([level.severity for level in known])
+    outcomes = threshold.outcomes(np.concatenate([level.scores for level in known]))
     curve = notes.unless_refused(lambda: _likelier_curve(severity, outcomes, floor, rules))
     if curve is None:
         return Detectability()
@@ -160,5 +168,4 @@ def _bound(
         )
     if curve is not None:
         return smallest_detectable(curve, probability=probability, confidence=confidence)
-    shown = tested.lower_limits(confidence) >= probability
-    return last_shown(tested.tally.severity, shown, probability, confidence)
+    return tested.bound(probability, confidence)

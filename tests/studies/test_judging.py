@@ -290,12 +290,21 @@ def test_without_healthy_test_records_groups_are_left_out_in_turn():
 
 def test_bounds_of_records_in_groups_come_from_levels():
     records = usual(each=60)
-    alike = replace(records, groups=[str(number % 6) for number in range(records.severity.size)])
+    alike = replace(records, groups=[str(number % 40) for number in range(records.severity.size)])
     plain, grouped = judge(records, rising(records), RULES), judge(alike, rising(records), RULES)
     assert plain.smallest["q90"] == grouped.smallest["q90"]
     levels = [records.severity[records.rows(level)].max() for level in LEVELS]
     assert grouped.smallest["q90_95"].severity in levels
     assert grouped.smallest["q90_95"].severity >= plain.smallest["q90_95"].severity
+
+
+def test_few_groups_that_agree_show_nothing():
+    records = usual(each=60)
+    few = replace(records, groups=[str(number % 6) for number in range(records.severity.size)])
+    judgement = judge(few, rising(records, slope=9.0), RULES)
+    assert judgement.levels[-1].detected.count == 60
+    assert "q90_95" not in judgement.smallest
+    assert any("29 groups of faulty records that agree, not 6" in text for text in judgement.refusals)
 
 
 def test_faulty_fit_records_are_never_tested():

@@ -23,6 +23,7 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
     yield from _units(config, source)
     yield from _needed_channels(config, source)
     yield from _names(config, source)
+    yield from _labels(config, source)
     try:
         codecs.lookup(config.format.encoding)
     except LookupError:
@@ -90,6 +91,15 @@ def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Mistake
     for path, is_asked, channel in needs:
         if is_asked and channel not in config.channels:
             yield source.mistake(path, f"needs the channel {channel}")
+
+
+def _labels(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+    for key in ("healthy", "severity"):
+        if getattr(config, key) and not config.label:
+            yield source.mistake((key,), "needs 'label', which says what is known of each record")
+    for label in config.severity:
+        if label in config.healthy:
+            yield source.mistake(("severity", label), "is healthy, and has no severity")
 
 
 def _names(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:

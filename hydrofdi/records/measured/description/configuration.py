@@ -71,6 +71,12 @@ class MeasuredConfig(Section):
     label: str = ""
     """What is known of a record, such as its condition; in the same words. Only evaluations see it."""
 
+    healthy: Annotated[tuple[str, ...], one_or_more(str)] = ()
+    """Labels of healthy records; those with another label are faulty. Only evaluations see it."""
+
+    severity: dict[str, Annotated[float, SI("m^3/s", above=0.0)]] = Field(default_factory=dict)
+    """Label → leakage flow of its records, where it is known. Only evaluations see it."""
+
     normalize: Literal["none", "supply", "hold"] = "none"
     """``supply``: pressures are divided by the mean of the supply pressure. ``hold``: by the mean of the
     higher chamber pressure in the last fifth of the file or cycle. They are relative then."""

@@ -1,0 +1,91 @@
+"""``hydrofdi evaluate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrofdi.cli.options import Json
+from hydrofdi.errors import ConfigError
+
+if TYPE_CHECKING:
+    from hydrofdi.pipeline.evaluating import Left
+    from hydrofdi.studies.rules import Rules
+
+
+def evaluate(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SOURCE...", help="Descriptions of measured files, results folders or experiment files."
+        ),
+    ],
+    indicators: Annotated[
+        str,
+        typer.Option(metavar="NAME,…|FILE", help="Indicators, 'all', or a YAML file with their options."),
+    ] = "dwt",
+    healthy: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LABEL", help="Label of healthy records, beside 'healthy:'. Repeatable."),
+    ] = None,
+    false_alarm_rate: Annotated[
+        str, typer.Option(metavar="RATE", help="That thresholds are set for, e.g. 5%.")
+    ] = "1%",
+    confidence: Annotated[str, typer.Option(metavar="SHARE", help="Of intervals and bounds.")] = "95%",
+    json: Json = False,
+) -> int:
+    """Judge indicators on labelled records: what each finds, and what healthy groups say of it.
+
+    Labels and groups come from the descriptions. Healthy groups are tested at the threshold of the other
+    healthy groups, and set against each other as if they were faulty. What the records do not carry is
+    refused with the number that would. Exit code 1 where records are rejected or have no number of any
+    indicator, or an indicator fails.
+    """
+    from hydrofdi.cli.records.evaluation_record import evaluation_record
+    from hydrofdi.cli.records.evaluation_table import print_evaluation
+    from hydrofdi.cli.terminal import print_json
+    from hydrofdi.indicators import load_indicators
+    from hydrofdi.pipeline.evaluating import evaluate as evaluate_records
+
+    rules = _rules(false_alarm_rate, confidence)
+    evaluation = evaluate_records(sources, load_indicators(indicators), healthy or (), rules)
+    if json:
+        print_json(evaluation_record(evaluation))
+    else:
+        print_evaluation(evaluation)
+    return _tell(evaluation.left)
+
+
+def _rules(false_alarm_rate: str, confidence: str) -> Rules:
+    from hydrofdi.studies.rules import Rules
+
+    rate = _share("--false-alarm-rate", false_alarm_rate, 0.0, 0.5)
+    return Rules(false_alarm_rate=rate, confidence=_share("--confidence", confidence, 0.5, 0.9999))
+
+
+def _share(option: str, text: str, least: float, most: float) -> float:
+    from hydrofdi.units import parse_quantity
+
+    try:
+        value = parse_quantity(text, "1")
+    except ValueError as error:
+        raise ConfigError(f"{option}: {error}") from None
+    if not least < value <= most:
+        raise ConfigError(f"{option}: must lie above {least:.0%} and up to {most:.4g}; found {text!r}")
+    return value
+
+
+def _tell(left: Left) -> int:
+    from hydrofdi.cli.terminal import tell
+
+    for fault in left.faults:
+        tell(f"failed: {fault}")
+    if left.n_rejected:
+        tell(f"rejected: {left.n_rejected:,} of {left.n_record:,} records; {left.first_rejection}")
+    if left.n_empty:
+        tell(f"without any number: {left.n_empty:,} of {left.n_record:,} records")
+    if left.n_unlabelled:
+        tell(f"without a label, left out: {left.n_unlabelled:,} of {left.n_record:,} records")
+    return 1 if left.n_rejected or left.n_empty or left.faults else 0

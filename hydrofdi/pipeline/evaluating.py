@@ -1,0 +1,127 @@
+"""Labelled records of any source → what each indicator finds, and what healthy groups say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
+from hydrofdi.pipeline.sources import open_source
+from hydrofdi.records import RecordSource
+from hydrofdi.records.measured.source import MeasuredSource
+from hydrofdi.studies.detecting import detect
+from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.measured import Labels, measured_study
+from hydrofdi.studies.parts import part
+from hydrofdi.studies.rules import Rules
+
+
+@dataclass
+class Left:
+    """Records that are not evaluated, and indicators that failed.
+
+    Attributes
+    ----------
+    n_record : int
+        All that were read.
+    n_rejected, n_unlabelled, n_empty : int
+        Rejected, without a label, without a number of any indicator.
+    first_rejection : str
+    faults : dict of str to None
+        What is wrong with indicators that failed.
+    """
+
+    n_record: int = 0
+    n_rejected: int = 0
+    n_unlabelled: int = 0
+    n_empty: int = 0
+    first_rejection: str = ""
+    faults: dict[str, None] = field(default_factory=dict)
+
+    def count(self, records: Iterator[RecordMeasures]) -> Iterator[RecordMeasures]:
+        """The records as they come, counted."""
+        for record in records:
+            self.n_record += 1
+            self.faults |= dict.fromkeys(record.faults.values())
+            if record.is_rejected:
+                self.n_rejected += 1
+                self.first_rejection = self.first_rejection or f"{record.record_id}: {_reason(record)}"
+            else:
+                self.n_unlabelled += not record.label
+                self.n_empty += not record.has_numbers
+            yield record
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Indicators judged on labelled records.
+
+    Attributes
+    ----------
+    detection : Detection
+    healthy_pairs : mapping of str to tuple of HealthyPair
+        Name of a score → every healthy group against every other; empty where there are no two.
+    left : Left
+    """
+
+    detection: Detection
+    healthy_pairs: Mapping[str, tuple[HealthyPair, ...]]
+    left: Left
+
+
+def evaluate(
+    paths: Sequence[Path], indicators: Mapping[str, Indicator[Any]], healthy: Sequence[str], rules: Rules
+) -> Evaluation:
+    """Measure records, join them with their labels, and judge every number.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Sources of records.
+    indicators : mapping of str to Indicator
+    healthy : sequence of str
+        Labels of healthy records beside those that descriptions name.
+    rules : Rules
+
+    Raises
+    ------
+    ConfigError
+        No record is known to be healthy.
+    DataError, StoreError
+        A source cannot be read.
+    """
+    sources = [open_source(path, used_channels(indicators)) for path in paths]
+    columns, measured = measure_sources(sources, indicators)
+    left = Left()
+    study = measured_study(columns, left.count(measured), _labels(sources, healthy))
+    detection = detect(study.records, study.scores, rules)
+    pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
+    return Evaluation(detection, pairs, left)
+
+
+def _labels(sources: Sequence[RecordSource], healthy: Sequence[str]) -> Labels:
+    described = [source.config for source in sources if isinstance(source, MeasuredSource)]
+    named = [label for config in described for label in config.healthy]
+    severity = {label: value for config in described for label, value in config.severity.items()}
+    return Labels(tuple(dict.fromkeys([*named, *healthy])), severity)
+
+
+def _pairs(detection: Detection, judgement: Judgement) -> tuple[HealthyPair, ...]:
+    """Every healthy group against every other; larger scores are those that read higher."""
+    records, rules = detection.records, detection.rules
+    healthy = [population for population in records.populations if population.kind is Kind.HEALTHY]
+    own = part(records, judgement.scored, healthy)
+    if own.groups is None or len(set(own.groups)) < 2:
+        return ()
+    rule = partial(rules.set_threshold, direction=judgement.direction)
+    return healthy_against_healthy(own.scores, own.groups, rule, confidence=rules.confidence)
+
+
+def _reason(record: RecordMeasures) -> str:
+    return next(iter(record.reasons.values()), record.status)

@@ -1,0 +1,157 @@
+"""What was measured of records with labels and groups, as records of a study with their scores."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.studies.records import Scored, StudyRecords
+
+SEED = 0
+"""Of the random halves of healthy records that no groups split."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What labels of records mean.
+
+    Attributes
+    ----------
+    healthy : tuple of str
+        Labels of healthy records; all others are faulty.
+    severity : mapping of str to float
+        Label → severity of the fault [m³/s], where it is known.
+    """
+
+    healthy: tuple[str, ...]
+    severity: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredStudy:
+    """Labelled records with their scores.
+
+    Attributes
+    ----------
+    records : StudyRecords
+    scores : tuple of Scored
+        Those that any record has.
+    """
+
+    records: StudyRecords
+    scores: tuple[Scored, ...]
+
+
+def measured_study(
+    columns: Sequence[Column], measured: Iterable[RecordMeasures], labels: Labels
+) -> MeasuredStudy:
+    """Healthy and faulty records by their labels; all healthy ones are for fitting where they have groups.
+
+    Each healthy group is then tested at the threshold of the others. Without two healthy groups the healthy
+    records are split into random halves, and a remark says so.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+    measured : iterable of RecordMeasures
+        Rejected ones, and those without a label, are left out.
+    labels : Labels
+
+    Raises
+    ------
+    ConfigError
+        No record has a label, or none that is called healthy.
+    """
+    labelled = [record for record in measured if record.label and not record.is_rejected]
+    found = dict.fromkeys(record.label for record in labelled)
+    _require_healthy(labels, list(found))
+    is_healthy = np.array([record.label in labels.healthy for record in labelled])
+    groups = _groups(labelled)
+    has_groups = groups is not None and len({groups[row] for row in np.flatnonzero(is_healthy)}) > 1
+    faults = {
+        label: Population(label, Kind.FAULT, severity=labels.severity.get(label, 0.0))
+        for label in found
+        if label not in labels.healthy
+    }
+    fit = Population("healthy" if has_groups else "healthy (fit)", Kind.HEALTHY, is_fit=True)
+    tested = () if has_groups else (Population("healthy", Kind.HEALTHY),)
+    populations = (fit, *tested, *faults.values())
+    of_label = {label: populations.index(fault) for label, fault in faults.items()}
+    of_record = np.array([of_label.get(record.label, 0) for record in labelled], dtype=np.intp)
+    if not has_groups:
+        rows = np.random.default_rng(SEED).permutation(np.flatnonzero(is_healthy))
+        of_record[rows[: rows.size // 2]] = 1
+    severity = np.array([_severity(record.label, labels) for record in labelled])
+    remarks = [_split_remark(groups, has_groups), *_confounded(groups, is_healthy)]
+    records = StudyRecords(populations, of_record, severity, groups=groups, remarks=tuple(remarks))
+    return MeasuredStudy(records, tuple(_scores(columns, labelled)))
+
+
+def _require_healthy(labels: Labels, found: Sequence[str]) -> None:
+    names = ", ".join(repr(label) for label in sorted(found)[:10])
+    if not found:
+        raise ConfigError("no record has a label; 'label:' of the description says what is known of each")
+    if not labels.healthy:
+        remedy = "--healthy LABEL, or 'healthy: [LABEL]' in the description"
+        raise ConfigError(f"which records are healthy? {remedy}; found {names}")
+    missing = [label for label in labels.healthy if label not in found]
+    if missing:
+        raise ConfigError(f"no record has the healthy label {missing[0]!r}; found {names}")
+
+
+def _groups(records: Sequence[RecordMeasures]) -> tuple[str, ...] | None:
+    """Groups of records; one without a group is a group by itself."""
+    if not any(record.group for record in records):
+        return None
+    return tuple(record.group or f"record {record.record_id}" for record in records)
+
+
+def _split_remark(groups: Sequence[str] | None, has_groups: bool) -> str:
+    if has_groups:
+        return "each healthy group is tested at the threshold of the other healthy groups"
+    why = "no record has a group" if groups is None else "there is one healthy group alone"
+    return (
+        f"{why}: healthy records are split into random halves (seed {SEED}), one sets thresholds and one is"
+        " tested; false alarms on another unit or day are not known"
+    )
+
+
+def _confounded(groups: Sequence[str] | None, is_healthy: NDArray[np.bool_]) -> Iterator[str]:
+    if groups is None or is_healthy.all():
+        return
+    healthy = {group for group, is_sound in zip(groups, is_healthy, strict=True) if is_sound}
+    faulty = {group for group, is_sound in zip(groups, is_healthy, strict=True) if not is_sound}
+    if not healthy & faulty:
+        yield (
+            "no group has both healthy and faulty records: what tells them apart may be the unit or the day;"
+            " no area means more than those of healthy groups against each other"
+        )
+
+
+def _severity(label: str, labels: Labels) -> float:
+    return 0.0 if label in labels.healthy else labels.severity.get(label, np.nan)
+
+
+def _scores(columns: Sequence[Column], records: Sequence[RecordMeasures]) -> Iterator[Scored]:
+    """Every number that any record has."""
+    for column in columns:
+        shape = tuple(column.output.dims.values())
+        nothing = np.full(shape, np.nan)
+        values = np.array([record.values.get(column.name, nothing) for record in records], dtype=float)
+        for place in np.ndindex(shape):
+            own = values[(slice(None), *place)]
+            if np.isfinite(own).any():
+                yield Scored(
+                    f"{column.name}{''.join(f'[{part}]' for part in place)}",
+                    own,
+                    tuple(channel.value for channel in column.channels),
+                    column.unit,
+                    column.output.long_name,
+                    column.output.direction,
+                )

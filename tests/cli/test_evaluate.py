@@ -1,0 +1,188 @@
+"""``hydrofdi evaluate``: labelled files, groups, and what is refused."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.commands import run, run_json
+from tests.conftest import REPOSITORY
+
+VTNSI = REPOSITORY.parent / "shared" / "data" / "vtnsi"
+
+DESCRIPTION = """\
+files: "unit */*.csv*"
+sampling_frequency: 500 Hz
+channels: {chamber_1_pressure: "P1 [bar]"}
+path: "unit {unit}/{condition} {run}"
+label: "{condition}"
+"""
+
+GROUPED = DESCRIPTION + 'group: "unit {unit}"\nhealthy: sound\n'
+
+
+def write_records(folder: Path, n_unit: int = 6, n_run: int = 25, unit_spread: float = 0.0) -> None:
+    """Noise that falls with the leak; units differ by a factor of about 1 + `unit_spread`."""
+    draw = np.random.default_rng(9)
+    for unit in range(n_unit):
+        size = 1.0 + unit_spread * draw.normal()
+        for condition, factor in (("sound", 1.0), ("small", 0.93), ("large", 0.5)):
+            place = folder / f"unit {unit}"
+            place.mkdir(parents=True, exist_ok=True)
+            for number in range(n_run):
+                pressure = 50.0 + factor * size * draw.normal(size=600)
+                rows = "".join(f"{value:.6g}\n" for value in pressure)
+                (place / f"{condition} {number}.csv").write_text(f"P1 [bar]\n{rows}")
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("rig")
+    write_records(folder)
+    (folder / "rig.yaml").write_text(GROUPED)
+    (folder / "plain.yaml").write_text(DESCRIPTION)
+    severities = "severity: {small: 0.1 L/min, large: 0.5 L/min}\n"
+    (folder / "graded.yaml").write_text(GROUPED + severities)
+    return folder
+
+
+def by_name(evaluation: dict) -> dict:
+    return {score["indicator"]: score for score in evaluation["scores"]}
+
+
+def test_labels_and_groups_become_areas_alarms_and_detections(rig: Path) -> None:
+    done = run_json("evaluate", rig / "rig.yaml", "--false-alarm-rate", "5%")
+    assert (done["records"], done["rejected"], done["false_alarm_rate_set"]) == (450, 0, 0.05)
+    assert done["groups"] == [f"unit {unit}" for unit in range(6)]
+    assert {each["label"]: (each["is_healthy"], each["n"]) for each in done["populations"]} == {
+        "healthy": (True, 150), "small": (False, 150), "large": (False, 150),
+    }  # fmt: skip
+    d2 = by_name(done)["dwt.d2"]
+    areas = {area["label"]: area for area in d2["auc"]}
+    assert areas["large"]["low"] > 0.99
+    assert 0.7 < areas["small"]["low"] < areas["small"]["value"] < areas["small"]["high"] < 0.9
+    (alarms,) = d2["false_alarms"]
+    assert (alarms["label"], alarms["n"]) == ("healthy", 150)
+    assert alarms["low"] < 0.05 < alarms["high"]
+    detected = {each["label"]: each["alarms"] for each in d2["detected"]}
+    assert detected["large"] == 150 > detected["small"] > 0
+    assert d2["q90_95_L_per_min"] is None
+    assert len(d2["healthy_against_healthy"]) == 30
+
+
+def test_healthy_groups_are_tested_at_the_threshold_of_the_others(tmp_path: Path) -> None:
+    write_records(tmp_path, n_unit=5, n_run=20, unit_spread=0.4)
+    (tmp_path / "rig.yaml").write_text(GROUPED)
+    score = by_name(run_json("evaluate", tmp_path / "rig.yaml", "--false-alarm-rate", "5%"))["dwt.d2"]
+    assert score["false_alarms"][0]["alarms"] == 20, "the unit that differs most alarms at every record"
+    assert score["false_alarms"][0]["high"] > 0.5
+    areas = [pair["value"] for pair in score["healthy_against_healthy"]]
+    assert max(areas) == 1.0 - min(areas) == 1.0
+
+
+def test_known_severities_give_the_severity_that_is_found(rig: Path) -> None:
+    score = by_name(run_json("evaluate", rig / "graded.yaml", "--false-alarm-rate", "5%"))["dwt.d2"]
+    assert score["q90_95_L_per_min"] is None
+    assert any("needs 29 groups of faulty records that agree, not 6" in each for each in score["refusals"])
+    text = (rig / "graded.yaml").read_text().replace('group: "unit {unit}"\n', "")
+    (rig / "ungrouped.yaml").write_text(text)
+    score = by_name(run_json("evaluate", rig / "ungrouped.yaml", "--false-alarm-rate", "5%"))["dwt.d2"]
+    assert 0.1 < score["q90_95_L_per_min"] <= 0.5
+
+
+def test_few_records_are_refused_with_the_number_needed_and_areas_stay(rig: Path) -> None:
+    done = run("evaluate", rig / "rig.yaml", check=0)
+    assert "needs 199 healthy records, not 150" in done.stdout
+    assert "AUC large" in done.stdout
+    assert "Healthy against healthy" in done.stdout
+    strict = run_json("evaluate", rig / "rig.yaml", "--false-alarm-rate", "0.1%")
+    for score in strict["scores"]:
+        assert score["threshold"] is None
+        assert score["false_alarms"] == score["detected"] == []
+        assert len(score["auc"]) == 2
+
+
+def test_without_groups_the_split_is_said_and_the_same_each_time(rig: Path) -> None:
+    arguments = "evaluate", rig / "plain.yaml", "--healthy", "sound", "--false-alarm-rate", "5%"
+    first, second = run_json(*arguments), run_json(*arguments)
+    assert first == second
+    assert any("random halves (seed 0)" in remark for remark in first["remarks"])
+    sizes = {each["label"]: each["n"] for each in first["populations"]}
+    assert (sizes["healthy (fit)"], sizes["healthy"]) == (75, 75)
+    assert by_name(first)["dwt.d2"]["false_alarms"][0]["n"] == 75
+    assert by_name(first)["dwt.d2"]["healthy_against_healthy"] == []
+
+
+def test_faults_of_units_that_were_never_healthy_are_remarked(rig: Path, tmp_path: Path) -> None:
+    shutil.copytree(rig, tmp_path / "apart")
+    for unit in range(6):
+        others = ("small", "large") if unit < 3 else ("sound",)
+        for name in others:
+            for file in (tmp_path / "apart" / f"unit {unit}").glob(f"{name} *.csv"):
+                file.unlink()
+    remarks = run_json("evaluate", tmp_path / "apart" / "rig.yaml")["remarks"]
+    assert any("no group has both healthy and faulty records" in remark for remark in remarks)
+    remarks = run_json("evaluate", rig / "rig.yaml")["remarks"]
+    assert not any("no group has both" in remark for remark in remarks)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "which records are healthy? --healthy LABEL"),
+        (("--healthy", "soud"), "no record has the healthy label 'soud'; found 'large', 'small', 'sound'"),
+        (("--healthy", "sound", "--false-alarm-rate", "70%"), "--false-alarm-rate: must lie above 0%"),
+        (("--healthy", "sound", "--confidence", "most"), "--confidence: "),
+    ],
+)
+def test_what_a_user_can_fix_is_one_line(rig: Path, arguments: tuple[str, ...], message: str) -> None:
+    done = run("evaluate", rig / "plain.yaml", *arguments, check=2)
+    assert done.stdout == ""
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_mistakes_of_a_description_have_their_line(rig: Path) -> None:
+    text = DESCRIPTION.replace('label: "{condition}"\n', "") + "healthy: sound\n"
+    (rig / "unlabelled.yaml").write_text(text)
+    done = run("evaluate", rig / "unlabelled.yaml", check=2)
+    assert "unlabelled.yaml:5: healthy: needs 'label'" in done.stderr
+    (rig / "both.yaml").write_text(GROUPED + "severity: {sound: 1 L/min}\n")
+    assert "both.yaml:8: severity.sound: is healthy" in run("evaluate", rig / "both.yaml", check=2).stderr
+
+
+def test_rejected_records_are_counted_with_exit_code_1(rig: Path, tmp_path: Path) -> None:
+    shutil.copytree(rig, tmp_path / "damaged")
+    (tmp_path / "damaged" / "unit 0" / "sound 0.csv").unlink()
+    (tmp_path / "damaged" / "unit 0" / "sound 0.csv.gz").write_bytes(b"no gzip")
+    done = run("evaluate", tmp_path / "damaged" / "rig.yaml", check=1)
+    assert "rejected: 1 of 450 records; unit 0/sound 0.csv.gz" in done.stderr
+
+
+def test_results_of_a_sweep_are_evaluated_by_their_labels(tmp_path: Path) -> None:
+    (tmp_path / "leaks.yaml").write_text(
+        "name: leaks\nrecord: {duration: 2 s}\nstore: {signals: pressures}\n"
+        "sweep: {grid: {leakage.internal_flow: [0 L/min, 1 L/min]}}\n"
+    )
+    run("sweep", "leaks.yaml", "--engine", "in-process", cwd=tmp_path, check=0)
+    done = run_json("evaluate", "results/leaks", "--healthy", "sealed, 551 MPa", cwd=tmp_path)
+    assert [each["n"] for each in done["populations"]] == [1, 0, 1]
+    assert all(score["threshold"] is None for score in done["scores"])
+
+
+@pytest.mark.skipif(not VTNSI.is_dir(), reason="the records are not here")
+def test_the_vtnsi_records_carry_no_rate(tmp_path: Path) -> None:
+    (tmp_path / "vtnsi").symlink_to(VTNSI)
+    shutil.copy(REPOSITORY / "configs" / "measured" / "vtnsi.yaml", tmp_path)
+    done = run_json("evaluate", tmp_path / "vtnsi.yaml")
+    assert {each["label"]: each["n"] for each in done["populations"]} == {"healthy": 40, "Leak": 30}
+    assert any("no group has both healthy and faulty records" in remark for remark in done["remarks"])
+    for score in done["scores"]:
+        assert score["threshold"] is None
+        assert any("healthy records, not 40" in refusal for refusal in score["refusals"])
+        (area,) = score["auc"]
+        assert area["low"] < 0.5, "no area is told from chance over six groups"
+        assert max(pair["value"] for pair in score["healthy_against_healthy"]) > area["value"]

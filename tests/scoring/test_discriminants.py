@@ -88,3 +88,15 @@ def test_as_many_features_as_records_do_not_undo_what_a_few_tell(name):
     values, is_faulty = population.labelled(300, 300, 0.5)
     scores = model.score(values)
     assert area_under_curve(scores[~is_faulty], scores[is_faulty]).low > 0.9
+
+
+def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
+    draw = np.random.default_rng(8)
+    spreads, apart = np.array([[1.0, 1.0], [1.0, 3.0]]), np.array([1.0, 1.0])
+    healthy, faulty = (
+        draw.normal(size=(n, 2)) * each for n, each in zip((50_000, 5_000), spreads, strict=True)
+    )
+    is_faulty = np.arange(55_000) >= 50_000
+    model = make_score("lda").fit(np.vstack([healthy, faulty + apart]), is_faulty)
+    np.testing.assert_allclose(weights_of(model, 2), apart / np.mean(spreads**2, axis=0), atol=0.05)
+    assert model.score([apart / 2.0])[0] == pytest.approx(0.0, abs=0.05)

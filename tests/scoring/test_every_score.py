@@ -116,6 +116,15 @@ def test_a_constant_feature_does_nothing(name, population):
         np.testing.assert_array_equal(model.score(np.insert(records, 3, constant + 1.0, axis=1)), expected)
 
 
+def test_a_feature_that_is_mostly_the_same_still_tells():
+    """Such as a count of events: its quartiles are equal."""
+    draw = np.random.default_rng(3)
+    values = draw.normal(size=(400, 2))
+    values[:, 1] = np.where(draw.uniform(size=400) < 0.1, 1.0, 0.0)
+    distances = fitted("mahalanobis", values, np.zeros(400, dtype=bool)).score([[0.0, 0.0], [0.0, 3.0]])
+    assert distances[1] > distances[0] + 25.0
+
+
 @every_score
 def test_the_units_of_features_do_not_matter(name, population):
     values, is_faulty = population.labelled(100, 100, 1.0)

@@ -86,7 +86,9 @@ def check_detection(source: Source) -> None:
     except ValidationError:  # a mistake when the model is validated
         return
     made = IndicatorChoice.of(source.data.get("indicators", {DWT: {}})).made(wavelet)
-    numbers = [f"{label}.{output.name}" for label, each in made.items() for output in each.outputs]
+    numbers = [
+        f"{label}.{output.name}" for label, each in made.items() for output in each.outputs if output.is_score
+    ]
     for place, label in enumerate(_listed(detection.get("indicators"))):
         if label not in made:
             message = f"{label!r} is not among the indicators{nearest(str(label), list(made))}"

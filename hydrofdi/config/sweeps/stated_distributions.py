@@ -29,7 +29,14 @@ def distribution_in_si(source: Source, path: Path, name: str, distribution: Any)
         return _in_si(source, path, name, distribution)
     except _MistakenError as mistake:
         source.mistakes.append(source.mistake(mistake.path, str(mistake)))
+        return _without_texts(distribution)
+
+
+def _without_texts(distribution: Any) -> Any:
+    """A mistaken distribution, so that its texts are not told a second time when the model is validated."""
+    if not isinstance(distribution, dict):
         return distribution
+    return {kind: [] if isinstance(arguments, str) else arguments for kind, arguments in distribution.items()}
 
 
 class _MistakenError(ValueError):

@@ -1,0 +1,135 @@
+"""Studies through the runner: interruptions, levels that cannot be, and what a detector may see."""
+
+import os
+import signal
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.execution import InProcessEngine, Job, compute_columns
+from hydrofdi.execution.measuring import measured_columns
+from hydrofdi.pipeline import read_results, run_sweep
+from hydrofdi.store.layout.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
+from hydrofdi.studies.reading import read_study
+from tests.runner.processes import start
+
+STUDY = """
+name: small
+record: {duration: 2 s}
+pressure_1_sensor: {noise: 5 kPa}
+study:
+  population: {seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}}}
+  healthy: {fit: 12, test: 8}
+  faults: {leakage.internal_flow: [0.2 L/min, 1 L/min], each: 8, fit: 4}
+detection: {false_alarm_rate: 20 %, indicators: [dwt, pressure_statistics, ring_down, flow_balance]}
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    file = tmp_path / "study.yaml"
+    file.write_text(STUDY)
+    return file
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "study.yaml").write_text(STUDY)
+    return swept(folder / "study.yaml", folder / "out")
+
+
+def swept(file, out, *settings):
+    run_sweep(load_experiment(file, settings), out, InProcessEngine())
+    return read_results(out)
+
+
+def test_a_study_that_was_killed_ends_as_one_that_was_not(study, tmp_path):
+    study.write_text(STUDY.replace("fit: 12", "fit: 60"))
+    killed, whole = tmp_path / "killed", tmp_path / "whole"
+    sweep = start("sweep", study, "--out", killed, "--workers", "1")
+    limit = time.monotonic() + 240
+    while not list(killed.glob("shards/[!.]*.h5")) and sweep.poll() is None and time.monotonic() < limit:
+        time.sleep(0.01)
+    os.killpg(sweep.pid, signal.SIGKILL)
+    sweep.communicate()
+    n_stored = len(list(killed.glob("shards/[!.]*.h5")))
+    assert n_stored
+    assert not (killed / "small.h5").exists()
+    swept(study, killed)
+    swept(study, whole)
+    assert (killed / "small.h5").read_bytes() == (whole / "small.h5").read_bytes()
+
+
+def test_the_leakage_coefficient_is_that_of_the_level_whatever_is_drawn(stored):
+    roles = expand_runs(stored.experiment).study
+    coefficients = stored.columns[LEAKAGE_COEFFICIENT]
+    of_levels = {
+        population.severity: set(coefficients[roles.of_run == number].tolist())
+        for number, population in enumerate(roles.populations)
+    }
+    assert of_levels[0.0] == {0.0}
+    assert [len(own) for own in of_levels.values()] == [1, 1, 1]
+    assert len({tuple(own) for own in of_levels.values()}) == 3
+
+
+def test_a_level_that_no_coefficient_reaches_has_no_numbers(study, tmp_path):
+    data = swept(study, tmp_path / "out", "study.faults.leakage.internal_flow=[0.2 L/min, 500 L/min]")
+    (design,) = read_study(data)
+    records = design.records
+    lost = [
+        row for each in records.populations if each.severity > 1e-3 for row in records.rows(each).tolist()
+    ]
+    assert len(lost) == 12
+    assert set(data.columns[STATUS][lost]) == {"unreachable_leakage"}
+    assert np.isnan(records.severity[lost]).all()
+    assert all(np.isnan(score.values[lost]).all() for score in design.scores)
+
+
+def test_points_that_depend_on_each_other_are_remarked(study, tmp_path):
+    (design,) = read_study(swept(study, tmp_path / "out", "study.population.method=lhs"))
+    assert (
+        "Latin hypercube, which depend on each other: binomial limits do not hold"
+        in design.records.remarks[0]
+    )
+
+
+def test_every_score_has_the_time_that_its_indicator_took(stored):
+    (design,) = read_study(stored)
+    assert all(score.cost > 0.0 for score in design.scores)
+
+
+def test_standard_errors_and_counts_are_no_scores(stored):
+    (design,) = read_study(stored)
+    names = {score.name for score in design.scores}
+    assert {"ring_down.damping_ratio", "flow_balance.internal_coefficient"} <= names
+    assert not names & {"ring_down.steps", "ring_down.frequency_error", "flow_balance.condition"}
+
+
+def test_truth_cannot_reach_an_indicator(study):
+    """Jobs that claim another leak, another plant and another record measure the same of the same signals."""
+    experiment = load_experiment(study, ["detection.indicators=all"])
+    runs = expand_runs(experiment).runs.at(range(0, 32, 5))
+    honest = [Job.of(run, str(row), 1e-9 * row, f"record {row}") for row, run in enumerate(runs)]
+    columns = compute_columns(honest)
+    claims = {"leakage.internal_coefficient": 7e-8, "fluid.bulk_modulus": 900e6, "friction.viscous": 400.0}
+    poisoned = [
+        replace(
+            job,
+            parameters=job.parameters.with_values(claims),
+            leakage_coefficient=7e-8,
+            record_id=f"leaks {row} L/min",
+        )
+        for row, job in enumerate(honest)
+    ]
+    measured = measured_columns(poisoned, columns)
+    outputs = [name for name in measured if "." in name and not name.endswith(ANALYSIS_ID)]
+    assert len(outputs) > 80
+    for name in outputs:
+        if measured[name].dtype == float:
+            assert np.array_equal(measured[name], columns[name], equal_nan=True), name
+        else:
+            assert measured[name].tolist() == columns[name].tolist(), name

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hydrofdi.pipeline.inspecting import Explanation
 
 _ANY_WIDTH, _SENTENCE_WIDTH = 10_000, 30
-_UNIT, _WORD, _DOT, _UNDERSCORE = r" (?=\[)", " ", r"(?<=\w\.)", r"(?<=\w_)(?=\w\w)"
+_UNIT, _WORD, _DOT, _UNDERSCORE = r" (?=\[)", " ", r"(?<=[^\W\d]\.)", r"(?<=\w_)(?=\w\w)"
 _HEADER_FORMS = (
     (r"(?!)", 2),
     (_UNIT, 2),

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from hydrofdi.papers.maddahi2015 import StudyReport, is_study
 from hydrofdi.report import Report, analyze
+from hydrofdi.report.contract import ComposedReport
 from hydrofdi.store import ExperimentData
 
 
-def make_report(data: ExperimentData) -> Report:
-    """The report of an experiment: that of a paper where it is the study of one, else the general one."""
+def make_report(data: ExperimentData) -> ComposedReport:
+    """The report of an experiment: of a study of detection, of a paper's study, else the general one."""
+    if data.experiment.study is not None:
+        from hydrofdi.report.detection.composition import report_study
+
+        return report_study(data)
     return StudyReport.of(data) if is_study(data.experiment) else Report(analyze(data))

@@ -1,0 +1,128 @@
+"""The answer in plain English, and the table that it is taken from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.report.detection.ranking import ranking_note, ranking_sheet
+from hydrofdi.report.detection.selection import best_of_sensors, distinct, of_the_paper
+from hydrofdi.report.detection.wording import (
+    false_alarms_in_words,
+    found_sentence,
+    probability_in_words,
+    sensors_in_words,
+    severity_unit,
+)
+from hydrofdi.report.document import Block
+from hydrofdi.report.wording import counted, joined
+from hydrofdi.studies.judgement import Detection, Judgement
+
+_MOST = 6
+"""Sets of sensors that the answer names."""
+
+_TITLE = "The best with each set of sensors, and the paper's rules"
+
+_KINDS = {
+    (Kind.HEALTHY, True): "healthy ones that set the thresholds",
+    (Kind.HEALTHY, False): "healthy ones that test them",
+    (Kind.FAULT, True): "leaking ones to learn from",
+    (Kind.FAULT, False): "leaking ones to find",
+    (Kind.SHIFT, False): "in shifts",
+    (Kind.CONFUSION, False): "with another fault",
+    (Kind.ALONE, False): "with a single nuisance",
+    (Kind.SOBOL, False): "of a Sobol design",
+}
+
+
+def answer_block(detection: Detection) -> Block:
+    """What is found with which sensors, from how many records."""
+    best, paper = best_of_sensors(detection), of_the_paper(detection)
+    shown = distinct(*best, *paper)
+    sheet = ranking_sheet(detection, shown, "answer", _TITLE)
+    sentences = answer_sentence(detection), _paper_sentence(detection, paper), _counts(detection)
+    return Block(
+        "answer",
+        "What is found",
+        tuple(filter(None, (*sentences, _among_many(detection)))),
+        (replace(sheet, note=ranking_note(detection)),),
+        ("ranking",),
+    )
+
+
+def answer_sentence(detection: Detection) -> str:
+    """The question, answered for each set of sensors; the best first."""
+    unit, best = severity_unit(detection), best_of_sensors(detection)
+    found = [each for each in best if each.smallest["q90_95"].value is not None][:_MOST]
+    asked = detection.rules
+    terms = (
+        f"{probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
+        f" at {false_alarms_in_words(asked.false_alarm_rate)}"
+    )
+    if not found:
+        return f"Nothing is found {terms}: {_why_nothing(detection, best)}."
+    parts = [
+        f"{_with(each)} {found_sentence(each.smallest['q90_95'], unit)}{' ' + terms if first else ''}"
+        for first, each in zip([True] + [False] * len(found), found, strict=False)
+    ]
+    sentence = "; ".join(parts)
+    return f"{sentence[0].upper()}{sentence[1:]}."
+
+
+def _with(judgement: Judgement) -> str:
+    if not judgement.scored.channels:
+        return judgement.scored.name
+    return f"with {sensors_in_words(judgement)}, {judgement.scored.name}"
+
+
+def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
+    if best:
+        return f"{found_sentence(best[0].smallest['q90_95'], severity_unit(detection))} with any score"
+    if not any(judgement.threshold for judgement in detection.judgements):
+        return "no score has a threshold"
+    if not any(judgement.keeps_its_rate for judgement in detection.judgements):
+        return "no score keeps its false-alarm rate"
+    return "no severity can be stated"
+
+
+def _paper_sentence(detection: Detection, paper: Sequence[Judgement]) -> str:
+    unit = severity_unit(detection)
+    rules = [
+        f"{each.scored.name}: {found_sentence(each.smallest.get('q90_95'), unit)}"
+        f"{'' if each.keeps_its_rate else ' (and does not keep its false-alarm rate)'}"
+        for each in paper
+    ]
+    return f"By the rules of the paper, {'; '.join(rules)}." if rules else ""
+
+
+def _among_many(detection: Detection) -> str:
+    """What the best is worth where it was chosen among many."""
+    first, n_tried = detection.judgements[0], len(detection.judgements)
+    found = first.smallest.get("q90_95_of_all")
+    if found is None or n_tried == 1 or not first.keeps_its_rate:
+        return ""
+    return (
+        f"The best was chosen among {n_tried}: with a confidence that holds for all of them together,"
+        f" {first.scored.name} {found_sentence(found, severity_unit(detection))}."
+    )
+
+
+def _counts(detection: Detection) -> str:
+    records, judgements = detection.records, detection.judgements
+    per_kind: Counter[tuple[Kind, bool]] = Counter()
+    for number, population in enumerate(records.populations):
+        per_kind[population.kind, population.is_fit] += int((records.of_record == number).sum())
+    parts = [f"{per_kind[key]:,} {words}" for key, words in _KINDS.items() if per_kind[key]]
+    n_kept = sum(judgement.keeps_its_rate for judgement in judgements)
+    n_found = sum(
+        judgement.keeps_its_rate and (found := judgement.smallest.get("q90_95")) is not None
+        and found.value is not None
+        for judgement in judgements
+    )  # fmt: skip
+    return (
+        f"From {counted(records.of_record.size, 'record')}: {joined(parts)}."
+        f" {counted(len(judgements), 'score')} were tried; {n_kept} of them keep the false-alarm rate on"
+        f" healthy test records and in shifts, and {n_found} of these find a tested leak."
+    )

@@ -1,0 +1,56 @@
+"""The report of a stored study."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from hydrofdi.report.detection.report import DetectionReport
+from hydrofdi.report.detection.varied import varied
+from hydrofdi.report.document import Block
+from hydrofdi.report.sections.holes import remarks_block
+from hydrofdi.report.sections.provenance import provenance_block
+from hydrofdi.report.wording import counted
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout.names import MESSAGE, STATUS
+from hydrofdi.studies.judged import judge_study
+
+_MOST = 20
+"""Reasons that are listed one by one."""
+
+
+def report_study(data: ExperimentData) -> DetectionReport:
+    """Judge a stored study and report on it.
+
+    Raises
+    ------
+    ReportError
+        The experiment has no study, or its file does not hold the runs of its study.
+    """
+    study = data.experiment.study
+    assert study is not None
+    return DetectionReport(
+        data.experiment.name,
+        data.path,
+        judge_study(data),
+        varied(study),
+        before=(remarks_block(data), holes_block(data)),
+        after=(provenance_block(data),),
+    )
+
+
+def holes_block(data: ExperimentData) -> Block | None:
+    """How many runs have no numbers, and why; None where all have."""
+    statuses = np.asarray(data.columns[STATUS]).astype(str)
+    rows = np.flatnonzero(statuses != "ok")
+    if not rows.size:
+        return None
+    kinds = ", ".join(f"{count:,} {status}" for status, count in Counter(statuses[rows].tolist()).items())
+    messages = np.asarray(data.columns[MESSAGE]).astype(str)[rows].tolist()
+    reasons = Counter(message for message in messages if message)
+    lines = [f"{counted(count, 'run')}: {message}" for message, count in reasons.most_common(_MOST)]
+    rest = len(reasons) - _MOST
+    more = [f"… and {counted(rest, 'more reason')}."] if rest > 0 else []
+    first = f"{rows.size:,} of {counted(data.n_run, 'run')} have no numbers and are in no rate: {kinds}."
+    return Block("holes", "What is missing", (first, *lines, *more))

@@ -1,0 +1,97 @@
+"""The report of a judged study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hydrofdi.report.composition import document_of
+from hydrofdi.report.detection.answer import answer_block
+from hydrofdi.report.detection.caveats import caveats_block
+from hydrofdi.report.detection.columns import detection_columns
+from hydrofdi.report.detection.false_alarms import false_alarms_block
+from hydrofdi.report.detection.levels import levels_block
+from hydrofdi.report.detection.populations import populations_block
+from hydrofdi.report.detection.ranking import ranking_block
+from hydrofdi.report.detection.record import detection_records, study_record
+from hydrofdi.report.detection.varied import Varied
+from hydrofdi.report.document import Block, Document
+from hydrofdi.studies.judgement import Detection
+
+if TYPE_CHECKING:
+    from hydrofdi.report.contract import FigureKind
+
+_LEAD = (
+    "Which leak is found, with which sensors and which score, at a stated rate of false alarms. All numbers"
+    " are computed."
+)
+
+
+@dataclass(frozen=True)
+class DetectionReport:
+    """The report of a judged study, of simulated or measured records.
+
+    Attributes
+    ----------
+    name : str
+        Files are named after it.
+    path : Path
+        The file that it was made from.
+    detections : tuple of Detection
+        One for each design of the records; the sections show the first.
+    varied : Varied
+        What differs between the records.
+    before, after : tuple of Block
+        Further sections, such as what is missing, and provenance.
+    """
+
+    name: str
+    path: Path
+    detections: tuple[Detection, ...]
+    varied: Varied = field(default_factory=Varied)
+    before: tuple[Block | None, ...] = ()
+    after: tuple[Block | None, ...] = ()
+
+    @property
+    def usual_figure(self) -> str:
+        """The figure that is drawn where none is named."""
+        return "ranking"
+
+    def document(self) -> Document:
+        """Its sections."""
+        first = self.detections[0]
+        blocks = (
+            *self.before,
+            answer_block(first),
+            populations_block(first, self.varied),
+            ranking_block(first),
+            false_alarms_block(first),
+            levels_block(first),
+            caveats_block(first),
+            *self.after,
+        )
+        return document_of(self.name, _LEAD, blocks)
+
+    def record(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {
+            "experiment": self.name,
+            "detection": [record for each in self.detections for record in detection_records(each)],
+            "studies": [study_record(each) for each in self.detections],
+        }
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Header → values, one line per score and tested population."""
+        return detection_columns(self.detections)
+
+    def figures(self) -> Mapping[str, FigureKind]:
+        """Name → figure."""
+        from hydrofdi.report.figures.detection import detection_figures
+
+        return detection_figures(self.detections[0])
+
+    def checks(self) -> dict[str, bool | None]:
+        """Nothing: a study states no goals."""
+        return {}

@@ -1,0 +1,62 @@
+"""Which of many detectors a reader looks at first."""
+
+from __future__ import annotations
+
+import re
+
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.studies.judgement import Detection, Judgement, Level
+
+_PAPER = re.compile(r"dwt\.d[23]|paper\b.*")
+"""Rules of the paper: d2 and d3 of P1, and the largest positive of the details."""
+
+
+def best_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
+    """For each set of sensors the best detector that keeps its false-alarm rate, best first."""
+    best: dict[frozenset[str], Judgement] = {}
+    for judgement in detection.judgements:
+        if judgement.keeps_its_rate and judgement.smallest.get("q90_95") is not None:
+            best.setdefault(frozenset(judgement.scored.channels), judgement)
+    return tuple(best.values())
+
+
+def of_the_paper(detection: Detection) -> tuple[Judgement, ...]:
+    """The rules of the paper, as detectors like the others."""
+    return tuple(each for each in detection.judgements if _PAPER.fullmatch(each.scored.name))
+
+
+def foremost(detection: Detection, most: int) -> tuple[Judgement, ...]:
+    """The best of each set of sensors, then the rules of the paper, then the next best; at most so many."""
+    named, best = of_the_paper(detection), best_of_sensors(detection)
+    room = max(most - len(named), 1)
+    chosen = distinct(*best[:room], *named, *best[room:], *detection.judgements)
+    first = {each.scored.name for each in chosen[:most]}
+    return tuple(each for each in detection.judgements if each.scored.name in first)
+
+
+def distinct(*judgements: Judgement) -> tuple[Judgement, ...]:
+    """Each score once, where it comes first."""
+    by_name: dict[str, Judgement] = {}
+    for judgement in judgements:
+        by_name.setdefault(judgement.scored.name, judgement)
+    return tuple(by_name.values())
+
+
+def tested(detection: Detection, *kinds: Kind) -> tuple[Population, ...]:
+    """Populations of these kinds whose false alarms are judged, in the order of the study."""
+    judged = {population for judgement in detection.judgements for population in judgement.false_alarms}
+    return tuple(each for each in detection.records.populations if each.kind in kinds and each in judged)
+
+
+def chosen_levels(detection: Detection, most: int = 3) -> tuple[Population, ...]:
+    """Faulty test populations, spread evenly over those that there are."""
+    levels = detection.records.chosen(Kind.FAULT, is_fit=False)
+    if len(levels) <= most:
+        return levels
+    places = [round((place + 1) * (len(levels) - 1) / (most + 1)) for place in range(most)]
+    return tuple(levels[place] for place in dict.fromkeys(places))
+
+
+def level_of(judgement: Judgement, population: Population) -> Level | None:
+    """What is stated of a faulty population."""
+    return next((level for level in judgement.levels if level.population == population), None)

@@ -1,0 +1,78 @@
+"""What varies in the populations of a study, in readable units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hydrofdi.config.request import parameter_unit
+from hydrofdi.config.study.study import StudyConfig
+from hydrofdi.units import convert
+
+_READABLE = {
+    "Pa": (("MPa", 1e6), ("kPa", 1e3)),
+    "m^3/s": (("L/min", 0.0),),
+    "m": (("m", 1.0), ("mm", 1e-4), ("µm", 0.0)),
+    "m^3": (("cm^3", 0.0),),
+}
+"""SI unit → units that a person reads, and from which size on."""
+
+_WRITTEN = {
+    "uniform": "{} … {}",
+    "integers": "{} … {}",
+    "loguniform": "{} … {} (logarithmic)",
+    "normal": "{} ± {} (normal)",
+    "truncated_normal": "{} ± {} (normal), from {} to {}",
+    "lognormal": "{}, factor {} (lognormal)",
+    "triangular": "{} … {} … {} (triangular)",
+}
+
+
+@dataclass(frozen=True)
+class Varied:
+    """What differs between the records of a study.
+
+    Attributes
+    ----------
+    common : mapping of str to str
+        Parameter → its distribution in all populations.
+    changes : mapping of str to str
+        Shift or confusion → what is set or drawn otherwise there.
+    """
+
+    common: Mapping[str, str] = field(default_factory=dict)
+    changes: Mapping[str, str] = field(default_factory=dict)
+
+
+def varied(study: StudyConfig) -> Varied:
+    """What a study varies."""
+    drawn = {**study.population.over, **study.population.per_record}
+    common = {name: described(name, value) for name, value in drawn.items() if not name.endswith("seed")}
+    changes = {
+        label: ", ".join(f"{name} {described(name, value)}" for name, value in own.items())
+        for label, own in (*study.shifts.items(), *study.confusions.items())
+    }
+    return Varied(common, changes)
+
+
+def described(name: str, value: Any) -> str:
+    """A value of a parameter or its distribution, such as ``441 … 661 MPa``."""
+    kind, arguments = next(iter(value.items())) if isinstance(value, dict) else ("", [value])
+    shown, unit = _in_one_unit(name, arguments)
+    if kind in _WRITTEN and len(shown) == _WRITTEN[kind].count("{}"):
+        text = _WRITTEN[kind].format(*shown)
+    else:
+        text = " or ".join(shown)
+    return f"{text} {unit}".rstrip()
+
+
+def _in_one_unit(name: str, values: list[Any]) -> tuple[list[str], str]:
+    """Values as text, in the unit that suits the largest of them."""
+    own = parameter_unit(name) or ""
+    numbers = [abs(value) for value in values if isinstance(value, int | float)]
+    if len(numbers) < len(values) or not numbers:
+        return [str(value) for value in values], ""
+    unit = next((unit for unit, least in _READABLE.get(own, ()) if max(numbers) >= least), own)
+    shown = [f"{convert(value, unit) if unit != own else value:.4g}" for value in values]
+    return shown, "" if unit == "1" else unit.replace("*", "·")

@@ -1,0 +1,151 @@
+"""Severities, rates and sensors as the words of a report."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hydrofdi.evaluation.pod.detectable import DetectableSeverity
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.rates import Rate
+from hydrofdi.records import Channel
+from hydrofdi.report.document import Cell
+from hydrofdi.report.wording import HOLE, joined
+from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.units import convert
+
+_IN_WORDS = {
+    0.1: "one false alarm in ten",
+    0.01: "one false alarm in a hundred",
+    0.001: "one false alarm in a thousand",
+}
+
+
+@dataclass(frozen=True)
+class SeverityUnit:
+    """The unit in which a person reads the severities of a study.
+
+    Attributes
+    ----------
+    name : str
+        Such as ``L/min``.
+    quantity : str
+        What is measured in it.
+    key : str
+        Start of the keys of plain data.
+    suffix : str
+        End of the keys of plain data.
+    largest : float
+        Largest nominal severity that is tested, in SI.
+    """
+
+    name: str
+    quantity: str
+    key: str
+    suffix: str
+    largest: float
+
+    def value(self, severity: float) -> float:
+        """A severity in SI, in this unit."""
+        return convert(severity, self.name) if self.name == "L/min" else severity
+
+    def text(self, severity: float) -> str:
+        """A severity with three digits and its unit."""
+        return f"{self.value(severity):.3g} {self.name}".rstrip()
+
+    def found(self, severity: DetectableSeverity) -> str:
+        """A severity that is found, or the largest nominal one up to which none is, with two digits."""
+        is_above = severity.place == "above"
+        return two_digits(self.value(min(severity.severity, self.largest) if is_above else severity.severity))
+
+
+def severity_unit(detection: Detection) -> SeverityUnit:
+    """L/min for leakage flows; every other severity keeps its unit."""
+    own = detection.records.severity_unit
+    levels = detection.records.chosen(Kind.FAULT, is_fit=False)
+    largest = max((level.severity for level in levels), default=math.inf)
+    if own == "m^3/s":
+        return SeverityUnit("L/min", "leakage", "leakage_L_per_min", "_L_per_min", largest)
+    return SeverityUnit("" if own == "1" else own, "severity", "severity", "", largest)
+
+
+def sensors(judgement: Judgement) -> str:
+    """What a score needs of a machine, such as ``P1 P2 x u``; a hole where it does not say so."""
+    return " ".join(_symbols(judgement)) or HOLE
+
+
+def sensors_in_words(judgement: Judgement) -> str:
+    """The same in a sentence, such as ``P1 and u`` or ``P1 alone``."""
+    symbols = _symbols(judgement)
+    return f"{symbols[0]} alone" if len(symbols) == 1 else joined(symbols)
+
+
+def _symbols(judgement: Judgement) -> list[str]:
+    known = {channel.value: channel.symbol for channel in Channel}
+    return [known.get(channel, channel) for channel in judgement.scored.channels]
+
+
+def found_text(found: DetectableSeverity | None, unit: SeverityUnit) -> str:
+    """A severity in a table: ``0.012``, ``≤ 0.01`` (the smallest tested), ``> 1`` (not up to the largest)."""
+    if found is None:
+        return HOLE
+    mark = {"below": "≤ ", "within": "", "above": "> "}[found.place]
+    return f"{mark}{unit.found(found)}"
+
+
+def found_cell(found: DetectableSeverity | None, unit: SeverityUnit) -> Cell:
+    """The same as a cell; its value is missing where nothing is found."""
+    value = None if found is None or found.value is None else unit.value(found.value)
+    return Cell(found_text(found, unit), value=value)
+
+
+def found_sentence(found: DetectableSeverity | None, unit: SeverityUnit) -> str:
+    """The same in a sentence: ``finds 0.012 L/min``, ``not detectable up to 1 L/min``."""
+    if found is None:
+        return "no severity can be stated"
+    number = f"{unit.found(found)} {unit.name}".rstrip()
+    words = {"below": f"finds {number} or less", "within": f"finds {number}"}
+    return words.get(found.place, f"not detectable up to {number}")
+
+
+def two_digits(value: float) -> str:
+    """A number with two digits, never as a power of ten where it has up to six."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def rate_text(rate: Rate | None, *, is_counted: bool = False) -> str:
+    """A rate in percent with its interval; ``3 of 20`` where the records are too few for a rate."""
+    if rate is None or not rate.total:
+        return HOLE
+    if is_counted:
+        return f"{rate.count} of {rate.total}"
+    return f"{percent(rate.value)} ({percent(rate.low)}–{percent(rate.high)})"
+
+
+def rate_cell(judgement: Judgement, population: Population, *, is_strong: bool = False) -> Cell:
+    """The rate of alarms of a population that is judged."""
+    rate = judgement.false_alarms.get(population)
+    text = rate_text(rate, is_counted=population in judgement.counted)
+    return Cell(text, is_strong, None if rate is None or math.isnan(rate.value) else 100.0 * rate.value)
+
+
+def percent(share: float) -> str:
+    """A share in percent: two digits below 10 %, whole numbers above."""
+    value = 100.0 * share
+    return f"{value:.1f}" if value < 9.95 else f"{value:.0f}"
+
+
+def false_alarms_in_words(rate: float) -> str:
+    """``one false alarm in a hundred``, or the rate in percent."""
+    return _IN_WORDS.get(rate, f"a false-alarm rate of {100.0 * rate:.3g} %")
+
+
+def probability_in_words(probability: float) -> str:
+    """``nine times in ten``, or the probability in percent."""
+    return "nine times in ten" if probability == 0.9 else f"in {100.0 * probability:.3g} % of all cases"
+
+
+def cost_cell(judgement: Judgement) -> Cell:
+    """CPU time per record [ms]."""
+    cost = judgement.scored.cost
+    return Cell(HOLE) if cost is None else Cell(two_digits(1e3 * cost), value=1e3 * cost)

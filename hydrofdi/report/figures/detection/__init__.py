@@ -1,0 +1,57 @@
+"""Figures of a judged study of detection; one module per figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from hydrofdi.report.contract import FigureKind
+from hydrofdi.report.detection.wording import severity_unit
+from hydrofdi.report.figures.detection.densities import draw_densities
+from hydrofdi.report.figures.detection.false_alarms import draw_false_alarms
+from hydrofdi.report.figures.detection.pod import draw_pod
+from hydrofdi.report.figures.detection.ranking import draw_ranking
+from hydrofdi.report.figures.detection.roc import draw_det, draw_roc
+from hydrofdi.studies.judgement import Detection
+
+_DRAWN: dict[str, Callable[[Detection], Any]] = {
+    "ranking": draw_ranking,
+    "pod": draw_pod,
+    "roc": draw_roc,
+    "det": draw_det,
+    "false_alarms": draw_false_alarms,
+    "densities": draw_densities,
+}
+
+
+def detection_figures(detection: Detection) -> dict[str, FigureKind]:
+    """The figures of a judged study."""
+    return {
+        name: FigureKind(caption, partial(_DRAWN[name], detection))
+        for name, caption in _captions(detection).items()
+    }
+
+
+def _captions(detection: Detection) -> dict[str, str]:
+    asked, quantity = detection.rules, severity_unit(detection).quantity
+    rate, confidence = f"{100.0 * asked.false_alarm_rate:g} %", f"{100.0 * asked.confidence:g} %"
+    share = f"{100.0 * asked.probability:g} %"
+    ends = "vertical line: the rate that thresholds are set for"
+    on_axes = f"on normal-deviate axes; dashed: chance; {ends}. Lines end where no record is left on one side"
+    return {
+        "ranking": f"The {quantity} that each score finds with {share} probability: the estimate (open) and"
+        f" the bound with {confidence} confidence (filled), at thresholds for {rate} false alarms; an arrow"
+        " where nothing is found up to the largest tested; in brackets where the score does not keep its"
+        " rate",
+        "pod": f"Share of records detected over their {quantity}: tested levels with {confidence} intervals,"
+        f" the fitted curve with {confidence} bounds (dashed, without bounds: it does not describe the"
+        f" levels; none: hits and misses are apart), q90/95 (vertical line), {share} (horizontal line), and"
+        " the share of false alarms that the threshold is set for (dotted)",
+        "roc": f"Detections against false alarms over all thresholds, {on_axes}; dots: the threshold in use",
+        "det": f"Misses against false alarms over all thresholds, for each tested {quantity}, {on_axes}",
+        "false_alarms": f"Alarms of records whose seal is sound, with {confidence} intervals; {ends}; open:"
+        " too few records for a rate",
+        "densities": "Scores of healthy, shifted and leaking records, each scaled to its own largest density,"
+        " those beyond the axis in its last bin; vertical lines: thresholds",
+    }

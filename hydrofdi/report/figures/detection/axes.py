@@ -1,0 +1,55 @@
+"""Axes of rates (normal deviates, roots) and of severities (logarithms)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.evaluation.scores import Array
+
+_TICKS = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
+
+_PERCENT = (0.0, 1.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)
+
+
+def deviates(rates: Array, least: float) -> Array:
+    """Φ⁻¹ of rates, those of 0 and 1 drawn at the ends of the axis."""
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri(np.clip(rates, least, 1.0 - least)))
+
+
+def normal_deviate_axis(axis: Any, least: float) -> None:
+    """Show percent on an axis of normal deviates, from `least` to 1 - `least`.
+
+    Parameters
+    ----------
+    axis : matplotlib.axis.Axis
+    least : float
+        Smallest rate.
+    """
+    ticks = np.array([tick for tick in _TICKS if least <= tick <= 1.0 - least])
+    axis.set_ticks(deviates(ticks, least), [f"{100.0 * tick:g}" for tick in ticks])
+    low, high = deviates(np.array([least, 1.0 - least]), least)
+    axis.axes.set(**{f"{axis.axis_name}lim": (low - 0.08, high + 0.08)})
+
+
+def log_axis(axes: Any) -> None:
+    """A horizontal axis of logarithms with plain numbers: 0.1, 0.2, 0.5, 1, or decades where it is long."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set_xscale("log")
+    low, high = axes.get_xlim()
+    steps = (1.0, 2.0, 5.0) if high < 500.0 * low else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=20))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def root_percent_axis(axes: Any) -> None:
+    """A horizontal axis of percent on which 1 % and 50 % can both be read: its scale is the square root."""
+    axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0.0)), np.square))
+    axes.set_xlim(0.0, 100.0)
+    axes.set_xticks(_PERCENT, [f"{tick:g}" for tick in _PERCENT])
+    axes.minorticks_off()

@@ -1,0 +1,98 @@
+"""Scores of healthy, shifted and leaking records, with the threshold."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.report.detection.selection import chosen_levels
+from hydrofdi.report.figures.detection.marks import panels, titled, with_threshold
+from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE
+from hydrofdi.studies.judgement import Detection, Judgement
+
+_MOST, _EDGE = 6, 0.5
+_MOST_BINS, _WIDEST = 60, 3.0
+"""Bins of many records, and how many times as wide as the healthy scores a panel may be."""
+
+_COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: "#cc79a7", Kind.FAULT: ORANGE}
+
+
+def draw_densities(detection: Detection) -> Any:
+    """A ridge for each population, a panel for each of the foremost scores.
+
+    Raises
+    ------
+    ReportError
+        No score has a threshold.
+    """
+    shown = with_threshold(detection, _MOST)
+    populations = _populations(detection)
+    height = 0.9 + 0.28 * len(populations)
+    figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True)
+    for axis, judgement in zip(axes, shown, strict=True):
+        _draw_one(axis, detection, judgement, populations)
+        axis.set_title(titled(judgement), fontsize=8.5)
+    rows = range(len(populations))
+    axes[0].set_yticks(rows, [_label(each) for each in populations], fontsize=8)
+    axes[0].set_ylim(len(populations) - 0.8, -1.1)
+    return figure
+
+
+def _populations(detection: Detection) -> tuple[Population, ...]:
+    """Healthy, shifted and confused ones, and some of the leaking ones."""
+    sound, chosen = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION), chosen_levels(detection, 4)
+    populations = detection.records.populations
+    return tuple(each for each in populations if each.kind in sound or each in chosen)
+
+
+def _draw_one(
+    axis: Any, detection: Detection, judgement: Judgement, populations: tuple[Population, ...]
+) -> None:
+    unit = judgement.scored.unit
+    scores = [_finite(judgement.scored.values[detection.records.rows(each)]) for each in populations]
+    sound = [own for own, each in zip(scores, populations, strict=True) if each.kind is not Kind.FAULT]
+    edges = _edges(_limits(judgement), sound, scores)
+    for row, (population, own) in enumerate(zip(populations, scores, strict=True)):
+        counts, _ = np.histogram(np.clip(own, edges[0], edges[-1]), edges)
+        if counts.any():
+            ridge, color = row - 0.95 * counts / counts.max(), _COLORS[population.kind]
+            axis.stairs(ridge, edges, baseline=row, fill=True, color=color, alpha=0.35)
+            axis.stairs(ridge, edges, baseline=row, color=color, linewidth=0.7)
+    for limit in _limits(judgement):
+        axis.axvline(limit, color=INK, linewidth=0.9)
+    axis.set_xlim(edges[0], edges[-1])
+    axis.set_xlabel("score" if unit == "1" else f"score [{unit}]", fontsize=8)
+    axis.locator_params(axis="x", nbins=5)
+
+
+def _label(population: Population) -> str:
+    return f"{population.name} (fit)" if population.is_fit else population.name
+
+
+def _finite(values: Array) -> Array:
+    return np.asarray(values[np.isfinite(values)])
+
+
+def _limits(judgement: Judgement) -> list[float]:
+    threshold = judgement.threshold
+    ends = () if threshold is None else (threshold.low, threshold.high)
+    return [end for end in ends if np.isfinite(end)]
+
+
+def _edges(limits: list[float], sound: list[Array], scores: list[Array]) -> Array:
+    """Edges of the bins: all but the rarest scores, as far as the sound ones can still be seen."""
+    near, far = _span(limits, sound), _span(limits, scores)
+    reach = _WIDEST * (near[1] - near[0]) or max(abs(near[1]), 1.0)
+    low, high = max(far[0], near[0] - reach), min(far[1], near[1] + reach)
+    margin = 0.03 * (high - low) or 0.5 * reach
+    n_record = np.median([own.size for own in scores])
+    return np.linspace(low - margin, high + margin, int(np.clip(2.5 * np.sqrt(n_record), 12, _MOST_BINS)) + 1)
+
+
+def _span(limits: list[float], scores: list[Array]) -> tuple[float, float]:
+    ends = [end for own in scores if own.size for end in np.percentile(own, [_EDGE, 100.0 - _EDGE])]
+    ends += limits
+    return (float(min(ends)), float(max(ends))) if ends else (0.0, 1.0)

@@ -1,0 +1,88 @@
+"""How scores are told apart: a colour and a marker for each set of sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import wrap
+from typing import Any
+
+from hydrofdi.errors import ReportError
+from hydrofdi.report.detection.selection import foremost
+from hydrofdi.report.detection.wording import sensors
+from hydrofdi.report.figures.style import BLUE, GREEN, ORANGE
+from hydrofdi.studies.judgement import Detection, Judgement
+
+_COLORS = (BLUE, ORANGE, GREEN, "#cc79a7", "#56b4e9", "#e69f00", "#8a8a94")
+"""After Okabe and Ito: different for the colour-blind."""
+
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+LEVEL_COLORS = "viridis"
+"""Colours of severities, from dark to light."""
+
+
+def sensor_marks(judgements: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
+    """Set of sensors → colour and marker; the largest set first, the last mark for all beyond six."""
+    found = {sensors(each): len(each.scored.channels) for each in judgements}
+    ordered = sorted(found, key=lambda name: (-found[name], name))
+    last = len(_COLORS) - 1
+    return {
+        name: {"color": _COLORS[min(place, last)], "marker": _MARKERS[min(place, last)]}
+        for place, name in enumerate(ordered)
+    }
+
+
+def level_color(place: int, count: int) -> Any:
+    """Colour of a severity, from the smallest to the largest; readable on light and on dark ground."""
+    import matplotlib
+
+    return matplotlib.colormaps[LEVEL_COLORS](0.15 + 0.7 * place / max(count - 1, 1))
+
+
+def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:
+    """The foremost scores that have a threshold.
+
+    Raises
+    ------
+    ReportError
+        None has.
+    """
+    shown = tuple(each for each in foremost(detection, most) if each.threshold is not None)
+    shown = shown or tuple(each for each in detection.judgements if each.threshold is not None)[:most]
+    if not shown:
+        raise ReportError("no score has a threshold")
+    return shown
+
+
+def titled(judgement: Judgement, width: int = 30) -> str:
+    """Name and sensors over a panel; a long name is broken after its dot, then after underscores."""
+    name = judgement.scored.name
+    if len(name) > width:
+        head, dot, tail = name.partition(".")
+        parts = [head + dot, *wrap(tail.replace("_", "_ "), width)]
+        name = "\n".join(part.replace("_ ", "_") for part in parts)
+    return f"{name}\n({sensors(judgement)})"
+
+
+def panels(count: int, columns: int, *, width: float, height: float, **shared: Any) -> tuple[Any, list[Any]]:
+    """A figure with `count` panels in rows, and the panels.
+
+    Parameters
+    ----------
+    count, columns : int
+    width, height : float
+        Of a panel [in].
+    **shared : Any
+        ``sharex`` and ``sharey``.
+    """
+    from matplotlib.figure import Figure
+
+    columns = min(count, columns)
+    rows = -(-count // columns)
+    figure = Figure(figsize=(max(width * columns, 5.0), height * rows + 0.4), layout="constrained")
+    axes = list(figure.subplots(rows, columns, squeeze=False, **shared).flat)
+    for axis in axes[:count]:
+        axis.tick_params(labelsize=7.5)
+    for axis in axes[count:]:
+        axis.remove()
+    return figure, axes[:count]

@@ -1,0 +1,75 @@
+"""What each score finds, the best on top."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from hydrofdi.errors import ReportError
+from hydrofdi.report.detection.selection import foremost
+from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_unit
+from hydrofdi.report.figures.detection.axes import log_axis
+from hydrofdi.report.figures.detection.marks import sensor_marks
+from hydrofdi.report.figures.style import PAPER
+from hydrofdi.studies.judgement import Detection, Judgement
+
+_MOST = 24
+
+
+def draw_ranking(detection: Detection) -> Any:
+    """q90 and q90/95 of the foremost scores, coloured by their sensors.
+
+    Raises
+    ------
+    ReportError
+        Of no score a severity can be stated.
+    """
+    shown = [each for each in foremost(detection, _MOST) if each.smallest]
+    if not shown:
+        raise ReportError("of no score a severity can be stated that it finds")
+    marks, unit = sensor_marks(shown), severity_unit(detection)
+    figure = Figure(figsize=(8.0, 1.6 + 0.26 * len(shown)), layout="constrained")
+    axis = figure.subplots()
+    for row, judgement in enumerate(shown):
+        _draw_row(axis, row, judgement, unit, marks[sensors(judgement)])
+    log_axis(axis)
+    axis.set_yticks(range(len(shown)), [_label(each) for each in shown], fontsize=8)
+    axis.set_ylim(len(shown) - 0.4, -0.6)
+    axis.set_xlabel(_axis_label(detection, unit))
+    _legend(figure, marks)
+    if len(shown) < len(detection.judgements):
+        axis.set_title(f"the foremost {len(shown)} of {len(detection.judgements):,} scores")
+    return figure
+
+
+def _label(judgement: Judgement) -> str:
+    return judgement.scored.name if judgement.keeps_its_rate else f"({judgement.scored.name})"
+
+
+def _axis_label(detection: Detection, unit: SeverityUnit) -> str:
+    share = f"{100.0 * detection.rules.probability:g} %"
+    return f"{unit.quantity} found with {share} probability" + (f" [{unit.name}]" if unit.name else "")
+
+
+def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit, mark: dict[str, Any]) -> None:
+    bound, estimate = judgement.smallest.get("q90_95"), judgement.smallest.get("q90")
+    style = {**mark, "markersize": 5.5, "linestyle": "none"}
+    found = (each.value for each in (estimate, bound) if each is not None)
+    ends = [unit.value(value) for value in found if value is not None]
+    if len(ends) == 2:
+        axis.plot(ends, [row, row], color=mark["color"], linewidth=1.2)
+    if estimate is not None and estimate.value is not None:
+        axis.plot(unit.value(estimate.value), row, **style, markerfacecolor=PAPER)
+    if bound is not None and bound.value is not None:
+        axis.plot(unit.value(bound.value), row, **style)
+    elif bound is not None:
+        largest = unit.value(min(bound.severity, unit.largest))
+        axis.plot(largest, row, color=mark["color"], marker=r"$\rightarrow$", markersize=11, linestyle="none")
+
+
+def _legend(figure: Any, marks: dict[str, dict[str, Any]]) -> None:
+    style: dict[str, Any] = {"linestyle": "none", "markersize": 5.5}
+    handles = [Line2D([], [], label=name, **mark, **style) for name, mark in marks.items()]
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 5), title="sensors")

@@ -1,0 +1,169 @@
+"""ROC and DET curves on normal-deviate axes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from hydrofdi.errors import ReportError
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.roc import RocCurve, roc_curve
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.report.detection.selection import chosen_levels, level_of
+from hydrofdi.report.detection.wording import sensors, severity_unit
+from hydrofdi.report.figures.detection.axes import deviates, normal_deviate_axis
+from hydrofdi.report.figures.detection.marks import (
+    level_color,
+    panels,
+    sensor_marks,
+    titled,
+    with_threshold,
+)
+from hydrofdi.report.figures.style import INK, LINES
+from hydrofdi.studies.areas import suspicion_from
+from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.parts import part
+
+_MOST_LINES, _MOST_PANELS, _MOST_LEVELS = 6, 6, 9
+
+_LINES = (*LINES, (0, (5, 1.5, 1, 1.5)), (0, (2, 1)))
+
+_LEAST = 0.001
+"""Smallest rate on the axes."""
+
+
+def draw_roc(detection: Detection) -> Any:
+    """Detections against false alarms: a panel for each of some severities, a line for each score.
+
+    Raises
+    ------
+    ReportError
+        There are no healthy or no faulty records to test.
+    """
+    shown, levels, unit = (
+        with_threshold(detection, _MOST_LINES),
+        _levels(detection, 3),
+        severity_unit(detection),
+    )
+    styles = _styles(shown)
+    figure, axes = panels(len(levels), 3, width=3.0, height=3.0, sharex=True, sharey=True)
+    for axis, level in zip(axes, levels, strict=True):
+        for judgement, style in zip(shown, styles, strict=True):
+            if (curve := _curve(detection, judgement, level)) is not None:
+                _draw_curve(axis, curve.false_alarm_rate, curve.detection_rate, style)
+                _draw_threshold(axis, judgement, level, style["color"])
+        axis.set_title(unit.text(level.severity))
+        _frame(axis, detection, rising=True)
+    figure.supxlabel("false alarms [%]", fontsize=9)
+    figure.supylabel("detections [%]", fontsize=9)
+    named = zip(shown, styles, strict=True)
+    handles = [Line2D([], [], label=_named(judgement), **style) for judgement, style in named]
+    figure.legend(handles=handles, loc="outside upper center", ncols=2)
+    return figure
+
+
+def draw_det(detection: Detection) -> Any:
+    """Misses against false alarms: a panel for each of the foremost scores, a line for each severity.
+
+    Raises
+    ------
+    ReportError
+        There are no healthy or no faulty records to test.
+    """
+    shown, levels, unit = (
+        with_threshold(detection, _MOST_PANELS),
+        _levels(detection, _MOST_LEVELS),
+        severity_unit(detection),
+    )
+    figure, axes = panels(len(shown), 3, width=3.0, height=3.0, sharex=True, sharey=True)
+    handles = []
+    for place, level in enumerate(levels):
+        style = {"color": level_color(place, len(levels)), "linestyle": LINES[place % len(LINES)]}
+        handles.append(Line2D([], [], label=f"{unit.value(level.severity):.3g}", **style))
+        for axis, judgement in zip(axes, shown, strict=True):
+            if (curve := _curve(detection, judgement, level)) is not None:
+                _draw_curve(axis, curve.false_alarm_rate, curve.miss_rate, style)
+    for axis, judgement in zip(axes, shown, strict=True):
+        if not axis.lines:
+            where: dict[str, Any] = {"x": 0.5, "y": 0.25, "ha": "center", "transform": axis.transAxes}
+            axis.text(s="healthy and leaking records\nare all apart", fontsize=8, **where)
+        axis.set_title(titled(judgement), fontsize=8.5)
+        _frame(axis, detection, rising=False)
+    figure.supxlabel("false alarms [%]", fontsize=9)
+    figure.supylabel("misses [%]", fontsize=9)
+    title = f"{unit.quantity}{f' [{unit.name}]' if unit.name else ''}"
+    figure.legend(handles=handles, loc="outside upper center", ncols=9, title=title)
+    return figure
+
+
+def _levels(detection: Detection, most: int) -> tuple[Population, ...]:
+    if not (levels := chosen_levels(detection, most)):
+        raise ReportError("no faulty record is tested")
+    return levels
+
+
+def _curve(detection: Detection, judgement: Judgement, level: Population) -> RocCurve | None:
+    records, scored = detection.records, judgement.scored
+    fit = part(records, scored, records.chosen(Kind.HEALTHY, is_fit=True))
+    tested = records.chosen(Kind.HEALTHY, is_fit=False)
+    healthy = part(records, scored, tested) if tested else fit
+    suspicious = suspicion_from(fit, healthy, judgement.direction, detection.rules)
+    try:
+        return roc_curve(suspicious.of(healthy), suspicious.of(part(records, scored, [level])))
+    except (NotStatedError, ValueError):
+        return None
+
+
+def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: str) -> None:
+    stated = level_of(judgement, level)
+    rates = judgement.false_alarms
+    healthy = [rates[population] for population in rates if population.kind is Kind.HEALTHY]
+    if stated is None or stated.detected is None or not stated.detected.total or not healthy:
+        return
+    place = _x(np.array([healthy[0].value])), _x(np.array([stated.detected.value]))
+    axis.plot(*place, marker="o", markersize=4, color=color, clip_on=False)
+
+
+def _styles(shown: Sequence[Judgement]) -> list[dict[str, Any]]:
+    """A colour for each set of sensors, a line style for each score with the same."""
+    marks, seen = sensor_marks(shown), Counter[str]()
+    styles = []
+    for judgement in shown:
+        own = sensors(judgement)
+        styles.append({"color": marks[own]["color"], "linestyle": _LINES[seen[own] % len(_LINES)]})
+        seen[own] += 1
+    return styles
+
+
+def _inside(rates: Array) -> Array:
+    """Rates on the axis; none where no record or every record is beyond the threshold."""
+    return np.where((rates > 0.0) & (rates < 1.0), _x(rates), np.nan)
+
+
+def _draw_curve(axis: Any, rates: Array, others: Array, style: dict[str, Any]) -> None:
+    """A curve as far as there are records on both sides."""
+    x, y = _inside(rates), _inside(others)
+    if np.isfinite(x + y).any():
+        axis.plot(x, y, **style)
+
+
+def _x(rates: Any) -> Any:
+    return deviates(rates, _LEAST)
+
+
+def _frame(axis: Any, detection: Detection, *, rising: bool) -> None:
+    """Axes, chance, and the rate that thresholds are set for."""
+    normal_deviate_axis(axis.xaxis, _LEAST)
+    normal_deviate_axis(axis.yaxis, _LEAST)
+    ends = _x(np.array([0.0, 1.0]))
+    axis.plot(ends, ends if rising else -ends, color=INK, linewidth=0.6, linestyle="--")
+    axis.axvline(_x(np.array([detection.rules.false_alarm_rate]))[0], color=INK, linewidth=0.7)
+
+
+def _named(judgement: Judgement) -> str:
+    return f"{judgement.scored.name} ({sensors(judgement)})"

@@ -1,0 +1,85 @@
+"""A study of detection with scores that are drawn from Gaussians."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.report.detection.report import DetectionReport
+from hydrofdi.studies.detecting import detect
+from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.rules import Rules
+
+LITRES_PER_MINUTE = 1e-3 / 60.0
+
+SEVERITIES = tuple(np.geomspace(0.01, 1.0, 9))
+
+P1, P2, X, U = "chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage"
+
+
+def populations(severities=SEVERITIES, shifts=("stiffer", "much stiffer"), confusions=("worn friction",)):
+    faults = [(f"{severity:.2g} L/min", severity * LITRES_PER_MINUTE) for severity in severities]
+    return (
+        Population("healthy fit", Kind.HEALTHY, is_fit=True),
+        Population("healthy test", Kind.HEALTHY),
+        *(Population(name, Kind.FAULT, severity=severity) for name, severity in faults),
+        *(Population(name, Kind.SHIFT) for name in shifts),
+        *(Population(name, Kind.CONFUSION) for name in confusions),
+    )
+
+
+def made_up_records(n_healthy=400, n_other=60, seed=1, **chosen):
+    """Records of made-up populations; the true leakage scatters by 5 % about the nominal one."""
+    drawn = np.random.default_rng(seed)
+    whole = populations(**chosen)
+    counts = [n_healthy if one.kind is Kind.HEALTHY else n_other for one in whole]
+    of_record = np.repeat(np.arange(len(whole)), counts)
+    nominal = np.array([one.severity for one in whole])[of_record]
+    severity = nominal * drawn.normal(1.0, 0.05, nominal.size)
+    design = {"record.duration": 20.0, "record.sampling_frequency": 500.0}
+    return StudyRecords(whole, of_record, severity, design=design)
+
+
+def made_up_score(records, name, *, gain, shift=0.0, seed=0, missing=0.0, **described):
+    """A standard normal score that grows by `gain` per L/min, and by `shift` in shifts and confusions."""
+    drawn = np.random.default_rng(seed)
+    kinds = np.array([one.kind in (Kind.SHIFT, Kind.CONFUSION) for one in records.populations])
+    values = drawn.normal(size=records.of_record.size) + gain * records.severity / LITRES_PER_MINUTE
+    values = values + shift * kinds[records.of_record]
+    values[drawn.random(values.size) < missing] = np.nan
+    return Scored(name, values, **{"direction": Direction.RISING, **described})
+
+
+NAMES = (
+    ("flow_balance.leakage_coefficient", 200.0, 0.0, (P1, P2, X, U)),
+    ("flow_balance.bulk_modulus", 0.0, 6.0, (P1, P2, X, U)),
+    ("pressure_balance.leakage_flow", 80.0, 0.0, (P1, P2, U)),
+    ("pressure_statistics.kurtosis", 10.0, 1.0, (P1,)),
+)
+"""Scores with their gains, shifts and channels."""
+
+
+def made_up_scores(records):
+    """Seven scores: two that are good, one that shifts spoil, one with holes, the paper's two, one of no use."""
+    described = [
+        made_up_score(records, name, gain=gain, shift=shift, seed=seed, channels=channels, cost=4.2e-3)
+        for seed, (name, gain, shift, channels) in enumerate(NAMES, 1)
+    ]
+    alone = {"channels": (P1,), "cost": 1.6e-3}
+    return (
+        *described,
+        made_up_score(records, "ring_down.damping_ratio", gain=6.0, seed=5, missing=0.05, **alone),
+        made_up_score(records, "dwt.d2", gain=-1.0, seed=6, direction=Direction.FALLING, unit="Pa", **alone),
+        made_up_score(records, "dwt.d3", gain=0.5, seed=7, direction=None, unit="Pa", **alone),
+    )
+
+
+def judged(scores=made_up_scores, rules=None, **chosen):
+    """A study that is judged; `chosen` says which records it has."""
+    records = made_up_records(**chosen)
+    return detect(records, scores(records), rules or Rules())
+
+
+def report_of(detection):
+    return DetectionReport("made_up", Path("results/made_up/made_up.h5"), (detection,))

@@ -1,0 +1,130 @@
+"""JSON, CSV and Parquet of a judged study."""
+
+import csv
+import io
+import json
+import math
+
+import pytest
+
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.report.forms.record import render_json
+from hydrofdi.report.forms.tidy import render_csv, render_parquet
+from hydrofdi.studies.rules import Rules
+from tests.report.detection.made_up import LITRES_PER_MINUTE, judged, made_up_score, report_of
+
+SCHEMA = {
+    "indicator": str, "channels": list, "false_alarm_rate_set": float, "false_alarms": list, "auc": list,
+    "pod": list, "q90_95_L_per_min": float | None, "cost_ms_per_record": float | None,
+}  # fmt: skip
+
+PARTS = {
+    "false_alarms": {"population", "rate", "low", "high", "n"},
+    "auc": {"leakage_L_per_min", "value", "low", "high"},
+    "pod": {"leakage_L_per_min", "detected", "n"},
+}
+
+
+@pytest.fixture(scope="module")
+def record(detection):
+    return json.loads(render_json(report_of(detection)))
+
+
+def test_json_has_the_keys_of_the_contract(record):
+    for one in record["detection"]:
+        for key, kind in SCHEMA.items():
+            assert isinstance(one[key], kind), key
+        for key, keys in PARTS.items():
+            assert one[key]
+            assert all(part.keys() >= keys for part in one[key])
+
+
+def test_json_says_what_is_judged(record, detection):
+    assert len(record["detection"]) == len(detection.judgements)
+    for one, judgement in zip(record["detection"], detection.judgements, strict=True):
+        assert one["indicator"] == judgement.scored.name
+        assert one["cost_ms_per_record"] == pytest.approx(1e3 * judgement.scored.cost)
+        assert one["keeps_false_alarm_rate"] == judgement.keeps_its_rate
+        for part, (population, rate) in zip(one["false_alarms"], judgement.false_alarms.items(), strict=True):
+            assert (part["population"], part["n"], part["alarms"]) == (
+                population.name, rate.total, rate.count,
+            )  # fmt: skip
+        for part, level in zip(one["pod"], judgement.levels, strict=True):
+            assert part["leakage_L_per_min"] == pytest.approx(level.population.severity / LITRES_PER_MINUTE)
+            assert (part["detected"], part["n"]) == (level.detected.count, level.detected.total)
+        for part, level in zip(one["auc"], judgement.levels, strict=True):
+            assert [part["value"], part["low"], part["high"]] == [
+                level.area.value, level.area.low, level.area.high,
+            ]  # fmt: skip
+
+
+def test_what_is_not_found_is_null_and_says_on_which_side_it_lies(record, detection):
+    by_name = {one["indicator"]: one for one in record["detection"]}
+    assert by_name["dwt.d2"]["q90_95_L_per_min"] is None
+    assert by_name["dwt.d2"]["q90_95_place"] == "above"
+    first = by_name["flow_balance.leakage_coefficient"]
+    bound = detection.judgements[0].smallest["q90_95"].severity
+    assert first["q90_95_L_per_min"] == pytest.approx(bound / LITRES_PER_MINUTE)
+    assert first["q90_95_place"] == "within"
+
+
+def test_of_too_few_records_alarms_are_counted_and_no_rate_is_stated(record):
+    stiffer = {part["population"]: part for part in record["detection"][0]["false_alarms"]}["stiffer"]
+    assert [stiffer[key] for key in ("rate", "low", "high")] == [None] * 3
+    assert stiffer["n"] == 60
+
+
+def nothing(records):
+    return [made_up_score(records, "empty.score", gain=0.0, missing=1.0)]
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {"scores": nothing},
+        {"n_healthy": 10, "n_other": 3},
+        {"severities": (), "shifts": (), "confusions": ()},
+    ],
+)
+def test_a_study_that_carries_nothing_has_no_nan(chosen):
+    report = report_of(judged(**chosen))
+    record = json.loads(render_json(report))
+    assert record == report.record()
+    assert all(one["q90_95_L_per_min"] is None for one in record["detection"])
+    assert "nan" not in render_csv(report.columns()).lower()
+
+
+def test_csv_holds_one_line_per_score_and_tested_population_with_the_numbers_of_json(record, detection):
+    lines = list(csv.DictReader(io.StringIO(render_csv(report_of(detection).columns()))))
+    tested = [each for each in detection.records.populations if not each.is_fit]
+    assert len(lines) == len(tested) * len(detection.judgements)
+    for one in record["detection"]:
+        own = {line["population"]: line for line in lines if line["indicator"] == one["indicator"]}
+        for part in one["false_alarms"]:
+            line = own[part["population"]]
+            assert [line["alarms"], line["n"]] == [str(part["alarms"]), str(part["n"])]
+            assert line["rate"] == ("" if part["rate"] is None else str(part["rate"]))
+        faults = [line for line in own.values() if line["kind"] == Kind.FAULT]
+        assert [float(line["auc"]) for line in faults] == [part["value"] for part in one["auc"]]
+        found = next(iter(own.values()))["q90_95_L_per_min"]
+        assert found == ("" if one["q90_95_L_per_min"] is None else str(one["q90_95_L_per_min"]))
+
+
+def test_parquet_holds_the_same_columns_as_csv(detection):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'parquet' is not installed")
+    columns = report_of(detection).columns()
+    assert parquet.read_table(io.BytesIO(render_parquet(columns))).to_pydict() == columns
+
+
+def test_severities_without_a_flow_keep_their_unit():
+    from dataclasses import replace
+
+    from hydrofdi.studies.detecting import detect
+    from tests.report.detection.made_up import made_up_records, made_up_scores
+
+    records = replace(made_up_records(), severity_unit="mm")
+    report = report_of(detect(records, made_up_scores(records), Rules()))
+    one = report.record()["detection"][0]
+    assert one["q90_95"] == pytest.approx(report.detections[0].judgements[0].smallest["q90_95"].severity)
+    assert not [key for key in one if key.endswith("L_per_min")]
+    assert all(math.isfinite(part["severity"]) for part in one["pod"])

@@ -1,0 +1,93 @@
+"""Figures of a judged study, also of one that carries little."""
+
+import re
+
+import pytest
+
+from hydrofdi.report.figures import draw_all, draw_figure
+from hydrofdi.report.figures.style import figure_bytes
+from hydrofdi.report.publication import write_page
+from tests.report.detection.made_up import judged, made_up_score, report_of
+
+FIGURES = {"ranking", "pod", "roc", "det", "false_alarms", "densities"}
+
+
+def texts(figure):
+    found = figure.findobj(lambda artist: hasattr(artist, "get_text") and artist.get_text())
+    return " ".join(artist.get_text() for artist in found)
+
+
+def test_every_figure_is_drawn_and_stands_in_the_document(detection):
+    report = report_of(detection)
+    assert set(report.document().figures) == set(report.figures()) == FIGURES
+    drawn, holes = draw_all(report, sorted(FIGURES))
+    assert holes == {}
+    for figure in drawn.values():
+        assert figure_bytes(figure, "svg")
+
+
+@pytest.mark.parametrize("name", ["ranking", "pod", "det", "false_alarms", "densities"])
+def test_the_best_of_each_set_of_sensors_and_the_rules_of_the_paper_are_shown(detection, name):
+    shown = re.sub(r"\s", "", texts(draw_figure(report_of(detection), name)))
+    for score in ("flow_balance.leakage_coefficient", "pressure_balance.leakage_flow", "dwt.d2", "dwt.d3"):
+        assert score in shown
+
+
+def test_the_ranking_shows_what_is_found(detection):
+    (axis,) = draw_figure(report_of(detection), "ranking").axes
+    first = detection.judgements[0].smallest
+    drawn = {float(x) for line in axis.lines for x in line.get_xdata()}
+    for name in ("q90", "q90_95"):
+        assert any(x == pytest.approx(first[name].severity * 6e4) for x in drawn)
+
+
+def test_the_figure_of_false_alarms_shows_rates_and_intervals(detection):
+    axis = draw_figure(report_of(detection), "false_alarms").axes[0]
+    rates = detection.judgements[0].false_alarms.values()
+    drawn = {round(float(x), 6) for line in axis.lines for x in line.get_xdata()}
+    for rate in rates:
+        assert {round(100.0 * end, 6) for end in (rate.low, rate.value, rate.high)} <= drawn
+
+
+def one_score(records):
+    return [made_up_score(records, "constant", gain=0.0, missing=1.0)]
+
+
+def equal(records):
+    score = made_up_score(records, "equal", gain=0.0)
+    score.values[:] = 3.0
+    return [score]
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {"shifts": (), "confusions": ()},
+        {"confusions": ()},
+        {"severities": (0.5,)},
+        {"severities": ()},
+        {"scores": one_score},
+        {"scores": equal},
+        {"n_healthy": 10, "n_other": 1},
+    ],
+    ids=str,
+)
+def test_a_study_that_carries_little_is_drawn_as_far_as_it_goes(chosen, tmp_path):
+    report = report_of(judged(**chosen))
+    drawn, holes = draw_all(report, sorted(FIGURES))
+    assert drawn.keys() | holes.keys() == FIGURES
+    for figure in drawn.values():
+        assert figure_bytes(figure, "png")
+    write_page(report, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert page.count('class="hole"') == len(set(report.document().figures) & holes.keys())
+    assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower()
+
+
+def test_ids_of_the_page_are_unique_and_it_has_no_script(detection, tmp_path):
+    write_page(report_of(detection), tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(ids) == len(set(ids))
+    assert {*re.findall(r'href="#([^"]+)"', page), *re.findall(r"url\(#([^)]+)\)", page)} <= set(ids)
+    assert "<script" not in page

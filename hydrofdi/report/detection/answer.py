@@ -79,7 +79,8 @@ def _with(judgement: Judgement) -> str:
 
 def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
     if best:
-        return f"{found_sentence(best[0].smallest['q90_95'], severity_unit(detection))} with any score"
+        bound, unit = best[0].smallest["q90_95"], severity_unit(detection)
+        return f"no {unit.quantity} up to {unit.found(bound)} {unit.name}".rstrip() + " with any score"
     if not any(judgement.threshold for judgement in detection.judgements):
         return "no score has a threshold"
     if not any(judgement.keeps_its_rate for judgement in detection.judgements):
@@ -90,11 +91,11 @@ def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
 def _paper_sentence(detection: Detection, paper: Sequence[Judgement]) -> str:
     unit = severity_unit(detection)
     rules = [
-        f"{each.scored.name}: {found_sentence(each.smallest.get('q90_95'), unit)}"
+        f"{each.scored.name} {found_sentence(each.smallest.get('q90_95'), unit)}"
         f"{'' if each.keeps_its_rate else ' (and does not keep its false-alarm rate)'}"
         for each in paper
     ]
-    return f"By the rules of the paper, {'; '.join(rules)}." if rules else ""
+    return f"By the rules of the paper: {'; '.join(rules)}." if rules else ""
 
 
 def _among_many(detection: Detection) -> str:

@@ -19,13 +19,13 @@ _READABLE = {
 """SI unit → units that a person reads, and from which size on."""
 
 _WRITTEN = {
-    "uniform": "{} … {}",
-    "integers": "{} … {}",
-    "loguniform": "{} … {} (logarithmic)",
-    "normal": "{} ± {} (normal)",
-    "truncated_normal": "{} ± {} (normal), from {} to {}",
-    "lognormal": "{}, factor {} (lognormal)",
-    "triangular": "{} … {} … {} (triangular)",
+    "uniform": "{} … {} {unit}",
+    "integers": "{} … {} {unit}",
+    "loguniform": "{} … {} {unit} (logarithmic)",
+    "normal": "{} ± {} {unit} (normal)",
+    "truncated_normal": "{} ± {} {unit} (normal), from {} to {} {unit}",
+    "lognormal": "{} {unit}, factor {} (lognormal)",
+    "triangular": "{} … {} … {} {unit} (triangular)",
 }
 
 
@@ -59,12 +59,13 @@ def varied(study: StudyConfig) -> Varied:
 def described(name: str, value: Any) -> str:
     """A value of a parameter or its distribution, such as ``441 … 661 MPa``."""
     kind, arguments = next(iter(value.items())) if isinstance(value, dict) else ("", [value])
-    shown, unit = _in_one_unit(name, arguments)
-    if kind in _WRITTEN and len(shown) == _WRITTEN[kind].count("{}"):
-        text = _WRITTEN[kind].format(*shown)
-    else:
-        text = " or ".join(shown)
-    return f"{text} {unit}".rstrip()
+    n_own = 1 if kind == "lognormal" else len(arguments)
+    shown, unit = _in_one_unit(name, arguments[:n_own])
+    shown += [f"{factor:.4g}" for factor in arguments[n_own:]]
+    written = _WRITTEN.get(kind, "")
+    if not written or len(shown) != written.count("{}"):
+        written = f"{' or '.join(shown)} {{unit}}"
+    return " ".join(written.format(*shown, unit=unit).split()).replace(" ,", ",")
 
 
 def _in_one_unit(name: str, values: list[Any]) -> tuple[list[str], str]:

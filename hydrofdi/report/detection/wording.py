@@ -100,12 +100,12 @@ def found_cell(found: DetectableSeverity | None, unit: SeverityUnit) -> Cell:
 
 
 def found_sentence(found: DetectableSeverity | None, unit: SeverityUnit) -> str:
-    """The same in a sentence: ``finds 0.012 L/min``, ``not detectable up to 1 L/min``."""
+    """The same in a sentence: ``finds 0.012 L/min``, ``is not detectable up to 1 L/min``."""
     if found is None:
-        return "no severity can be stated"
+        return "has no severity that can be stated"
     number = f"{unit.found(found)} {unit.name}".rstrip()
     words = {"below": f"finds {number} or less", "within": f"finds {number}"}
-    return words.get(found.place, f"not detectable up to {number}")
+    return words.get(found.place, f"is not detectable up to {number}")
 
 
 def two_digits(value: float) -> str:

@@ -61,7 +61,7 @@ NAMES = (
 
 
 def made_up_scores(records):
-    """Seven scores: two that are good, one that shifts spoil, one with holes, the paper's two, one of no use."""
+    """Seven scores: two good ones, two that shifts spoil, one with holes, and the two of the paper."""
     described = [
         made_up_score(records, name, gain=gain, shift=shift, seed=seed, channels=channels, cost=4.2e-3)
         for seed, (name, gain, shift, channels) in enumerate(NAMES, 1)

@@ -60,7 +60,8 @@ def report(
         typer.Option(
             metavar="FILE",
             help="Draw a figure (.png, .svg, .pdf). Its name says which: figure2, figure3, figure4, spectrum,"
-            " mode_plane, phases, scenarios; any other name draws the heat map of δ.",
+            " mode_plane, phases, scenarios; of a study of detection ranking, pod, roc, det, false_alarms,"
+            " densities. Any other name draws the heat map of δ, or the ranking.",
         ),
     ] = None,
     check: Annotated[
@@ -70,7 +71,8 @@ def report(
 ) -> int:
     """Show stored results as tables and figures.
 
-    The study of the paper has also its tables, its claims, and controls of them.
+    The study of the paper has also its tables, its claims, and controls of them. A study of detection says
+    which leak is found, with which sensors and which score.
     """
     from hydrofdi.cli.terminal import tell
     from hydrofdi.papers import make_report

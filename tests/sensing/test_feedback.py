@@ -12,6 +12,7 @@ from hydrofdi.sensing import Measurement
 from hydrofdi.sensing.conversion import quantised, saturated
 from hydrofdi.sensing.feedback import feedback_noise
 from hydrofdi.simulation import Trajectory, simulate_batch
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
 from hydrofdi.simulation.second_opinion import simulate_with_solver
 
 LOOP = RunParameters().with_values(
@@ -97,9 +98,9 @@ def test_reading_leaves_neither_its_range_nor_its_levels() -> None:
 
 
 def test_noise_in_the_loop_depends_on_its_run_alone() -> None:
-    runs = [LOOP.with_values(NOISY | {"measurement.seed": seed}) for seed in range(3)]
+    runs = [LOOP.with_values(NOISY | {"measurement.seed": seed}) for seed in range(HALF_WIDTH + 2)]
     together, _ = measured(*runs)
-    for k in (0, 2):
+    for k in (0, 2, HALF_WIDTH + 1):
         alone, _ = measured(runs[k])
         np.testing.assert_array_equal(alone.piston_position[0], together.piston_position[k])
     assert np.ptp(together.input_voltage[:, 100]) > 0.0

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from hydrofdi.pipeline.planning import Prediction
 
 
+_PURPOSES = {"alone": "to explain", "sobol": "to explain", "before": "to compare with"}
+"""Kind of a population that is not tested → what it is for."""
+
+
 def plan(
     config: Annotated[Path, typer.Argument(help="Experiment file with the parameters to vary.")],
     out: Annotated[
@@ -75,7 +79,8 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "planned": n_run,
         "swept": plan.table.n_swept,
         "controls_added": n_run - plan.table.n_swept,
-        "axes": {name: without_contents(list(values)) for name, values in plan.table.axes.items()},
+        "study": _study(plan),
+        "axes": {name: without_contents(list(values)) for name, values in _axes(plan).items()},
         "first_point": _point(plan, 0),
         "last_point": _point(plan, plan.table.n_swept - 1),
         "stored": n_run - len(plan.missing) - sum(run_id in plan.failures for run_id in plan.run_ids),
@@ -96,6 +101,30 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
     }
 
 
+def _axes(plan: SweepPlan) -> dict[str, tuple[Any, ...]]:
+    """What is swept; not what a study draws."""
+    swept = {*plan.experiment.ensemble.names, *plan.experiment.sweep.names}
+    return {name: values for name, values in plan.table.axes.items() if name in swept}
+
+
+def _study(plan: SweepPlan) -> dict[str, Any] | None:
+    """The populations of a study, and what differs between their records."""
+    from numpy import bincount
+
+    roles, study = plan.table.study, plan.experiment.study
+    if roles is None or study is None:
+        return None
+    counts = bincount(roles.of_run[roles.design_of_run == 0]).tolist()
+    return {
+        "designs": len(roles.designs),
+        "populations": [
+            {"name": each.name, "kind": each.kind.value, "is_fit": each.is_fit, "records": count}
+            for each, count in zip(roles.populations, counts, strict=True)
+        ],
+        "drawn": [*study.population.over, *study.population.per_record],
+    }
+
+
 def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
     from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 
@@ -104,7 +133,7 @@ def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
     throughout = experiment.ensemble.names_throughout | experiment.sweep.names_throughout
     values = {
         name: parameters.shown_value(name)
-        for name in plan.table.axes
+        for name in _axes(plan)
         if name in throughout or parameters.value(name) != experiment.value(name)
     }
     sealed = {name: 0.0 for name in INTERNAL_LEAKAGE_FORMS if name in values and values[name] is None}
@@ -125,8 +154,7 @@ def _lines(record: dict[str, Any]) -> list[str]:
 
     lines = [
         f"experiment   {record['experiment']} → {record['file']}",
-        f"runs         {record['planned']}: {record['swept']} of the sweep,"
-        f" {record['controls_added']} healthy ones added to compare with",
+        *(_study_lines(record) if record["study"] else _run_lines(record)),
     ]
     for name, values in record["axes"].items():
         are_numbers = bool(values) and all(isinstance(value, float) for value in values)
@@ -149,6 +177,28 @@ def _lines(record: dict[str, Any]) -> list[str]:
         f" {_megabytes(record['free_bytes'])} free"
     )
     return lines + [f"warning      {warning}" for warning in record["warnings"]]
+
+
+def _run_lines(record: dict[str, Any]) -> list[str]:
+    return [
+        f"runs         {record['planned']}: {record['swept']} of the sweep,"
+        f" {record['controls_added']} healthy ones added to compare with"
+    ]
+
+
+def _study_lines(record: dict[str, Any]) -> list[str]:
+    """The populations of a study by name, and what is drawn."""
+    study, counts = record["study"], dict[tuple[str, str], list[str]]()
+    for each in study["populations"]:
+        own = counts.setdefault((each["kind"], each["name"]), [])
+        purpose = "to fit" if each["is_fit"] else _PURPOSES.get(each["kind"], "to test")
+        own.append(f"{each['records']:,} {purpose}")
+    designs = f", in each of {study['designs']} designs" if study["designs"] > 1 else ""
+    lines = [f"runs         {record['planned']}: {record['planned'] // study['designs']} records{designs}"]
+    for (kind, name), own in counts.items():
+        title = name if name == kind else f"{kind} {name}"
+        lines.append(f"  population {title}: {', '.join(own)}")
+    return [*lines, f"  drawn      {', '.join(study['drawn'])}"]
 
 
 def _shares(record: dict[str, Any]) -> str:

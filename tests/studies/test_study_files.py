@@ -4,6 +4,7 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
+from tests.commands import run, run_json
 
 STUDY = """\
 name: small
@@ -113,3 +114,20 @@ def test_records_that_are_drawn_alike_are_refused(loaded):
     text = STUDY + "  population: {per_record: {measurement.seed: {integers: [0, 1]}}}\n"
     with pytest.raises(ConfigError, match="records twice; let more of them vary"):
         expand_runs(loaded(text, "wavelet.phase=0"))
+
+
+def test_a_plan_names_populations_and_designs_not_every_draw(loaded, tmp_path):
+    text = STUDY + "  shifts: {thick: {friction.scale: 2}}\nsweep: {grid: {record.duration: [10 s, 20 s]}}\n"
+    loaded(text)
+    plan = run_json("plan", tmp_path / "study.yaml", "--out", tmp_path / "out")
+    assert plan["study"]["designs"] == 2
+    counts = [(each["name"], each["is_fit"], each["records"]) for each in plan["study"]["populations"]]
+    assert counts == [
+        ("healthy", True, 20), ("healthy", False, 10), ("0.1 L/min", True, 50), ("0.1 L/min", False, 5),
+        ("1 L/min", True, 50), ("1 L/min", False, 5), ("thick", False, 10),
+    ]  # fmt: skip
+    assert plan["study"]["drawn"] == ["measurement.seed", "wavelet.phase"]
+    assert plan["axes"] == {"record.duration": [10.0, 20.0]}
+    lines = run("plan", tmp_path / "study.yaml", "--out", tmp_path / "out", check=0).stdout
+    assert "300: 150 records, in each of 2 designs" in lines
+    assert "population fault 1 L/min: 50 to fit, 5 to test" in lines

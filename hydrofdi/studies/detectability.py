@@ -47,6 +47,19 @@ class _Tested:
     threshold: Threshold
     tally: Tally
 
+    def lie_on_the_rise(self, curve: PodCurve) -> bool:
+        """Whether two levels or more do, so that the curve has a slope.
+
+        True severities of one level differ by little: what they tell of the slope is chance. A level whose
+        severities span an octave counts as two.
+        """
+        floor, count = curve.false_alarm_rate, 0
+        for level in self.levels:
+            rise = (float(curve.probability(level.severity).mean()) - floor) / (1.0 - floor)
+            span = level.severity.max() / level.severity.min()
+            count += (1 + (span >= 2.0)) * (0.01 < rise < 0.99)
+        return count >= 2
+
     def bound(self, probability: float, confidence: float) -> DetectableSeverity:
         """The last level whose one-sided limit of the rate of detection shows a probability."""
         rates = [level.rate(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
@@ -136,7 +149,7 @@ def _smallest(
             f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g}): what is"
             " found is stated at the tested levels"
         )
-    has_curve = is_described and not curve.is_step
+    has_curve = is_described and not curve.is_step and tested.lie_on_the_rise(curve)
     found = {}
     for name, probability in (("q50", 0.5), ("q90", rules.probability)):
         if has_curve:

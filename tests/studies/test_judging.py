@@ -198,6 +198,25 @@ def test_a_step_is_stated_at_the_largest_true_severity_of_a_tested_level():
     assert (bound.place, bound.confidence) == ("within", 0.95)
 
 
+def test_severities_within_one_level_give_no_slope():
+    records = study({FIT: 300, TEST: 1000, **dict.fromkeys(LEVELS, 40)}, spread=0.02)
+    draw = np.random.default_rng(5)
+    blurred = records.severity * np.exp(0.02 * draw.normal(size=records.severity.size))
+    values = draw.normal(size=blurred.size) + 9.0 * (blurred > LEVELS[4].severity)
+    judgement = judge(records, Scored("steep", values, direction=Direction.RISING), RULES)
+    assert not judgement.curve.is_step, "severities of one level lie on the rise"
+    assert judgement.smallest["q90_95"].severity == records.severity[records.rows(LEVELS[5])].max()
+
+
+def test_severities_that_are_drawn_over_decades_give_a_slope():
+    drawn = Population("any", Kind.FAULT, severity=0.1)
+    records = study({FIT: 300, TEST: 1000, drawn: 400}, spread=1.5)
+    judgement = judge(records, rising(records), RULES)
+    bound = judgement.smallest["q90_95"]
+    assert bound.place == "within"
+    assert bound.severity not in records.severity
+
+
 def test_a_curve_that_does_not_describe_the_hits_is_not_used():
     records = study({FIT: 300, TEST: 300, **dict.fromkeys(LEVELS, 100)})
     values = np.random.default_rng(6).normal(size=records.severity.size)

@@ -25,6 +25,12 @@ class NominalActuator(Section):
     chamber_volume_2: Annotated[float, SI("m^3", above=0)] | None = None
     """The same of chamber 2 [m³]; without it, that of chamber 1."""
 
+    bulk_modulus: Annotated[float, SI("Pa", above=0)] = 551e6
+    """Bulk modulus β of the fluid [Pa]."""
+
+    load_stiffness: Annotated[float, SI("N/m", above=0)] = 150e3
+    """Stiffness K_ex of the spring that loads the piston [N/m], where it stands in for the position."""
+
     flow_gain: Annotated[float, SI("m^1.5/kg^0.5", above=0)] = 0.0292
     """Flow gain K_v of the valve [m^1.5/kg^0.5]."""
 
@@ -44,11 +50,13 @@ class NominalActuator(Section):
     """Damping ratio ξ of the spool [-], for ``spool: command``."""
 
     supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
-    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the mean of
-    P_1 + P_2 less the return pressure, as a matched valve has it. ``auto``: measured, else nominal."""
+    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the
+    median of P_1 + P_2 less the return pressure, as a matched valve and equal areas have it; of one pressure
+    twice its mean, less what the spring needs. ``auto``: measured, else ``sum`` with equal areas, else
+    nominal."""
 
     supply_pressure: Annotated[float, SI("Pa", above=0)] = 17.2e6
-    """Nominal supply pressure P_s [Pa]; its error counts as leakage."""
+    """Nominal supply pressure P_s [Pa]."""
 
     return_pressure: Annotated[float, SI("Pa", least=0)] = 0.0
     """Return pressure P_r [Pa]."""
@@ -83,13 +91,10 @@ class NominalActuator(Section):
         at_rest = lfilter_zi(numerator[0], denominator) * command[:, :1]
         return self.spool_gain * np.asarray(lfilter(numerator[0], denominator, command, zi=at_rest)[0])
 
-    def supply_of(self, records: RecordBatch) -> Array:
-        """P_s [Pa], shape (n_record, n_time) or (n_record, 1)."""
-        in_pascal = records.channels.keys() - records.relative
-        if self.supply == "measured" or (self.supply == "auto" and Channel.SUPPLY_PRESSURE in in_pascal):
-            return records[Channel.SUPPLY_PRESSURE]
-        if self.supply == "sum":
-            both = records[Channel.CHAMBER_1_PRESSURE] + records[Channel.CHAMBER_2_PRESSURE]
-            mean: Array = np.mean(both, axis=1, keepdims=True)
-            return mean - self.return_pressure
-        return np.full((records.n_record, 1), self.supply_pressure)
+    def supply_known_by(self, records: RecordBatch) -> Literal["measured", "nominal", "sum"]:
+        """What `supply` means for these records."""
+        if self.supply != "auto":
+            return self.supply
+        if Channel.SUPPLY_PRESSURE in records.channels.keys() - records.relative:
+            return "measured"
+        return "sum" if self.areas[0] == self.areas[1] else "nominal"

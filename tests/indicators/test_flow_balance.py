@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import load_experiment
-from hydrofdi.indicators.catalogue.flow_balance import FlowBalanceOptions
+from hydrofdi.indicators.balancing import BalanceOptions
 from hydrofdi.records import Channel
 from hydrofdi.simulation import simulate_batch
 from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
@@ -14,6 +14,11 @@ from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measur
 X, XV = Channel.PISTON_POSITION, Channel.SPOOL_POSITION
 LEAKS = np.array([0.0, 0.0, 0.0, 1e-9, 5e-9, 1.3e-8])
 MODULI = np.array([551e6, 689e6, 827e6, 551e6, 689e6, 551e6])
+KNOWN = {
+    "flow_gain_deviation": 0.0, "supply_deviation": 0.0, "offset_deviation": 0.0, "lap_deviation": 0.0,
+    "clearance_deviation": 0.0, "pressure_bias": 0.0, "bulk_modulus_deviation": 10.0, "supply": "nominal",
+}  # fmt: skip
+"""All but K_i and β."""
 
 
 @pytest.fixture(scope="module")
@@ -47,35 +52,80 @@ def noisy(records, row, n_record, seed):
     )
 
 
-@pytest.mark.parametrize("options", [{}, {"chambers": "1"}, {"spool": "command"}, {"half_window": 6}])
-def test_leakage_and_bulk_modulus_of_simulated_runs_come_out(runs, options):
-    values, _ = measured(runs, "flow_balance", **options)
+@pytest.mark.parametrize("options", [{}, {"spool": "command"}, {"half_window": 6}, {"least_opening": 0.0}])
+def test_leakage_and_bulk_modulus_of_a_known_actuator_come_out(runs, options):
+    values, _ = measured(runs, "flow_balance", **KNOWN | {"half_window": 8} | options)
     np.testing.assert_allclose(values["internal_coefficient"], LEAKS, rtol=1e-3, atol=1e-13)
     np.testing.assert_allclose(values["bulk_modulus"], MODULI, rtol=1e-3)
     np.testing.assert_allclose(values["leakage"], np.sqrt(8e6) * values["internal_coefficient"], rtol=1e-12)
+    np.testing.assert_allclose(values["cross_port_leakage"], values["leakage"], rtol=1e-12)
 
 
-def test_switching_windows_cost_a_little_when_they_are_kept(runs):
-    values, _ = measured(runs, "flow_balance", switching="kept")
-    np.testing.assert_allclose(values["internal_coefficient"], LEAKS, rtol=0.01, atol=1e-11)
-    np.testing.assert_allclose(values["bulk_modulus"], MODULI, rtol=0.01)
+@pytest.mark.parametrize(("options", "tolerance"), [({}, 0.005), ({"chambers": 1}, 0.05)])
+def test_leakage_and_bulk_modulus_come_out_of_an_uncertain_actuator_too(runs, options, tolerance):
+    values, _ = measured(runs, "flow_balance", **options)
+    np.testing.assert_allclose(values["internal_coefficient"], LEAKS, rtol=tolerance, atol=5e-13)
+    np.testing.assert_allclose(values["bulk_modulus"][:3], MODULI[:3], rtol=tolerance)
 
 
-def test_a_flow_gain_and_an_offset_that_are_not_nominal_are_found(runs):
-    other = replace(runs, channels={**runs.channels, XV: runs[XV] + 0.5e-6})
-    options = {"flow_gain": 0.0292 / 1.05, "estimate": ["flow_gain", "offset"]}
-    values, _ = measured(other, "flow_balance", **options)
-    np.testing.assert_allclose(values["flow_gain"], 1.05, rtol=2e-3)
-    np.testing.assert_allclose(values["offset"], 0.5e-6 * 1.05, rtol=0.02)
-    np.testing.assert_allclose(values["internal_coefficient"], LEAKS, rtol=0.01, atol=1e-11)
-    alone, _ = measured(runs, "flow_balance")
-    assert (values["condition"] > 5.0 * alone["condition"]).all()
+def test_the_mean_leakage_is_that_of_the_record(runs):
+    values, _ = measured(runs, "flow_balance", **KNOWN)
+    mean = LEAKS * np.sqrt(np.abs(runs[P1] - runs[P2])).mean(axis=1)
+    np.testing.assert_allclose(values["mean_leakage"], mean, rtol=1e-3, atol=1e-9)
+
+
+def test_an_actuator_seen_from_its_other_side_leaks_the_same(runs):
+    mirrored = {P1: runs[P2], P2: runs[P1], X: -runs[X], XV: -runs[XV], U: -runs[U]}
+    one, _ = measured(runs, "flow_balance")
+    other, _ = measured(replace(runs, channels=mirrored), "flow_balance")
+    for name in ("internal_coefficient", "cross_port_leakage", "bulk_modulus", "lap", "flow_gain"):
+        np.testing.assert_allclose(other[name], one[name], rtol=1e-6, atol=1e-16, err_msg=name)
+    np.testing.assert_allclose(other["offset"], -one["offset"], rtol=1e-6, atol=1e-12)
+
+
+def test_a_valve_and_sensors_that_are_not_nominal_are_found_and_hide_no_leak():
+    settings = [
+        "record.duration=6 s", "valve.lap=-0.5 um", "valve.lap_leakage=2e-14 m^3/(s*Pa)",
+        "valve.flow_gain=0.0298 m^1.5/kg^0.5", "supply.pressure=16.6 MPa", "fluid.bulk_modulus=689 MPa",
+    ]  # fmt: skip
+    parameters = load_experiment(None, settings).nominal_parameters
+    leaks = np.array([0.0, 1e-10, 1e-9])
+    signals = simulate_batch([parameters] * 3, list(leaks))
+    shown = batch(
+        {
+            P1: signals.chamber_1_pressure + 30e3,
+            P2: signals.chamber_2_pressure - 20e3,
+            X: signals.piston_position,
+            XV: signals.spool_position - 0.4e-6,
+        }
+    )
+    values, _ = measured(shown, "flow_balance")
+    np.testing.assert_allclose(values["internal_coefficient"], leaks, atol=3e-11)
+    np.testing.assert_allclose(values["offset"], -0.4e-6, rtol=0.05)
+    np.testing.assert_allclose(values["supply_pressure"], 16.6e6, rtol=2e-3)
+    np.testing.assert_allclose(values["bulk_modulus"], 689e6, rtol=0.01)
+    plain, _ = measured(shown, "flow_balance", **KNOWN)
+    assert (np.abs(plain["internal_coefficient"] - leaks) > 3e-10).all()
+
+
+def test_a_laminar_leak_is_seen_by_the_flow_past_piston_and_valve():
+    settings = ["record.duration=6 s", "leakage.law=laminar", "leakage.laminar_reference=10 MPa"]
+    signals = simulate_batch([load_experiment(None, settings).nominal_parameters], [1e-9])
+    shown = batch(
+        {
+            P1: signals.chamber_1_pressure,
+            P2: signals.chamber_2_pressure,
+            X: signals.piston_position,
+            XV: signals.spool_position,
+        }
+    )
+    values, _ = measured(shown, "flow_balance")
+    np.testing.assert_allclose(values["cross_port_leakage"], 1e-9 * np.sqrt(10e6) * 0.8, rtol=0.1)
 
 
 def test_a_wrong_area_or_volume_scales_what_it_should(runs):
-    values, _ = measured(
-        runs, "flow_balance", piston_area=2 * 633e-6, flow_gain=2 * 0.0292, chamber_volume=560e-6
-    )
+    twice = {"piston_area": 2 * 633e-6, "flow_gain": 2 * 0.0292, "chamber_volume": 560e-6}
+    values, _ = measured(runs, "flow_balance", **KNOWN | twice)
     np.testing.assert_allclose(values["internal_coefficient"], 2 * LEAKS, rtol=1e-3, atol=1e-13)
     np.testing.assert_allclose(values["bulk_modulus"], MODULI, rtol=1e-3)
 
@@ -83,7 +133,7 @@ def test_a_wrong_area_or_volume_scales_what_it_should(runs):
 @pytest.mark.parametrize("row", [0, 3])
 @pytest.mark.parametrize("name", ["internal_coefficient", "bulk_modulus"])
 def test_the_stated_deviations_are_those_of_repeats(runs, row, name):
-    values, _ = measured(noisy(runs, row, 200, seed=row), "flow_balance")
+    values, _ = measured(noisy(runs, row, 200, seed=row), "flow_balance", half_window=8, **KNOWN)
     truth = {"internal_coefficient": LEAKS, "bulk_modulus": MODULI}[name][row]
     stated = values[f"{name}_error"].mean()
     assert 0.4 * stated < values[name].std() < 1.5 * stated
@@ -95,16 +145,21 @@ def test_the_supply_may_be_measured_nominal_or_the_sum_of_the_pressures(runs):
         runs, channels={**runs.channels, Channel.SUPPLY_PRESSURE: np.full(runs[P1].shape, 17.2e6)}
     )
     no_scale = replace(measured_supply, relative=frozenset({Channel.SUPPLY_PRESSURE}))
-    wrong, _ = measured(no_scale, "flow_balance", supply_pressure="16 MPa")
-    right, _ = measured(measured_supply, "flow_balance", supply_pressure="16 MPa")
-    total, _ = measured(runs, "flow_balance", supply_pressure="16 MPa", supply="sum")
+    options = KNOWN | {"supply_pressure": "16 MPa"}
+    wrong, _ = measured(measured_supply, "flow_balance", **options)
+    right, _ = measured(measured_supply, "flow_balance", **options | {"supply": "auto"})
+    total, _ = measured(no_scale, "flow_balance", **options | {"supply": "auto"})
+    assert (total["supply_pressure"] != 17.2e6).all()
     error = [np.abs(v["internal_coefficient"] - LEAKS).max() for v in (wrong, right, total)]
-    assert error[1] < 1e-11 < error[2] < 1e-10 < error[0]
+    assert error[1] < 1e-11
+    assert 1e-11 < error[2] < 2e-10 < error[0]
+    one, _ = measured(runs, "flow_balance", chambers=1, supply="sum")
+    np.testing.assert_allclose(one["supply_pressure"], 17.2e6, rtol=0.02)
 
 
 def test_chambers_may_differ(runs):
     """Chamber 2 given in other units of area and volume is chamber 2 in other units."""
-    one = FlowBalanceOptions(piston_area_2=1e-4, chamber_volume_2=2e-4)
+    one = BalanceOptions(piston_area_2=1e-4, chamber_volume_2=2e-4)
     assert one.areas == (633e-6, 1e-4)
     assert one.volumes == (280e-6, 2e-4)
     same, _ = measured(runs, "flow_balance", piston_area_2=633e-6, chamber_volume_2=280e-6)
@@ -112,19 +167,19 @@ def test_chambers_may_differ(runs):
 
 
 def test_a_record_stands_alone(runs):
-    for options in ({}, {"spool": "command", "supply": "sum"}):
+    for options in ({}, {"spool": "command", "supply": "nominal"}, {"chambers": 1}):
         assert_rows_stand_alone(runs, "flow_balance", **options)
 
 
 def test_a_later_start_changes_little(runs):
     whole, part = (measured(r, "flow_balance")[0] for r in (runs, runs.window(333)))
-    np.testing.assert_allclose(part["bulk_modulus"], whole["bulk_modulus"], rtol=1e-3)
+    np.testing.assert_allclose(part["bulk_modulus"], whole["bulk_modulus"], rtol=2e-3)
 
 
 def test_counts_are_refused_and_short_records_too(runs):
     counts = replace(runs, relative=frozenset({P2}))
     assert "is in counts" in measured(counts, "flow_balance")[1][0]
-    assert "4 windows are too few" in measured(runs.window(0, 40), "flow_balance")[1][0]
+    assert "1 windows are too few" in measured(runs.window(0, 40), "flow_balance")[1][0]
     assert "has no spool_position" in measured(batch({P1: [1.0], P2: [1.0], X: [1.0]}), "flow_balance")[1][0]
 
 
@@ -141,5 +196,5 @@ def test_white_noise_has_a_leakage_that_its_error_covers():
     draw = np.random.default_rng(5)
     channels = {P1: 8e6 + 1e5 * draw.normal(size=(50, 4000)), P2: 8e6 + 1e5 * draw.normal(size=(50, 4000))}
     channels |= {X: 1e-5 * draw.normal(size=(50, 4000)), XV: np.zeros((50, 4000))}
-    values, _ = measured(batch(channels), "flow_balance")
+    values, _ = measured(batch(channels), "flow_balance", least_opening=0.0)
     assert (np.abs(values["leakage"]) < 3.0 * values["leakage_error"]).mean() > 0.9

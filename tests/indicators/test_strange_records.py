@@ -15,8 +15,8 @@ INDICATORS = make_indicators(
             name: {} for name in ("a4", "cross_correlation", "flow_balance", "post_step_ac", "pressure_decay")
         },
         **{name: {} for name in ("pressure_statistics", "ring_down")},
-        "all_unknowns": {"kind": "flow_balance", "estimate": ["flow_gain", "offset"], "spool": "command"},
-        "sum_of_pressures": {"kind": "flow_balance", "supply": "sum", "switching": "kept"},
+        "one_pressure": {"kind": "flow_balance", "chambers": 1, "spool": "command"},
+        "sum_of_pressures": {"kind": "flow_balance", "supply": "sum", "least_opening": 0.0},
         "rest_test": {"kind": "pressure_decay", "rest": "whole"},
         "standstill": {"kind": "pressure_decay", "rest": "position"},
         "jumps": {"kind": "ring_down", "steps": "signal", "trend_degree": 0, "delay": 0},

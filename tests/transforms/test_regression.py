@@ -27,7 +27,9 @@ def test_the_deviations_are_those_of_repeats_with_white_errors_and_with_errors_t
         errors = sum(w * errors[..., k : k + 400] for k, w in enumerate(weights))
         found = regress(columns, 3.0 * columns[:, 0] - 2.0 * columns[:, 1] + errors)
         np.testing.assert_allclose(found.values.mean(axis=0), [3.0, -2.0], rtol=1e-2)
-        ratio = found.deviations.mean(axis=0) / found.values.std(axis=0)
+        ratio = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)).mean(axis=0) / found.values.std(
+            axis=0
+        )
         assert (np.abs(ratio - 1.0) < 0.2).all()
 
 
@@ -38,3 +40,23 @@ def test_columns_that_tell_nothing_give_no_estimate():
         found = regress(columns, np.ones((3, 1, 30)))
     assert np.isnan(found.values[:2]).all()
     assert not np.isfinite(found.condition[2]) or found.condition[2] > 1e7
+
+
+def test_with_priors_it_is_least_squares_with_an_equation_more_for_each_unknown():
+    draw = np.random.default_rng(3)
+    columns, target = draw.normal(size=(2, 3, 1, 20)), draw.normal(size=(2, 1, 20))
+    prior, error = np.array([np.inf, 0.5, 1e-3]), 0.7
+    found = regress(columns, target, prior, error)
+    for row in range(2):
+        rows = np.concatenate((columns[row, :, 0].T, np.diag(error / prior)))
+        expected = np.linalg.lstsq(rows, np.append(target[row], np.zeros(3)))[0]
+        np.testing.assert_allclose(found.values[row], expected, rtol=1e-9)
+
+
+def test_an_unknown_that_nothing_moves_keeps_its_prior():
+    columns = np.zeros((1, 2, 1, 30))
+    columns[0, 0] = np.linspace(1.0, 2.0, 30)
+    found = regress(columns, 2.0 * columns[:, 0], np.array([np.inf, 0.25]), 0.1)
+    np.testing.assert_allclose(found.values, [[2.0, 0.0]], atol=1e-12)
+    total, deviation = found.combined(np.array([0.0, 2.0]))
+    np.testing.assert_allclose((total, deviation), ([0.0], [0.5]), atol=1e-12)

@@ -1,0 +1,167 @@
+"""What the indicators share that balance the volume of the chambers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Generic, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.uncertain_actuator import UncertainActuator
+from hydrofdi.indicators.volume_balance import P1, P2, VolumeBalance, X
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI
+from hydrofdi.transforms.regression import regress
+
+
+class BalanceOptions(UncertainActuator):
+    """Options of `Balance`: what is known of the actuator, how well, and which samples count."""
+
+    chambers: Literal["both", 1] = "both"
+    """Whose pressures are used. ``1``: that of chamber 1 alone; a matched valve gives the other."""
+
+    half_window: Annotated[int, Field(strict=True, ge=2)] = 16
+    """Half the length of a window [samples]; windows overlap by half."""
+
+    least_opening: Annotated[float, SI("m", least=0)] = 2e-6
+    """Windows in which the spool comes closer to its centre than this are left out [m]: lap and offset decide
+    there what flows."""
+
+    settling: Annotated[float, SI("s", least=0)] = 0.0
+    """Time after a jump of the spool that is left out [s]; a jump is a fifth of the spool's range from one
+    sample to the next. Itself it is left out in any case: samples do not tell what flows meanwhile."""
+
+    error: Annotated[float, SI("m^3", above=0)] = 4e-9
+    """Standard deviation of what the balance of a window leaves [m³]; it weighs the record against the
+    deviations of the actuator."""
+
+    reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
+    """Pressure difference at which leakage flows are stated [Pa]."""
+
+
+Chosen = TypeVar("Chosen", bound=BalanceOptions)
+
+
+class Balance(Indicator[Chosen], Generic[Chosen]):
+    """The most probable leakage and actuator, given a record and how far the actuator may be from nominal."""
+
+    absence = "the balance does not determine a leakage"
+    needs_scale = True
+    by_spring = False
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Pressures, position, and what moves the valve."""
+        pressures = {P1, P2} if self.options.chambers == "both" else {P1}
+        return frozenset(pressures | (set() if self.by_spring else {X})) | self.options.valve_channels
+
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The supply pressure."""
+        return frozenset({Channel.SUPPLY_PRESSURE}) if self.options.supply == "auto" else frozenset()
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Estimates; the first ones with their standard deviations."""
+        at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
+        return (
+            Output(
+                "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
+                direction=rising,
+            ),
+            Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
+            Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
+            Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
+            Output("mean_leakage", "m^3/s", "mean internal leakage flow of K_i", direction=rising),
+            Output(
+                "cross_port_leakage", "m^3/s", f"flow past piston and closed valve, of any law, {at}",
+                direction=rising,
+            ),
+            Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow past both"),
+            Output("bulk_modulus", "Pa", "effective bulk modulus β"),
+            Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
+            Output("flow_gain", "1", "flow gain of the valve over its nominal value"),
+            Output("supply_pressure", "Pa", "supply pressure, mean over the record"),
+            Output("offset", "m", "spool position at which the valve is closed"),
+            Output("lap", "m", "lap of the valve"),
+            Output("clearance", "m^3/(s*Pa)", "conductance of the clearance over an edge of the valve"),
+            Output.quality("condition", "1", "condition number of the equations and deviations"),
+        )  # fmt: skip
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record of too few windows."""
+        n_window = records.n_time // self.options.half_window - 1
+        return f"{max(n_window, 0)} windows are too few for a balance" if n_window < 8 else None
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """In SI."""
+        options, both = self.options, self.options.chambers == "both"
+        balance = VolumeBalance(records, options, both, self.by_spring, options.half_window)
+        deviations = options.prior_deviations(records, 2 if both else 1)
+        chambers = list(balance.equations())
+        counts = _counting_windows(balance.spool, records.sampling_frequency, options)
+        columns = np.stack(
+            [
+                np.stack([each.get(name, 0.0 * target) for name in deviations], axis=1)
+                for each, target in chambers
+            ],
+            axis=2,
+        )
+        target = np.stack([target for _, target in chambers], axis=1)
+        found = regress(
+            columns * counts[:, None, None], target * counts[:, None],
+            np.array(list(deviations.values())), options.error,
+        )  # fmt: skip
+
+        def estimate(**factors: float) -> tuple[Array, Array]:
+            return found.combined(np.array([factors.get(name, 0.0) for name in deviations]))
+
+        root = np.sqrt(options.reference_pressure)
+        coefficient, coefficient_error = estimate(internal_coefficient=1.0)
+        leakage, leakage_error = estimate(internal_coefficient=root)
+        cross_port, cross_port_error = estimate(
+            internal_coefficient=root, clearance=options.reference_pressure
+        )
+        softer, softer_error = estimate(compressibility=1.0)
+        compressibility = 1.0 / options.bulk_modulus + softer
+        first, second = balance.pressures
+        return {
+            "internal_coefficient": coefficient,
+            "internal_coefficient_error": coefficient_error,
+            "leakage": leakage,
+            "leakage_error": leakage_error,
+            "mean_leakage": coefficient * np.mean(np.sqrt(np.abs(first - second)), axis=1),
+            "cross_port_leakage": cross_port,
+            "cross_port_leakage_error": cross_port_error,
+            "bulk_modulus": 1.0 / compressibility,
+            "bulk_modulus_error": softer_error / compressibility**2,
+            "flow_gain": 1.0 + estimate(flow_gain=1.0)[0],
+            "supply_pressure": np.mean(balance.supply, axis=1) * (1.0 + estimate(supply=1.0)[0]),
+            "offset": estimate(offset=1.0)[0],
+            "lap": estimate(lap=1.0)[0],
+            "clearance": estimate(clearance=1.0)[0],
+            "condition": found.condition,
+        }
+
+
+def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> NDArray[np.bool_]:
+    """Windows in which the valve is open to one side and does not jump, shape (n_record, n_window)."""
+    jumps = np.abs(np.diff(spool, axis=1, prepend=spool[:, :1])) > 0.2 * np.ptp(spool, axis=1)[:, None]
+    n_settling = round(options.settling * frequency)
+    if n_settling:
+        so_far = np.cumsum(jumps, axis=1)
+        so_far[:, n_settling:] -= so_far[:, :-n_settling].copy()
+        jumps = so_far > 0
+    closed = jumps
+    if options.least_opening > 0.0:
+        closed = jumps | (np.abs(spool) < options.least_opening)
+        closed[:, 1:] |= (spool[:, 1:] > 0.0) != (spool[:, :-1] > 0.0)
+    half = options.half_window
+    n_block = spool.shape[1] // half
+    in_block = closed[:, : n_block * half].reshape(-1, n_block, half).any(axis=2)
+    counting: NDArray[np.bool_] = ~(in_block[:, :-1] | in_block[:, 1:])
+    return counting

@@ -1,0 +1,58 @@
+"""Pressure balance: K_i of simulated runs comes out without a position, and without the second pressure."""
+
+import numpy as np
+import pytest
+
+from hydrofdi.config import load_experiment
+from hydrofdi.simulation import simulate_batch
+from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
+
+LEAKS = np.array([0.0, 0.0, 0.0, 3e-10, 1e-9, 3e-9])
+MODULI = [551e6, 689e6, 827e6, 551e6, 689e6, 551e6]
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """Healthy at three EBM, and three that leak; 10 s, without noise and position."""
+    parameters = [
+        load_experiment(None, [f"fluid.bulk_modulus={modulus} Pa", "record.duration=10 s"]).nominal_parameters
+        for modulus in MODULI
+    ]
+    signals = simulate_batch(parameters, list(LEAKS))
+    return batch({P1: signals.chamber_1_pressure, P2: signals.chamber_2_pressure, U: signals.input_voltage})
+
+
+@pytest.mark.parametrize(("chambers", "tolerance"), [("both", 0.05), (1, 0.15)])
+def test_leakage_comes_out_at_any_bulk_modulus(runs, chambers, tolerance):
+    values, _ = measured(runs, "pressure_balance", chambers=chambers)
+    np.testing.assert_allclose(values["internal_coefficient"], LEAKS, rtol=tolerance, atol=1e-10)
+    assert (values["leakage_error"] < 0.03 / 60e3).all()
+
+
+def test_the_softer_spring_is_the_longer_way(runs):
+    """Twice the flow, areas, spring and volume are twice the leak."""
+    one, _ = measured(runs, "pressure_balance", error="30 mm^3")
+    twice = {
+        "flow_gain": 2 * 0.0292, "piston_area": 2 * 633e-6, "load_stiffness": 2 * 150e3,
+        "chamber_volume": 560e-6, "clearance_deviation": 2e-14, "error": "60 mm^3",
+    }  # fmt: skip
+    two, _ = measured(runs, "pressure_balance", **twice)
+    np.testing.assert_allclose(
+        two["internal_coefficient"], 2.0 * one["internal_coefficient"], rtol=1e-6, atol=1e-15
+    )
+
+
+def test_one_pressure_is_enough_and_a_record_stands_alone(runs):
+    alone = batch({P1: runs[P1], U: runs[U]})
+    assert "has no chamber_2_pressure" in measured(alone, "pressure_balance")[1][0]
+    assert_rows_stand_alone(alone, "pressure_balance", chambers=1)
+    assert_rows_stand_alone(runs, "pressure_balance")
+
+
+def test_ringing_is_waited_for(runs):
+    """Pressures ring after a step and the position does not; this must not count as leakage."""
+    error = [
+        np.abs(measured(runs, "pressure_balance", **options)[0]["internal_coefficient"] - LEAKS).max()
+        for options in ({}, {"settling": 0.0, "half_window": 8})
+    ]
+    assert error[0] < 0.2 * error[1]

@@ -8,9 +8,13 @@ import numpy as np
 
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
+from hydrofdi.scoring.contract import LEAST_RECORDS
 from hydrofdi.scoring.extra import scikit_learn
 from hydrofdi.scoring.rules import row_products
 from hydrofdi.scoring.standardisation import Standardisation, standardisation
+
+SHRINKAGES = np.logspace(-6, 0, 13)
+"""Among which fit records choose."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +46,9 @@ def whitening(values: Array, name: str, shrinkage: float | None = None) -> White
     name : str
         Of the score, for messages.
     shrinkage : float, optional
-        δ; without, that of Ledoit and Wolf, Journal of Multivariate Analysis 88 (2004) 365.
+        δ; without, the one at which records of five folds, each left out, are the most likely: Hoffbeck and
+        Landgrebe, IEEE Trans. Pattern Anal. Mach. Intell. 18 (1996) 763. That of Ledoit and Wolf is
+        chosen for the covariance, not its inverse: it hides what shows where healthy records hardly vary.
 
     Raises
     ------
@@ -62,8 +68,11 @@ def whitening(values: Array, name: str, shrinkage: float | None = None) -> White
 
 
 def _covariance(values: Array, shrinkage: float | None) -> Array:
-    from sklearn.covariance import empirical_covariance, ledoit_wolf, shrunk_covariance
+    from sklearn.covariance import ShrunkCovariance
+    from sklearn.model_selection import GridSearchCV, KFold
 
-    if shrinkage is None:
-        return np.asarray(ledoit_wolf(values)[0])
-    return np.asarray(shrunk_covariance(empirical_covariance(values), shrinkage))
+    if shrinkage is not None:
+        return np.asarray(ShrunkCovariance(shrinkage=shrinkage).fit(values).covariance_)
+    folds = KFold(LEAST_RECORDS, shuffle=True, random_state=0)
+    search = GridSearchCV(ShrunkCovariance(), {"shrinkage": SHRINKAGES}, cv=folds)
+    return np.asarray(search.fit(values).best_estimator_.covariance_)

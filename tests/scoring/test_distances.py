@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
-from sklearn.covariance import LedoitWolf
+from sklearn.covariance import LedoitWolf, ShrunkCovariance
 from sklearn.ensemble import IsolationForest
 
 from hydrofdi.evaluation.auc import area_under_curve
@@ -37,14 +37,45 @@ def test_without_shrinkage_the_distance_is_that_of_the_textbook():
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
-def test_with_shrinkage_the_distance_is_that_of_ledoit_and_wolf_on_standardised_features():
+def test_a_stated_shrinkage_is_that_of_standardised_features():
     draw = np.random.default_rng(3)
     fit, records = draw.normal(size=(30, 10)) * np.logspace(0, 6, 10), draw.normal(size=(20, 10))
     low, centre, high = np.quantile(fit, [0.25, 0.5, 0.75], axis=0)
     scale = (high - low) / 1.3489795003921634
-    reference = LedoitWolf().fit((fit - centre) / scale)
+    reference = ShrunkCovariance(shrinkage=0.2).fit((fit - centre) / scale)
     expected = reference.mahalanobis((records - centre) / scale)
-    np.testing.assert_allclose(healthy_scores(make_score("mahalanobis"), fit, records), expected, rtol=1e-9)
+    found = healthy_scores(make_score("mahalanobis", {"shrinkage": 0.2}), fit, records)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def area_of_a_fault(options, n_fit):
+    """Of one across four nuisances that rule 20 features, so that healthy records hardly vary along it."""
+    population = Population(n_feature=20, noise=0.03, seed=4)
+    fit, healthy, faulty = population.records(n_fit), population.records(300), population.records(300, 0.03)
+    score = make_score("mahalanobis", options)
+    return area_under_curve(*(healthy_scores(score, fit, part) for part in (healthy, faulty))).value
+
+
+def test_the_shrinkage_that_fit_records_choose_leaves_small_faults_across_nuisances():
+    population = Population(n_feature=20, noise=0.03, seed=4)
+    of_ledoit_and_wolf = LedoitWolf().fit(population.records(300)).shrinkage_
+    assert area_of_a_fault({}, 300) > area_of_a_fault({"shrinkage": of_ledoit_and_wolf}, 300) + 0.1
+
+
+def test_the_shrinkage_that_fit_records_choose_helps_where_they_are_few():
+    draw = np.random.default_rng(5)
+    fit, healthy, faulty = (
+        draw.normal(size=(32, 30)),
+        draw.normal(size=(300, 30)),
+        draw.normal(0.4, size=(300, 30)),
+    )
+    chosen, none = (
+        area_under_curve(
+            *(healthy_scores(make_score("mahalanobis", each), fit, part) for part in (healthy, faulty))
+        )
+        for each in ({}, {"shrinkage": 0.0})
+    )
+    assert chosen.value > none.value + 0.05
 
 
 def test_distances_of_fresh_gaussian_records_follow_chi_squared():

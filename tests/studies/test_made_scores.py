@@ -50,7 +50,10 @@ def test_a_leak_that_no_number_shows_alone_is_found(kind, records, measured):
     )
     assert alone.levels[-1].detected.value < 0.2
     assert together.levels[-1].detected.value > 0.95
-    assert next(rate for of, rate in together.false_alarms.items() if of == TEST).low < 0.01
+    assert (
+        next(rate for of, rate in together.false_alarms.items() if of == TEST).low
+        < together.threshold.interval[1]
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)

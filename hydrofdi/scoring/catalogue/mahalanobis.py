@@ -19,7 +19,7 @@ class MahalanobisOptions(Section):
     """Options of `Mahalanobis`."""
 
     shrinkage: Annotated[float, Field(ge=0, le=1)] | None = None
-    """Share of the unit matrix in the covariance (δ); that of Ledoit and Wolf where none is given."""
+    """Share of the unit matrix in the covariance (δ); fit records choose it where none is given."""
 
 
 class Mahalanobis(Score[MahalanobisOptions]):
@@ -29,7 +29,7 @@ class Mahalanobis(Score[MahalanobisOptions]):
     summary = "Squared Mahalanobis distance from healthy records, with a shrunk covariance."
     source = (
         "Mahalanobis, Proc. Natl. Inst. Sci. India 2 (1936) 49;"
-        " Ledoit and Wolf, J. Multivar. Anal. 88 (2004) 365"
+        " Hoffbeck and Landgrebe, IEEE Trans. Pattern Anal. Mach. Intell. 18 (1996) 763"
     )
     equation = "(z − m)ᵀ C⁻¹ (z − m), C = (1 − δ) S + δ tr(S)/n I"
     caution = FROM_HEALTHY

@@ -140,7 +140,7 @@ def _severity(label: str, labels: Labels) -> float:
 
 def _scores(columns: Sequence[Column], records: Sequence[RecordMeasures]) -> Iterator[Scored]:
     """Every number that any record has."""
-    for column in columns:
+    for column in (column for column in columns if column.output.is_score):
         shape = tuple(column.output.dims.values())
         nothing = np.full(shape, np.nan)
         values = np.array([record.values.get(column.name, nothing) for record in records], dtype=float)

@@ -21,6 +21,7 @@ from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.studies.made_scores import made_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.usual_scores import usual_scores
 
 _SEVERITIES = {
     "leakage.internal_flow": (MEAN_LEAKAGE_FLOW, "m^3/s"),
@@ -72,7 +73,8 @@ def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored],
     raw = [_at(number, roles, design) for number in measured]
     numbers = [*raw, *changes_since_before(records, raw)]
     judged = [each for each in numbers if not detection.indicators or _label(each) in detection.indicators]
-    return StudyDesign(records, (*judged, *made_scores(records, numbers, detection.scores)))
+    usual = usual_scores(records, raw) if detection.usual_scores else {}
+    return StudyDesign(records, (*judged, *made_scores(records, numbers, usual | detection.scores)))
 
 
 def _label(number: Scored) -> str:

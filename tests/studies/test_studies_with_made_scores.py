@@ -74,3 +74,11 @@ def test_a_number_that_was_not_measured_is_a_mistake_of_the_file(study):
     )
     with pytest.raises(ConfigError, match="the score 'leak': 'ring_down' is not measured"):
         read_study(replace(data, experiment=experiment))
+
+
+def test_the_usual_scores_come_where_they_are_asked_for(study):
+    data = read_results(study / "results")
+    detection = data.experiment.detection.model_copy(update={"usual_scores": True})
+    asked = replace(data, experiment=data.experiment.model_copy(update={"detection": detection}))
+    plain, more = ({score.name for score in read_study(each)[0].scores} for each in (data, asked))
+    assert more - plain == {"mahalanobis(P1)", "lda(P1)", "largest_change(d1 … d5)"}

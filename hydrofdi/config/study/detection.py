@@ -55,3 +55,8 @@ class DetectionConfig(Section):
 
     scores: dict[str, ScoreConfig] = Field(default_factory=dict)
     """Label → score that is made of several numbers, or compensated for one."""
+
+    usual_scores: bool = False
+    """Whether, for each set of sensors that an indicator needs, one score is made of all numbers that these
+    sensors give: ``mahalanobis``, and ``lda`` where leaky records are for fitting; and ``largest_change`` of
+    ``dwt.d1`` … ``dwt.d5`` where they are measured."""

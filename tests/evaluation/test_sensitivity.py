@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import optimize, stats
 from scipy.stats import qmc
 
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.sensitivity.indices import sobol_indices
-from hydrofdi.evaluation.sensitivity.response import Response
+from hydrofdi.evaluation.sensitivity.response import Response, rising
 from hydrofdi.evaluation.sensitivity.spread import relative_spread
 
 LEVELS = np.array([0.01, 0.1, 1.0])
@@ -186,3 +186,9 @@ def test_the_interval_of_an_equivalent_leak_holds_what_is_true():
         fault = found.reach(0.8 * draw.standard_normal(200), 0.1 * draw.standard_normal(100)).imitated
         held += fault.low <= truth <= fault.high
     assert held >= 88
+
+
+def test_rising_sequences_are_those_of_isotonic_regression():
+    rows = np.random.default_rng(11).standard_normal((50, 9))
+    expected = [optimize.isotonic_regression(row).x for row in rows]
+    np.testing.assert_allclose(rising(rows), expected, atol=1e-12)

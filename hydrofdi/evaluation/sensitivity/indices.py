@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,9 +82,8 @@ def sobol_indices(
         )
     if not np.ptp(scores[:2]):
         raise NotStatedError("the score is the same in all records: there is nothing to share out")
-    draw, even = np.random.default_rng(seed), np.full(n_base, 1.0 / n_base)
-    shares = _shares(scores, even[None])[:, 0]
-    drawn = _shares(scores, draw.multinomial(n_base, even, size=n_draw) / n_base)
+    shares = _shares(scores, np.full((1, n_base), 1.0 / n_base))[:, 0]
+    drawn = _shares(scores, _drawn_weights(n_base, n_draw, seed))
     estimates = [Estimate.of(*pair, confidence, n_base) for pair in zip(shares, drawn, strict=True)]
     n_factor = len(scores) - 3
     return SobolIndices(
@@ -92,6 +92,13 @@ def sobol_indices(
         estimates[-1],
         records.shape[1] - n_base,
     )
+
+
+@lru_cache(maxsize=4)
+def _drawn_weights(n_base: int, n_draw: int, seed: int) -> Array:
+    """How often each base point is drawn, by their number, shape (n_draw, n_base)."""
+    draw = np.random.default_rng(seed)
+    return np.asarray(draw.multinomial(n_base, np.full(n_base, 1.0 / n_base), size=n_draw) / n_base)
 
 
 def _shares(scores: Array, weights: Array) -> Array:

@@ -97,8 +97,8 @@ class Response:
         if ends[0] <= 0.0 <= ends[1]:
             raise NotStatedError("the severest fault does not move the median of the score")
         self.sign = float(np.sign(shifts[-1]))
-        self._shifts = _rising(self.sign * shifts)
-        self._drawn = np.array([_rising(row) for row in self.sign * drawn_shifts])
+        self._shifts = rising(self.sign * shifts[None])
+        self._drawn = rising(self.sign * drawn_shifts)
 
     def reach(self, scores: ArrayLike, centre: ArrayLike) -> Reach:
         """The faults that a nuisance imitates and hides.
@@ -130,7 +130,7 @@ class Response:
         return np.concatenate([value for value, _ in pairs]), np.hstack([drawn for _, drawn in pairs])
 
     def _equivalent(self, shift: float, drawn: Array) -> EquivalentFault:
-        severity = float(_inverse(self._shifts[None], np.array([shift]), self.severity)[0])
+        severity = float(_inverse(self._shifts, np.array([shift]), self.severity)[0])
         draws = _inverse(self._drawn, drawn, self.severity)
         tails = [(1.0 - self.confidence) / 2.0, (1.0 + self.confidence) / 2.0]
         low, high = np.quantile(draws, tails, method="closest_observation").tolist()
@@ -141,10 +141,20 @@ class Response:
         return EquivalentFault("within", severity, low, high, self.confidence)
 
 
-def _rising(shifts: Array) -> Array:
-    from scipy.optimize import isotonic_regression
+def rising(rows: Array) -> Array:
+    """The rising sequence nearest to each row, shape (n, n_level).
 
-    return np.asarray(isotonic_regression(shifts).x, dtype=float)
+    Its k-th number is the largest over i ≤ k of the least over j ≥ k of the means from i to j: Robertson,
+    Wright and Dykstra, Order Restricted Statistical Inference (1988), section 1.4.
+    """
+    n_level = rows.shape[1]
+    sums = np.cumsum(np.insert(rows, 0, 0.0, axis=1), axis=1)
+    best = np.full(rows.shape, -np.inf)
+    for first in range(n_level):
+        means = (sums[:, first + 1 :] - sums[:, first : first + 1]) / np.arange(1, n_level - first + 1)
+        least = np.minimum.accumulate(means[:, ::-1], axis=1)[:, ::-1]
+        best[:, first:] = np.maximum(best[:, first:], least)
+    return best
 
 
 def _inverse(shifts: Array, asked: Array, severity: Array) -> Array:
@@ -167,7 +177,7 @@ def _inverse(shifts: Array, asked: Array, severity: Array) -> Array:
     after = np.clip(place, 1, len(severity) - 1)
     rows = np.arange(len(shifts))
     low, high = shifts[rows, after - 1], shifts[rows, after]
-    share = (asked - low) / np.where(high > low, high - low, 1.0)
+    share = np.clip((asked - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)
     logarithm = np.log(severity)
     inside = np.exp(logarithm[after - 1] + share * (logarithm[after] - logarithm[after - 1]))
     return np.where(place == 0, 0.0, np.where(place == len(severity), np.inf, inside))

@@ -60,6 +60,7 @@ class Detector:
         """Numbers of the faulty test records of each severity."""
         return {each: self.records.rows(each).size for each in self._faults}
 
+    @cached_property
     def detected(self) -> tuple[float, Array]:
         """The rate of detection, and how it might have come out with other records, shape (n_draw,).
 
@@ -105,7 +106,7 @@ def gain(reference: Detector, other: Detector, *, confidence: float = 0.95) -> G
 
     if reference.n_record != other.n_record or reference.healthy.size != other.healthy.size:
         raise NotStatedError("designs are compared on the same actuators; these differ in their records")
-    (before, drawn_before), (after, drawn_after) = reference.detected(), other.detected()
+    (before, drawn_before), (after, drawn_after) = reference.detected, other.detected
     value, deviation = after - before, float(np.std(drawn_after - drawn_before, ddof=1))
     p_value = 2.0 * float(ndtr(-abs(value) / deviation)) if deviation else math.nan
     spread = float(ndtri((1.0 + confidence) / 2.0)) * deviation

@@ -1,63 +1,11 @@
-"""What the records of a study say of nuisances: a score made of two of them, a leak and noise."""
+"""What the records of a study say of nuisances."""
 
 import numpy as np
 import pytest
 
-from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind, Population
+from hydrofdi.evaluation.populations import NOTHING, Kind, Population
 from hydrofdi.studies.nuisances import nuisances_of
-from hydrofdi.studies.records import Scored, StudyRecords
-
-BULK, FRICTION, IDLE = NAMES = ("fluid.bulk_modulus", "friction.scale", "supply.pressure")
-NOISE = 0.2
-
-
-class Study:
-    """Records of a score 3 x₁ + x₂ + 0 x₃ + noise + 2 lg(leak/1 mL/min), all x uniform about 0."""
-
-    def __init__(self):
-        self.draw = np.random.default_rng(3)
-        self.populations, self.scores, self.severity = [], [], []
-
-    def add(self, population, x, leak=0.0):
-        shift = 2.0 * np.log10(leak / 1e-3) if leak else 0.0
-        self.populations += [population]
-        self.scores += [3.0 * x[:, 0] + x[:, 1] + shift + NOISE * self.draw.standard_normal(len(x))]
-        self.severity += [np.full(len(x), leak)]
-
-    def uniform(self, n, *varied):
-        x = np.zeros((n, 3))
-        for name in varied:
-            x[:, NAMES.index(name)] = self.draw.uniform(-0.5, 0.5, n)
-        return x
-
-    def records(self):
-        order = np.random.default_rng(5).permutation(len(self.populations))
-        sizes = [self.scores[place].size for place in order]
-        joined = [np.concatenate([part[place] for place in order]) for part in (self.scores, self.severity)]
-        own = tuple(self.populations[place] for place in order)
-        return StudyRecords(own, np.repeat(np.arange(len(own)), sizes), joined[1]), Scored("score", joined[0])
-
-
-def study(alone=400, sobol=1024, levels=(0.01, 0.1, 1.0)):
-    made = Study()
-    for is_fit in (True, False):
-        made.add(Population("healthy", Kind.HEALTHY, is_fit), made.uniform(1000, *NAMES))
-    for level in levels:
-        made.add(Population(f"{level:g}", Kind.FAULT, False, level), made.uniform(200, *NAMES), level)
-    made.add(Population("stiffer", Kind.SHIFT), made.uniform(50, *NAMES) + 9.0)
-    if alone:
-        for name in NAMES:
-            made.add(Population(name, Kind.ALONE), made.uniform(alone, name))
-        made.add(Population(NOTHING, Kind.ALONE), made.uniform(alone))
-    if sobol:
-        a, b = made.uniform(sobol, *NAMES), made.uniform(sobol, *NAMES)
-        for name, x in ((FIRST, a), (SECOND, b), (AGAIN, a)):
-            made.add(Population(name, Kind.SOBOL), x)
-        for place, name in enumerate(NAMES):
-            page = a.copy()
-            page[:, place] = b[:, place]
-            made.add(Population(name, Kind.SOBOL), page)
-    return made
+from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, LITRES_PER_MINUTE, NOISE, study
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +36,7 @@ def test_a_nuisance_is_as_much_as_the_leak_that_moves_the_score_as_far(found):
     wide = study()
     wide.scores[wide.populations.index(Population(BULK, Kind.ALONE))] *= 2.0
     reach = {each.parameter: each for each in nuisances_of(*wide.records()).each}[BULK].reach
-    leak = 10.0 ** (2.7 / 2.0 - 3.0)
+    leak = 10.0 ** (2.7 / 2.0 - 3.0) * LITRES_PER_MINUTE
     for fault in (reach.imitated, reach.hidden):
         assert fault.severity == pytest.approx(leak, rel=0.3)
         assert fault.low < leak < fault.high

@@ -121,9 +121,6 @@ def are_shown(compared: Sequence[Gain | None]) -> tuple[bool, ...]:
     compared : sequence of Gain or None
         None where nothing is stated.
     """
-    p_values = [math.nan if each is None else each.p_value for each in compared]
-    corrected = holm(p_values).p_values.tolist()
-    return tuple(
-        each is not None and p_value <= 1.0 - each.confidence
-        for each, p_value in zip(compared, corrected, strict=True)
-    )
+    stated = [each for each in compared if each is not None]
+    corrected = iter(holm([each.p_value for each in stated]).p_values.tolist())
+    return tuple(each is not None and next(corrected) <= 1.0 - each.confidence for each in compared)

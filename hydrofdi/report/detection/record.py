@@ -9,6 +9,7 @@ from hydrofdi.evaluation.pod.detectable import DetectableSeverity
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.report.detection.nuisances import nuisance_records
 from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.studies.judgement import Detection, Judgement, Level
@@ -72,6 +73,7 @@ def _judgement_record(detection: Detection, judgement: Judgement) -> dict[str, A
         "is_in_pareto_set": scored.name in detection.pareto,
         "cost_ms_per_record": None if scored.cost is None else finite(1e3 * scored.cost),
         "design": design_record(detection),
+        "nuisances": nuisance_records(detection, judgement),
         "refusals": list(judgement.refusals),
         "remarks": [*judgement.remarks, *([scored.note] if scored.note else [])],
     }

@@ -11,12 +11,14 @@ from hydrofdi.report.composition import document_of
 from hydrofdi.report.detection.answer import answer_block
 from hydrofdi.report.detection.caveats import caveats_block
 from hydrofdi.report.detection.columns import detection_columns
+from hydrofdi.report.detection.designs import design_records, designs_block
 from hydrofdi.report.detection.false_alarms import false_alarms_block
 from hydrofdi.report.detection.levels import levels_block
 from hydrofdi.report.detection.populations import populations_block
 from hydrofdi.report.detection.ranking import ranking_block
 from hydrofdi.report.detection.record import detection_records, study_record
 from hydrofdi.report.detection.varied import Varied
+from hydrofdi.report.detection.why import why_block
 from hydrofdi.report.document import Block, Document
 from hydrofdi.studies.judgement import Detection
 
@@ -69,6 +71,8 @@ class DetectionReport:
             ranking_block(first),
             false_alarms_block(first),
             levels_block(first),
+            why_block(first),
+            designs_block(self.detections),
             caveats_block(first),
             *self.after,
         )
@@ -80,6 +84,7 @@ class DetectionReport:
             "experiment": self.name,
             "detection": [record for each in self.detections for record in detection_records(each)],
             "studies": [study_record(each) for each in self.detections],
+            "designs": design_records(self.detections),
         }
 
     def columns(self) -> dict[str, list[Any]]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.contract import FigureKind
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.figures.detection.densities import draw_densities
@@ -13,6 +14,7 @@ from hydrofdi.report.figures.detection.false_alarms import draw_false_alarms
 from hydrofdi.report.figures.detection.pod import draw_pod
 from hydrofdi.report.figures.detection.ranking import draw_ranking
 from hydrofdi.report.figures.detection.roc import draw_det, draw_roc
+from hydrofdi.report.figures.detection.tornado import draw_tornado
 from hydrofdi.studies.judgement import Detection
 
 _DRAWN: dict[str, Callable[[Detection], Any]] = {
@@ -22,6 +24,7 @@ _DRAWN: dict[str, Callable[[Detection], Any]] = {
     "det": draw_det,
     "false_alarms": draw_false_alarms,
     "densities": draw_densities,
+    "tornado": draw_tornado,
 }
 
 
@@ -30,6 +33,7 @@ def detection_figures(detection: Detection) -> dict[str, FigureKind]:
     return {
         name: FigureKind(caption, partial(_DRAWN[name], detection))
         for name, caption in _captions(detection).items()
+        if name != "tornado" or detection.records.chosen(Kind.ALONE, is_fit=False)
     }
 
 
@@ -54,4 +58,7 @@ def _captions(detection: Detection) -> dict[str, str]:
         " too few records for a rate",
         "densities": "Scores of healthy, shifted and leaking records, each scaled to its own largest density,"
         " those beyond the axis in its last bin; vertical lines: thresholds",
+        "tornado": f"What each nuisance alone does to a healthy score, told as the {quantity} that would do"
+        " the same. Right: what a healthy record in twenty looks like; left: what another one hides. Lines:"
+        f" {confidence} intervals; dotted: the smallest and the largest tested, beyond which nothing is said",
     }

@@ -6,14 +6,10 @@ from collections.abc import Sequence
 
 from hydrofdi.config.study.detection import ScoreConfig
 from hydrofdi.evaluation.populations import Kind
+from hydrofdi.records import Channel
 from hydrofdi.studies.records import Scored, StudyRecords
 
 _DETAILS = tuple(f"dwt.d{level}" for level in range(1, 6))
-
-_SYMBOLS = {
-    "chamber_1_pressure": "P1", "chamber_2_pressure": "P2", "supply_pressure": "Ps", "return_pressure": "Pr",
-    "piston_position": "x", "piston_velocity": "v", "spool_position": "xv", "input_voltage": "u",
-}  # fmt: skip
 
 
 def usual_scores(records: StudyRecords, scores: Sequence[Scored]) -> dict[str, ScoreConfig]:
@@ -32,7 +28,7 @@ def usual_scores(records: StudyRecords, scores: Sequence[Scored]) -> dict[str, S
     for sensors in dict.fromkeys(each.channels for each in scores if each.channels):
         names = [each.name for each in scores if each.channels and set(each.channels) <= set(sensors)]
         if len(names) > 1:
-            title = " ".join(_SYMBOLS.get(channel, channel) for channel in sensors)
+            title = " ".join(Channel(channel).symbol for channel in sensors)
             made |= {
                 f"{kind}({title})": ScoreConfig.model_validate({"kind": kind, "of": names}) for kind in kinds
             }

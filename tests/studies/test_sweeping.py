@@ -133,3 +133,14 @@ def test_truth_cannot_reach_an_indicator(study):
             assert np.array_equal(measured[name], columns[name], equal_nan=True), name
         else:
             assert measured[name].tolist() == columns[name].tolist(), name
+
+
+def test_each_record_is_transformed_from_its_own_start_phase(study):
+    runs = expand_runs(load_experiment(study)).runs.at(range(8))
+    jobs = [Job.of(run, str(row), 0.0, f"record {row}") for row, run in enumerate(runs)]
+    together = compute_columns(jobs)
+    assert len(set(runs.values("wavelet.phase"))) > 4
+    for row, job in enumerate(jobs):
+        alone = compute_columns([job])
+        for name in ("dwt.d1", "dwt.d5", "dwt.a5", "ring_down.frequency", f"dwt{ANALYSIS_ID}"):
+            assert together[name][row] == alone[name][0]

@@ -198,6 +198,23 @@ def test_a_step_is_stated_at_the_largest_true_severity_of_a_tested_level():
     assert (bound.place, bound.confidence) == ("within", 0.95)
 
 
+@pytest.mark.parametrize("axis", ["log", "linear"])
+def test_the_curve_rises_along_the_axis_of_the_score(axis):
+    records = study({FIT: 1000, TEST: 1000, **dict.fromkeys(LEVELS, 200)})
+    scored = rising(records, slope=4.0)
+    if axis == "linear":
+        values = np.random.default_rng(7).normal(size=records.severity.size) + 20.0 * records.severity
+        scored = replace(scored, values=values)
+    judgement = judge(records, scored, RULES)
+    high = judgement.threshold.high
+    truth = (high + norm.ppf(0.9)) / 20.0
+    if axis == "log":
+        truth = 0.1 * 10.0 ** ((high + norm.ppf(0.9) - 2.33) / 4.0)
+    assert judgement.curve.axis.name == axis
+    assert judgement.lack_of_fit.p_value > 0.05
+    assert 0.95 * truth < judgement.smallest["q90_95"].severity < 1.15 * truth
+
+
 def test_severities_within_one_level_give_no_slope():
     records = study({FIT: 300, TEST: 1000, **dict.fromkeys(LEVELS, 40)}, spread=0.02)
     draw = np.random.default_rng(5)

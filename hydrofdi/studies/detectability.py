@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -14,6 +15,7 @@ from hydrofdi.evaluation.pod.curve import PodCurve, probability_of_detection
 from hydrofdi.evaluation.pod.detectable import DetectableSeverity
 from hydrofdi.evaluation.pod.lack_of_fit import LackOfFit, lack_of_fit
 from hydrofdi.evaluation.pod.monotone import detected_level, last_shown
+from hydrofdi.evaluation.pod.profile import quantile_of_chi_square
 from hydrofdi.evaluation.pod.smallest import smallest_detectable
 from hydrofdi.evaluation.pod.tally import Tally
 from hydrofdi.evaluation.refusal import NotStatedError
@@ -103,21 +105,23 @@ def detectability(
         return Detectability()
     severity = np.concatenate([level.severity for level in known])
     outcomes = threshold.outcomes(np.concatenate([level.scores for level in known]))
-    curve = notes.unless_refused(lambda: _likelier_curve(severity, outcomes, floor, rules))
-    if curve is None:
+    curves = notes.unless_refused(lambda: _curves(severity, outcomes, floor, rules))
+    if curves is None:
         return Detectability()
+    curve = curves[0]
     fit = lack_of_fit(curve)
     tested = _tested(known, threshold)
-    return Detectability(curve, fit, _smallest(curve, fit, tested, _is_grouped(known), rules, notes))
+    return Detectability(curve, fit, _smallest(curves, fit, tested, _is_grouped(known), rules, notes))
 
 
-def _likelier_curve(severity: Array, outcomes: Array, floor: float, rules: Rules) -> PodCurve:
+def _curves(severity: Array, outcomes: Array, floor: float, rules: Rules) -> list[PodCurve]:
+    """Along either axis, the likelier first."""
     axes: tuple[AxisName, ...] = ("log", "linear")
     curves = [
         probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=rules.link, axis=axis)
         for axis in axes
     ]
-    return max(curves, key=lambda curve: curve.log_likelihood)
+    return sorted(curves, key=lambda curve: -curve.log_likelihood)
 
 
 def _with_severity(level: Part) -> Part:
@@ -141,9 +145,9 @@ def _tested(levels: Sequence[Part], threshold: Threshold) -> _Tested:
 
 
 def _smallest(
-    curve: PodCurve, fit: LackOfFit, tested: _Tested, is_grouped: bool, rules: Rules, notes: Notes
+    curves: Sequence[PodCurve], fit: LackOfFit, tested: _Tested, is_grouped: bool, rules: Rules, notes: Notes
 ) -> dict[str, DetectableSeverity]:
-    is_described = not fit.p_value < SIGNIFICANCE
+    curve, is_described = curves[0], not fit.p_value < SIGNIFICANCE
     if not is_described:
         notes.remarks.append(
             f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g}): what is"
@@ -160,25 +164,40 @@ def _smallest(
     if rules.n_tried > 1:
         confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, rules.n_tried)
     for name, confidence in confidences.items():
-        from_curve = curve if has_curve and not is_grouped else None
-        bound = notes.unless_refused(partial(_bound, from_curve, tested, rules.probability, confidence))
+        used = curves if has_curve and not is_grouped else ()
+        bound = notes.unless_refused(partial(_bound, used, tested, rules.probability, confidence))
         found |= {} if bound is None else {name: bound}
     return found
 
 
 def _bound(
-    curve: PodCurve | None, tested: _Tested, probability: float, confidence: float
+    curves: Sequence[PodCurve], tested: _Tested, probability: float, confidence: float
 ) -> DetectableSeverity:
-    """The bound from the curve, or from the tested levels where there is none."""
+    """The bound from the curves, or from the tested levels where there are none."""
     needed = records_needed(1.0 - probability, confidence)
-    n_record = int(tested.tally.total[-1] if curve is None else tested.tally.total.sum())
+    n_record = int(tested.tally.total.sum() if curves else tested.tally.total[-1])
     if n_record < needed:
-        where = " at the largest severity" if curve is None else ""
+        where = "" if curves else " at the largest severity"
         raise NotStatedError(
             f"a severity found with {probability:.3g} probability and {confidence:.5g} confidence needs"
             f" {needed} faulty records{where}, not {n_record}",
             needed,
         )
-    if curve is not None:
-        return smallest_detectable(curve, probability=probability, confidence=confidence)
-    return tested.bound(probability, confidence)
+    if not curves:
+        return tested.bound(probability, confidence)
+    bounds = [
+        smallest_detectable(curve, probability=probability, confidence=confidence)
+        for curve in _plausible(curves, confidence)
+    ]
+    return max(bounds, key=lambda bound: math.inf if bound.value is None else bound.severity)
+
+
+def _plausible(curves: Sequence[PodCurve], confidence: float) -> list[PodCurve]:
+    """Curves that the ratio of likelihoods does not reject; all are held against the likeliest."""
+    largest = curves[0].log_likelihood
+    drop = quantile_of_chi_square(2.0 * confidence - 1.0)
+    return [
+        replace(curve, log_likelihood=largest)
+        for curve in curves
+        if 2.0 * (largest - curve.log_likelihood) < drop and not curve.is_step
+    ]

@@ -108,6 +108,30 @@ def test_a_valve_and_sensors_that_are_not_nominal_are_found_and_hide_no_leak():
     assert (np.abs(plain["internal_coefficient"] - leaks) > 3e-10).all()
 
 
+def test_in_closed_loop_lap_is_found_and_samples_near_the_null_would_mislead():
+    settings = [
+        "record.duration=10 s", "control.law=pi", "input.shape=steps", "input.period=1 s", "valve.lap=0.8 um",
+    ]  # fmt: skip
+    parameters = load_experiment(None, settings).nominal_parameters
+    leaks = np.array([0.0, 3e-10])
+    signals = simulate_batch([parameters] * 2, list(leaks))
+    shown = batch(
+        {
+            P1: signals.chamber_1_pressure,
+            P2: signals.chamber_2_pressure,
+            X: signals.piston_position,
+            U: signals.input_voltage,
+        }
+    )
+    gated, kept = (
+        measured(shown, "flow_balance", spool="command", least_opening=size)[0] for size in (2e-6, 0.0)
+    )
+    np.testing.assert_allclose(gated["lap"], 0.8e-6, rtol=0.1)
+    error, misled = (np.abs(values["internal_coefficient"] - leaks).max() for values in (gated, kept))
+    assert error < 2e-11
+    assert misled > 3.0 * error
+
+
 def test_a_laminar_leak_is_seen_by_the_flow_past_piston_and_valve():
     settings = ["record.duration=6 s", "leakage.law=laminar", "leakage.laminar_reference=10 MPa"]
     signals = simulate_batch([load_experiment(None, settings).nominal_parameters], [1e-9])

@@ -29,6 +29,10 @@ def test_leakage_comes_out_at_any_bulk_modulus(runs, chambers, tolerance):
     assert (values["leakage_error"] < 0.03 / 60e3).all()
 
 
+def test_the_flow_gain_of_a_nominal_actuator_is_nominal(runs):
+    np.testing.assert_allclose(measured(runs, "pressure_balance")[0]["flow_gain"][:3], 1.0, atol=0.01)
+
+
 def test_the_softer_spring_is_the_longer_way(runs):
     """Twice the flow, areas, spring and volume are twice the leak."""
     one, _ = measured(runs, "pressure_balance", error="30 mm^3")

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from hydrofdi.indicators.stepping import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
 
@@ -37,8 +38,12 @@ class NominalActuator(Section):
     area_gradient: Annotated[float, SI("m", above=0)] = 20.75e-3
     """Orifice area gradient w [m]."""
 
-    spool: Literal["measured", "command"] = "measured"
-    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
+    spool: Literal["measured", "command", "square"] = "measured"
+    """Where the spool is: as measured, where the nominal valve puts it under the input voltage, or where a
+    square wave puts it that turns with the period of the drive or, unknown, with the jumps of P_1."""
+
+    drive_amplitude: Annotated[float, SI("V", above=0)] = 2.0
+    """Amplitude of the input voltage [V], for ``spool: square``."""
 
     spool_gain: Annotated[float, SI("m/V", above=0)] = 22e-6
     """Spool position gain k_v [m/V], for ``spool: command``."""
@@ -75,14 +80,17 @@ class NominalActuator(Section):
     @property
     def valve_channels(self) -> frozenset[Channel]:
         """The channels that the flow through the valve needs beside the chamber pressures."""
-        spool = Channel.SPOOL_POSITION if self.spool == "measured" else Channel.INPUT_VOLTAGE
+        shown_by = {"measured": {Channel.SPOOL_POSITION}, "command": {Channel.INPUT_VOLTAGE}}
         supply = {Channel.SUPPLY_PRESSURE} if self.supply == "measured" else set()
-        return frozenset({spool, *supply})
+        return frozenset(shown_by.get(self.spool, set()) | supply)
 
     def spool_position(self, records: RecordBatch) -> Array:
         """x_v [m], shape (n_record, n_time). A command is held between samples; the spool starts at rest."""
         if self.spool == "measured":
             return records[Channel.SPOOL_POSITION]
+        if self.spool == "square":
+            size = self.spool_gain * self.drive_amplitude
+            return size * alternating_side(records, records[Channel.CHAMBER_1_PRESSURE])
         from scipy.signal import cont2discrete, lfilter, lfilter_zi
 
         rate, command = 2.0 * np.pi * self.natural_frequency, records[Channel.INPUT_VOLTAGE]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+import numpy as np
+
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.transforms.steps import Steps, half_periods, jumps
@@ -71,6 +73,19 @@ def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -
                 records.start_time,
             )
     return jumps(signal, lag, spacing, least_share=options.least_jump)
+
+
+def alternating_side(records: RecordBatch, signal: Array) -> Array:
+    """+1 and −1 in turn, from step to step of a drive that is not measured, shape (n_record, n_time).
+
+    +1 is where the signal rises, such as the pressure of the chamber that is fed.
+    """
+    steps = drive_steps(records, SteppingOptions(), signal)
+    turns = np.zeros(signal.shape, dtype=int)
+    turns[steps.record, steps.sample] = 1
+    side = 1.0 - 2.0 * (np.cumsum(turns, axis=1) % 2)
+    rise = np.sum(side[:, :-1] * np.diff(signal, axis=1), axis=1, keepdims=True)
+    return side * np.where(rise < 0.0, -1.0, 1.0)
 
 
 def _shown_by(records: RecordBatch, options: SteppingOptions) -> str:

@@ -53,6 +53,17 @@ def test_one_pressure_is_enough_and_a_record_stands_alone(runs):
     assert_rows_stand_alone(runs, "pressure_balance")
 
 
+@pytest.mark.parametrize(("drive_period", "error"), [(2.0, 1e-10), (None, 2e-10)])
+def test_one_pressure_alone_is_enough_where_the_drive_is_a_square_wave(runs, drive_period, error):
+    alone = batch({P1: runs[P1]}, drive_period=drive_period)
+    options = {"chambers": 1, "spool": "square"}
+    values, _ = measured(alone, "pressure_balance", **options)
+    np.testing.assert_allclose(values["internal_coefficient"], LEAKS, rtol=0.15, atol=error)
+    falling_first, _ = measured(alone.window(500), "pressure_balance", **options)
+    np.testing.assert_allclose(falling_first["internal_coefficient"], LEAKS, rtol=0.15, atol=error)
+    assert_rows_stand_alone(alone, "pressure_balance", **options)
+
+
 def test_ringing_is_waited_for(runs):
     """Pressures ring after a step and the position does not; this must not count as leakage."""
     error = [

@@ -13,8 +13,9 @@ from hydrofdi.settings.quantities import SI
 class PressureBalanceOptions(BalanceOptions):
     """Options of `PressureBalance`: those of the flow balance, with longer windows after the ringing."""
 
-    spool: Literal["measured", "command"] = "command"
-    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
+    spool: Literal["measured", "command", "square"] = "command"
+    """Where the spool is: as measured, where the nominal valve puts it under the input voltage, or where a
+    square wave puts it that turns with the period of the drive or, unknown, with the jumps of P_1."""
 
     half_window: Annotated[int, Field(strict=True, ge=2)] = 75
     """Half the length of a window [samples]; windows overlap by half."""

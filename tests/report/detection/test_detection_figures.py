@@ -62,9 +62,8 @@ def equal(records):
 @pytest.mark.parametrize(
     "chosen",
     [
-        {"shifts": (), "confusions": ()},
-        {"confusions": ()},
-        {"severities": (0.5,)},
+        {"shifts": (), "confusions": (), "severities": (0.1, 0.3)},
+        {"severities": (0.5,), "confusions": ()},
         {"severities": ()},
         {"scores": one_score},
         {"scores": equal},
@@ -73,7 +72,7 @@ def equal(records):
     ids=str,
 )
 def test_a_study_that_carries_little_is_drawn_as_far_as_it_goes(chosen, tmp_path):
-    report = report_of(judged(**chosen))
+    report = report_of(judged(**{"n_healthy": 120, "n_other": 20, **chosen}))
     drawn, holes = draw_all(report, sorted(FIGURES))
     assert drawn.keys() | holes.keys() == FIGURES
     for figure in drawn.values():

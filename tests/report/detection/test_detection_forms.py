@@ -22,8 +22,10 @@ def document(detection):
 def plain(text):
     """A form without its marks."""
     text = re.sub(r"<[^>]*>", " ", text)
-    for mark in ("\\_", "$", "\\textbf", "\\", "{", "}", "*", "~"):
-        text = text.replace(mark, "_" if mark == "\\_" else "")
+    for mark, meaning in (("\\_", "_"), ("~", " "), ("\\textbf", "")):
+        text = text.replace(mark, meaning)
+    for mark in "$\\{}*":
+        text = text.replace(mark, "")
     return " ".join(text.replace("--", "–").replace("&gt;", ">").replace("le ", "≤ ").split())
 
 

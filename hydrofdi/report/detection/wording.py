@@ -14,8 +14,6 @@ from hydrofdi.report.wording import HOLE, joined
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.units import convert
 
-_TOGETHER = "\N{NO-BREAK SPACE}"
-
 _IN_WORDS = {
     0.1: "one false alarm in ten",
     0.01: "one false alarm in a hundred",
@@ -73,7 +71,7 @@ def severity_unit(detection: Detection) -> SeverityUnit:
 
 def sensors(judgement: Judgement) -> str:
     """What a score needs of a machine, such as ``P1 P2 x u``; a hole where it does not say so."""
-    return _TOGETHER.join(_symbols(judgement)) or HOLE
+    return " ".join(_symbols(judgement)) or HOLE
 
 
 def sensors_in_words(judgement: Judgement) -> str:

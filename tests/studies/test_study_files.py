@@ -131,3 +131,11 @@ def test_a_plan_names_populations_and_designs_not_every_draw(loaded, tmp_path):
     lines = run("plan", tmp_path / "study.yaml", "--out", tmp_path / "out", check=0).stdout
     assert "300: 150 records, in each of 2 designs" in lines
     assert "population fault 1 L/min: 50 to fit, 5 to test" in lines
+
+
+def test_an_impossible_draw_is_a_mistake_of_the_study(loaded):
+    from hydrofdi.config import expand_runs
+
+    text = STUDY + "  shifts: {deep: {wavelet.levels: 12}}\n"
+    with pytest.raises(ConfigError, match=r"^study: at .* is too short for 12 levels"):
+        expand_runs(loaded(text))

@@ -65,6 +65,7 @@ class Expansion:
             name: value for name, value in self._baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
         }
         self._choice = experiment.indicator_choice
+        self._key = "study" if experiment.study else "sweep"
         self._replicates = experiment.replicates
         drawn = (*self._replicates.over, "measurement.seed") if self._replicates.count else ()
         varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline, *drawn)}
@@ -143,7 +144,7 @@ class Expansion:
         try:
             return pool.number(replace_fields(pool.sections[0], fields)) if fields else 0
         except ValueError as error:
-            raise _impossible(self._points.values(point), error) from None
+            raise _impossible(self._points.values(point), error, self._key) from None
 
     def _require_fit(self, numbers: Numbers, changed: Iterable[str], values: Any) -> None:
         """Check that the sections of rows fit each other, where some of them were changed by values."""
@@ -157,7 +158,7 @@ class Expansion:
                 try:
                     frame.request(row).require_fit(fitting)
                 except ValueError as error:
-                    raise _impossible(values(row), error) from None
+                    raise _impossible(values(row), error, self._key) from None
 
     def _changed(self, numbers: Numbers, changes: Mapping[str, Any]) -> Numbers:
         """Rows with dotted values replaced."""
@@ -246,7 +247,7 @@ def _fields(values: Mapping[str, Any], section: str) -> tuple[tuple[str, Any], .
     return tuple((field, value) for owner, field, value in split if owner == section)
 
 
-def _impossible(values: Mapping[str, Any], error: ValueError, key: str = "sweep") -> ConfigError:
+def _impossible(values: Mapping[str, Any], error: ValueError, key: str) -> ConfigError:
     reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
     return ConfigError([Mistake(f"at {shown_values(values)}: {reason}", key)])
 

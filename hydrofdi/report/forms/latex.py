@@ -15,6 +15,7 @@ _ESCAPES = {
     "|": r"\textbar{}", "δ": r"$\delta$", "β": r"$\beta$", "ζ": r"$\zeta$", "µ": r"$\mu$", "μ": r"$\mu$",
     "·": r"$\cdot$", "–": "--", "…": r"\dots{}", "±": r"$\pm$", "′": "$'$", "²": r"$^{2}$", "³": r"$^{3}$",
     "√": r"$\surd$", "×": r"$\times$", "≥": r"$\ge$", "≤": r"$\le$", "→": r"$\to$", "−": "$-$",
+    "↑": r"$\uparrow$", "↓": r"$\downarrow$", "↕": r"$\updownarrow$",
     "\N{NO-BREAK SPACE}": "~",
 }  # fmt: skip
 

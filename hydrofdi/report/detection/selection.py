@@ -7,7 +7,7 @@ import re
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.studies.judgement import Detection, Judgement, Level
 
-_PAPER = re.compile(r"dwt\.d[23]|paper\b.*")
+_PAPER = re.compile(r"dwt\.d[23]|largest_change\b.*")
 """Rules of the paper: d2 and d3 of P1, and the largest positive of the details."""
 
 
@@ -26,8 +26,12 @@ def of_the_paper(detection: Detection) -> tuple[Judgement, ...]:
 
 
 def foremost(detection: Detection, most: int) -> tuple[Judgement, ...]:
-    """The best of each set of sensors, then the rules of the paper, then the next best; at most so many."""
-    named, best = of_the_paper(detection), best_of_sensors(detection)
+    """The best of each set of sensors, then the rules of the paper, then the next best; at most so many.
+
+    Sets of sensors with which nothing is found come after the rules of the paper.
+    """
+    named = of_the_paper(detection)
+    best = sorted(best_of_sensors(detection), key=lambda each: each.smallest["q90_95"].value is None)
     room = max(most - len(named), 1)
     chosen = distinct(*best[:room], *named, *best[room:], *detection.judgements)
     first = {each.scored.name for each in chosen[:most]}

@@ -59,6 +59,19 @@ def test_the_figure_of_false_alarms_shows_rates_and_intervals(detection):
         assert {round(100.0 * end, 6) for end in (rate.low, rate.value, rate.high)} <= drawn
 
 
+def test_equal_scores_are_not_called_apart():
+    detection = judged(scores=equal, n_healthy=120, n_other=20)
+    assert "apart" not in texts(draw_figure(report_of(detection), "det"))
+
+
+def test_scores_that_never_overlap_are_called_apart():
+    def easy(records):
+        return [made_up_score(records, "easy", gain=1e4)]
+
+    detection = judged(scores=easy, n_healthy=120, n_other=20, severities=(0.1, 1.0))
+    assert "all apart" in texts(draw_figure(report_of(detection), "det"))
+
+
 def one_score(records):
     return [made_up_score(records, "constant", gain=0.0, missing=1.0)]
 

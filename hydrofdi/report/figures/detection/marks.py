@@ -36,7 +36,7 @@ def level_color(place: int, count: int) -> Any:
     """Colour of a severity, from the smallest to the largest; readable on light and on dark ground."""
     import matplotlib
 
-    return matplotlib.colormaps[LEVEL_COLORS](0.15 + 0.7 * place / max(count - 1, 1))
+    return matplotlib.colormaps[LEVEL_COLORS](0.3 + 0.52 * place / max(count - 1, 1))
 
 
 def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:
@@ -79,7 +79,7 @@ def panels(count: int, columns: int, *, width: float, height: float, **shared: A
 
     columns = min(count, columns)
     rows = -(-count // columns)
-    figure = Figure(figsize=(max(width * columns, 5.0), height * rows + 0.4), layout="constrained")
+    figure = Figure(figsize=(max(width * columns, 9.0), height * rows + 0.4), layout="constrained")
     axes = list(figure.subplots(rows, columns, squeeze=False, **shared).flat)
     for axis in axes[:count]:
         axis.tick_params(labelsize=7.5)

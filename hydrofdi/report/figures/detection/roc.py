@@ -91,7 +91,7 @@ def draw_det(detection: Detection) -> Any:
     for axis, judgement in zip(axes, shown, strict=True):
         if not axis.lines:
             where: dict[str, Any] = {"x": 0.5, "y": 0.25, "ha": "center", "transform": axis.transAxes}
-            axis.text(s="healthy and leaking records\nare all apart", fontsize=8, **where)
+            axis.text(s=_why_no_line(judgement), fontsize=8, **where)
         axis.set_title(titled(judgement), fontsize=8.5)
         _frame(axis, detection, rising=False)
     figure.supxlabel("false alarms [%]", fontsize=9)
@@ -99,6 +99,13 @@ def draw_det(detection: Detection) -> Any:
     title = f"{unit.quantity}{f' [{unit.name}]' if unit.name else ''}"
     figure.legend(handles=handles, loc="outside upper center", ncols=9, title=title)
     return figure
+
+
+def _why_no_line(judgement: Judgement) -> str:
+    areas = [level.area.value for level in judgement.levels if level.area is not None]
+    if areas and min(areas) == 1.0:
+        return "healthy and leaking records\nare all apart"
+    return "too few different scores"
 
 
 def _levels(detection: Detection, most: int) -> tuple[Population, ...]:

@@ -17,6 +17,9 @@ from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.regression import regress
 
+_REWEIGHTING = 4
+"""Rounds of weights where the estimate is robust."""
+
 
 class BalanceOptions(UncertainActuator):
     """Options of `Balance`: what is known of the actuator, how well, and which samples count."""
@@ -38,6 +41,9 @@ class BalanceOptions(UncertainActuator):
     error: Annotated[float, SI("m^3", above=0)] = 4e-9
     """Standard deviation of what the balance of a window leaves [m³]; it weighs the record against the
     deviations of the actuator."""
+
+    robust: bool = False
+    """Whether windows that fit badly count less: those in which a force on the piston jumps."""
 
     reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
@@ -115,6 +121,7 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
         found = regress(
             columns * counts[:, None, None], target * counts[:, None],
             np.array(list(deviations.values())), options.error,
+            _REWEIGHTING if options.robust else 0,
         )  # fmt: skip
 
         def estimate(**factors: float) -> tuple[Array, Array]:

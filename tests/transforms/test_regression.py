@@ -60,3 +60,16 @@ def test_an_unknown_that_nothing_moves_keeps_its_prior():
     np.testing.assert_allclose(found.values, [[2.0, 0.0]], atol=1e-12)
     total, deviation = found.combined(np.array([0.0, 2.0]))
     np.testing.assert_allclose((total, deviation), ([0.0], [0.5]), atol=1e-12)
+
+
+def test_equations_that_leave_much_are_weighed_down():
+    draw = np.random.default_rng(4)
+    columns = draw.normal(size=(3, 2, 1, 300))
+    target = 2.0 * columns[:, 0] - columns[:, 1] + 0.01 * draw.normal(size=(3, 1, 300))
+    target[:, 0, ::10] += 5.0
+    columns[:, :, 0, ::7], target[:, 0, ::7] = 0.0, 0.0
+    plain, robust = regress(columns, target), regress(columns, target, n_reweighting=4)
+    assert (np.abs(robust.values - [2.0, -1.0]) < 5e-3).all()
+    assert (np.abs(plain.values - [2.0, -1.0]).max(axis=1) > 5e-2).all()
+    alone = regress(columns[1:2], target[1:2], n_reweighting=4)
+    np.testing.assert_array_equal(alone.values[0], robust.values[1])

@@ -17,7 +17,7 @@ class PressureBalanceOptions(BalanceOptions):
     """Where the spool is: as measured, where the nominal valve puts it under the input voltage, or where a
     square wave puts it that turns with the period of the drive or, unknown, with the jumps of P_1."""
 
-    half_window: Annotated[int, Field(strict=True, ge=2)] = 75
+    half_window: Annotated[int, Field(strict=True, ge=2)] = 36
     """Half the length of a window [samples]; windows overlap by half."""
 
     settling: Annotated[float, SI("s", least=0)] = 0.1
@@ -25,6 +25,9 @@ class PressureBalanceOptions(BalanceOptions):
 
     error: Annotated[float, SI("m^3", above=0)] = 30e-9
     """Standard deviation of what the balance of a window leaves [m³]."""
+
+    robust: bool = True
+    """Whether windows that fit badly count less: those in which a force on the piston jumps."""
 
 
 class PressureBalance(Balance[PressureBalanceOptions]):
@@ -41,8 +44,8 @@ class PressureBalance(Balance[PressureBalanceOptions]):
         " unknowns as in flow_balance"
     )
     caution = (
-        "For a load that is a spring, moved by steps; other forces on the piston, and position control, count"
-        " as leakage. β hardly differs from the spring, so it keeps near its nominal value."
+        "For a load that is a spring: other forces that change slowly count as leakage; those that jump are"
+        " weighed down. β hardly differs from the spring, so it keeps near its nominal value."
     )
     by_spring = True
     Options = PressureBalanceOptions

@@ -61,7 +61,7 @@ def described(name: str, value: Any) -> str:
     kind, arguments = next(iter(value.items())) if isinstance(value, dict) else ("", [value])
     n_own = 1 if kind == "lognormal" else len(arguments)
     shown, unit = _in_one_unit(name, arguments[:n_own])
-    shown += [f"{factor:.4g}" for factor in arguments[n_own:]]
+    shown += map(_four_digits, arguments[n_own:])
     written = _WRITTEN.get(kind, "")
     if not written or len(shown) != written.count("{}"):
         written = f"{' or '.join(shown)} {{unit}}"
@@ -75,5 +75,9 @@ def _in_one_unit(name: str, values: list[Any]) -> tuple[list[str], str]:
     if len(numbers) < len(values) or not numbers:
         return [str(value) for value in values], ""
     unit = next((unit for unit, least in _READABLE.get(own, ()) if max(numbers) >= least), own)
-    shown = [f"{convert(value, unit) if unit != own else value:.4g}" for value in values]
+    shown = [_four_digits(convert(value, unit) if unit != own else value) for value in values]
     return shown, "" if unit == "1" else unit.replace("*", "·")
+
+
+def _four_digits(value: float) -> str:
+    return f"{float(f'{value:.4g}'):g}"

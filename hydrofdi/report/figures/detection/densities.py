@@ -53,8 +53,8 @@ def _draw_one(
 ) -> None:
     unit = judgement.scored.unit
     scores = [_finite(judgement.scored.values[detection.records.rows(each)]) for each in populations]
-    sound = [own for own, each in zip(scores, populations, strict=True) if each.kind is not Kind.FAULT]
-    edges = _edges(_limits(judgement), sound, scores)
+    healthy = [own for own, each in zip(scores, populations, strict=True) if each.kind is Kind.HEALTHY]
+    edges = _edges(_limits(judgement), healthy, scores)
     for row, (population, own) in enumerate(zip(populations, scores, strict=True)):
         counts, _ = np.histogram(np.clip(own, edges[0], edges[-1]), edges)
         if counts.any():
@@ -82,9 +82,9 @@ def _limits(judgement: Judgement) -> list[float]:
     return [end for end in ends if np.isfinite(end)]
 
 
-def _edges(limits: list[float], sound: list[Array], scores: list[Array]) -> Array:
-    """Edges of the bins: all but the rarest scores, as far as the sound ones can still be seen."""
-    near, far = _span(limits, sound), _span(limits, scores)
+def _edges(limits: list[float], healthy: list[Array], scores: list[Array]) -> Array:
+    """Edges of the bins: all but the rarest scores, as far as the healthy ones can still be seen."""
+    near, far = _span(limits, healthy), _span(limits, scores)
     reach = _WIDEST * (near[1] - near[0]) or max(abs(near[1]), 1.0)
     low, high = max(far[0], near[0] - reach), min(far[1], near[1] + reach)
     margin = 0.03 * (high - low) or 0.5 * reach

@@ -56,12 +56,12 @@ def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:
 
 def titled(judgement: Judgement, width: int = 30) -> str:
     """Name and sensors over a panel; a long name is broken after its dot, then after underscores."""
-    name = judgement.scored.name
+    name, needs = judgement.scored.name, sensors(judgement)
     if len(name) > width:
         head, dot, tail = name.partition(".")
         parts = [head + dot, *wrap(tail.replace("_", "_ "), width)]
         name = "\n".join(part.replace("_ ", "_") for part in parts)
-    return f"{name}\n({sensors(judgement)})"
+    return name if f"({needs})" in name else f"{name}\n({needs})"
 
 
 def panels(count: int, columns: int, *, width: float, height: float, **shared: Any) -> tuple[Any, list[Any]]:

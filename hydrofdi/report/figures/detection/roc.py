@@ -173,4 +173,5 @@ def _frame(axis: Any, detection: Detection, *, rising: bool) -> None:
 
 
 def _named(judgement: Judgement) -> str:
-    return f"{judgement.scored.name} ({sensors(judgement)})"
+    name, needs = judgement.scored.name, sensors(judgement)
+    return name if f"({needs})" in name else f"{name} ({needs})"

@@ -11,7 +11,9 @@ import numpy as np
 
 from hydrofdi.assessment.plan_warnings import (
     NEAR_BAND_EDGE,
+    few_of,
     folding_warnings,
+    near_edge_warnings,
     period_count,
     place_in_bands,
     record_warnings,
@@ -201,23 +203,18 @@ def _problems(found: Inspection) -> Iterator[str]:
                 f"the step of {found.step:g} s is too long for the {part}:"
                 f" Runge-Kutta is stable up to {limit:.3g} s"
             )
-    failed = [mode for mode in found.modes if mode.status != "ok"]
-    for mode in failed:
-        conditions = f"EBM {mode.bulk_modulus / 1e6:g} MPa, K_i {mode.leakage_coefficient:.3g}"
-        yield f"the run at {conditions} failed: {mode.status}"
+    failed: dict[str, list[str]] = {}
+    for mode in (mode for mode in found.modes if mode.status != "ok"):
+        condition = f"EBM {mode.bulk_modulus / 1e6:g} MPa with K_i {mode.leakage_coefficient:.3g}"
+        failed.setdefault(mode.status, []).append(condition)
+    for status, conditions in failed.items():
+        yield f"{status}: {len(conditions)} of {len(found.modes)} runs, at {few_of(conditions)}"
 
 
 def _warnings(found: Inspection) -> Iterator[str]:
-    near = {
-        (f"{mode.frequency:.1f}", mode.bulk_modulus): mode
-        for mode in found.modes
-        if mode.octaves_to_edge < NEAR_BAND_EDGE
-    }
-    for mode in near.values():
-        yield (
-            f"f_h = {mode.frequency:.1f} Hz at EBM {mode.bulk_modulus / 1e6:g} MPa is"
-            f" {mode.octaves_to_edge:.2f} octaves from the edge of a band: two levels answer"
-        )
+    yield from near_edge_warnings(
+        (mode.frequency, mode.bulk_modulus) for mode in found.modes if mode.octaves_to_edge < NEAR_BAND_EDGE
+    )
     yield from found.folding
     yield from record_warnings(found.n_period, found.boundary_shares)
     for level, noise in enumerate(found.noise, 1):

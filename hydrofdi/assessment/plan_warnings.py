@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from hydrofdi.assessment.step_limits import Distinct, step_warnings, undamped_frequency
 from hydrofdi.config import RunParameters
@@ -19,6 +19,8 @@ MANY_BOUNDARY_COEFFICIENTS = 0.25
 
 FEW_SAMPLES = 20
 """Samples per period of an intermittent leak below which its mean flow, a mean over samples, is off."""
+
+_FEW = 3
 
 Bands = Sequence[tuple[float, float]]
 
@@ -54,11 +56,26 @@ def band_warnings(distinct: Distinct) -> list[str]:
         if place_in_bands(frequency, level_bands(run.record.sampling_frequency, run.wavelet.levels))[1]
         < NEAR_BAND_EDGE
     ]
-    if not near:
-        return []
-    named = ", ".join(f"{frequency:.1f} Hz at EBM {modulus / 1e6:g} MPa" for frequency, modulus in near[:3])
-    more = f" and {len(near) - 3} more" if len(near) > 3 else ""
-    return [f"f_h is near the edge of a band, where two levels answer: {named}{more} (see 'hydrofdi check')"]
+    return [f"{sentence} (see 'hydrofdi check')" for sentence in near_edge_warnings(near)]
+
+
+def near_edge_warnings(near: Iterable[tuple[float, float]]) -> list[str]:
+    """A sentence on modes near the edge of a band; none where there are no such.
+
+    Parameters
+    ----------
+    near : iterable of (float, float)
+        f_h [Hz] and EBM [Pa] of each.
+    """
+    named = [f"{frequency:.1f} Hz at EBM {modulus / 1e6:g} MPa" for frequency, modulus in near]
+    return [f"f_h is near the edge of a band, where two levels answer: {few_of(named)}"] if named else []
+
+
+def few_of(texts: Iterable[str]) -> str:
+    """The first three different ones of many texts, and how many more there are."""
+    different = list(dict.fromkeys(texts))
+    more = f" and {len(different) - _FEW:,} more" if len(different) > _FEW else ""
+    return ", ".join(different[:_FEW]) + more
 
 
 def _onset_warnings(distinct: Distinct) -> list[str]:

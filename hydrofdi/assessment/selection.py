@@ -14,6 +14,7 @@ from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_run
 from hydrofdi.config.parameters import SENSING
 from hydrofdi.config.request import OBSERVATION
 from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.config.study.table import StudyTable
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import WIDTH
 
@@ -49,7 +50,8 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
     """The runs of an experiment that differ in more than sensors and analysis, up to a number.
 
     Where there are more, the first run of every EBM × leakage is chosen, then the first of every
-    value of what varies besides. In an ensemble, a leakage that cannot be reached is a run without K_i.
+    value of what varies besides; of a study, the first run of every population, then the second, and so on.
+    In an ensemble, a leakage that cannot be reached is a run without K_i.
 
     Raises
     ------
@@ -59,7 +61,11 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
     table = expand_runs(experiment)
     labels = tuple(name for name in table.axes if _is_label(name))
     distinct = table.runs.first(*(name for name in RunParameters.model_fields if name not in SENSING))
-    chosen = sorted(_most_different(table.runs, labels, distinct)[:most])
+    if table.study is None:
+        ordered = _most_different(table.runs, labels, distinct)
+    else:
+        ordered = distinct[np.argsort(_places(table.study)[distinct], kind="stable")].tolist()
+    chosen = sorted(ordered[:most])
     return Selection(
         _jobs(list(table.runs.at(chosen)), experiment),
         labels,
@@ -75,6 +81,15 @@ def _most_different(runs: Runs, labels: tuple[str, ...], distinct: NDArray[np.in
     for position in runs.first(*{name.partition(".")[0] for name in labels}).tolist():
         others.setdefault(tuple(runs[position].parameters.shown_value(name) for name in labels), position)
     return list(dict.fromkeys([*modes, *others.values(), *distinct.tolist()]))
+
+
+def _places(study: StudyTable) -> NDArray[np.intp]:
+    """The place of each run in its population."""
+    places = np.empty(len(study.of_run), dtype=np.intp)
+    for population in range(len(study.populations)):
+        own = np.flatnonzero(study.of_run == population)
+        places[own] = np.arange(len(own))
+    return places
 
 
 def _jobs(runs: Sequence[RunSpec], experiment: ExperimentConfig) -> Jobs:

@@ -11,8 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.assessment import Convergence, Inspection, LeakageTarget
+from hydrofdi.cli.mode_table import cell, print_modes, table
 from hydrofdi.cli.terminal import terminal
-from hydrofdi.report.wording import labels_text
 from hydrofdi.units import convert
 
 
@@ -26,10 +26,7 @@ def print_inspection(found: Inspection) -> None:
     console.print(Text("Step", style="bold"))
     console.print(f"{convert(found.step, 'ms'):g} ms; {found.binding} binds; stable up to [ms]: {limits}\n")
     console.print(Text("Hydraulic mode", style="bold"))
-    console.print(_mode_table(found))
-    for text, number in _condition_marks(found).items():
-        if text:
-            console.print(f"({number}) {text}")
+    print_modes(found)
     if found.n_left_out:
         console.print(f"{found.n_left_out:,} further runs are left out")
     console.print()
@@ -49,74 +46,26 @@ def print_inspection(found: Inspection) -> None:
         console.print("no warnings")
 
 
-def _mode_table(found: Inspection) -> Table:
-    marks = _condition_marks(found)
-    table = _table(
-        "EBM\nMPa", "K_i\nm³/s/√Pa", "leakage\nL/min", "of piston\nflow", "at 10 MPa\nL/min", "f_h\nHz",
-        "ζ\n", "band\n", "octaves\nto edge", "stroke\nused",
-    )  # fmt: skip
-    if len(marks) > 1:
-        table.add_column("see\nbelow", justify="right")
-    for mode in found.modes:
-        table.add_row(
-            f"{convert(mode.bulk_modulus, 'MPa'):g}",
-            f"{mode.leakage_coefficient:.3g}",
-            _cell(convert(mode.mean_leakage_flow, "L/min"), ".3g"),
-            _cell(mode.piston_share, ".1%"),
-            f"{convert(mode.leakage_flow_at_reference, 'L/min'):.3g}",
-            _cell(mode.frequency, ".1f"),
-            _cell(mode.damping_ratio, ".4f"),
-            _band_name(mode.level, len(found.bands)) if mode.status == "ok" else mode.status,
-            _cell(mode.octaves_to_edge, ".2f"),
-            _cell(mode.stroke_share, ".0%"),
-            *([f"({marks[labels_text(mode.labels)]})"] if len(marks) > 1 else []),
-        )
-    return table
-
-
-def _condition_marks(found: Inspection) -> dict[str, int]:
-    """Further parameters as text → the number that stands for them, in order of appearance."""
-    texts = dict.fromkeys(labels_text(mode.labels) for mode in found.modes)
-    return {text: number for number, text in enumerate(texts, 1)}
-
-
 def _noise_table(found: Inspection) -> Table:
-    table = _table("level", "noise\nkPa", "weakest run\nkPa", "share\n")
+    shown = table("level", "noise\nkPa", "weakest run\nkPa", "share\n")
     for level, noise in enumerate(found.noise, 1):
-        table.add_row(
+        shown.add_row(
             f"d{level}",
             f"{convert(noise.noise, 'kPa'):.3g}",
-            _cell(convert(noise.weakest_rms, "kPa"), ".4g"),
-            _cell(noise.share, ".1%"),
+            cell(convert(noise.weakest_rms, "kPa"), ".4g"),
+            cell(noise.share, ".1%"),
         )
-    return table
-
-
-def _cell(value: float, form: str) -> str:
-    return format(value, form) if math.isfinite(value) else "–"
-
-
-def _band_name(level: int, n_level: int) -> str:
-    if level == 0:
-        return "above d1"
-    return f"d{level}" if level <= n_level else f"below d{n_level}"
-
-
-def _table(*headers: str) -> Table:
-    table = Table(box=None, pad_edge=False)
-    for header in headers:
-        table.add_column(header, justify="right")
-    return table
+    return shown
 
 
 def print_convergence(found: Convergence) -> None:
     """The change of the features from step to step, and the step that is good enough."""
     console = terminal()
     console.print(Text("\nLargest change of the detail RMS when the step is halved", style="bold"))
-    table = _table("step [ms]", *(f"d{level}" for level in range(1, len(found.changes[0]) + 1)))
+    shown = table("step [ms]", *(f"d{level}" for level in range(1, len(found.changes[0]) + 1)))
     for step, change in zip(found.steps, found.changes, strict=True):
-        table.add_row(f"{convert(step, 'ms'):g}", *(f"{value:.1e}" for value in change))
-    console.print(table)
+        shown.add_row(f"{convert(step, 'ms'):g}", *(f"{value:.1e}" for value in change))
+    console.print(shown)
     if found.good_enough is None:
         console.print(f"no step down to {found.steps[-1]:g} s keeps within {found.tolerance:g}")
     else:
@@ -125,15 +74,15 @@ def print_convergence(found: Convergence) -> None:
 
 def print_targets(targets: Sequence[LeakageTarget]) -> None:
     """Leakage flows with their coefficients."""
-    table = _table("mean leakage\nL/min", "K_i (orifice)\nm³/s/√Pa", "laminar\nm³/(s·Pa)", "of piston\nflow")
+    shown = table("mean leakage\nL/min", "K_i (orifice)\nm³/s/√Pa", "laminar\nm³/(s·Pa)", "of piston\nflow")
     for target in targets:
-        table.add_row(
+        shown.add_row(
             f"{convert(target.flow, 'L/min'):.4g}",
             f"{target.coefficient:.6g}",
             f"{target.laminar_coefficient:.4g}",
             f"{target.piston_share:.2%}",
         )
-    terminal().print(table)
+    terminal().print(shown)
 
 
 def inspection_record(found: Inspection, convergence: Convergence | None) -> dict[str, Any]:

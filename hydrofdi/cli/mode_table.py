@@ -1,0 +1,95 @@
+"""The hydraulic modes of inspected runs on the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from hydrofdi.assessment import Inspection
+from hydrofdi.assessment.inspection import ModeOfRun
+from hydrofdi.cli.terminal import terminal
+from hydrofdi.report.wording import labels_text
+from hydrofdi.units import convert
+
+_MOST_ROWS = 24
+"""Runs up to which each has a row; of more, such as those of a sample, the ranges are shown."""
+
+_COLUMNS: dict[str, tuple[Callable[[ModeOfRun], float], str]] = {
+    "EBM\nMPa": (lambda mode: convert(mode.bulk_modulus, "MPa"), "g"),
+    "K_i\nm³/s/√Pa": (lambda mode: mode.leakage_coefficient, ".3g"),
+    "leakage\nL/min": (lambda mode: convert(mode.mean_leakage_flow, "L/min"), ".3g"),
+    "of piston\nflow": (lambda mode: mode.piston_share, ".1%"),
+    "at 10 MPa\nL/min": (lambda mode: convert(mode.leakage_flow_at_reference, "L/min"), ".3g"),
+    "f_h\nHz": (lambda mode: mode.frequency, ".1f"),
+    "ζ\n": (lambda mode: mode.damping_ratio, ".4f"),
+    "octaves\nto edge": (lambda mode: mode.octaves_to_edge, ".2f"),
+    "stroke\nused": (lambda mode: mode.stroke_share, ".0%"),
+}
+"""Header → number of a run, and its form."""
+
+
+def print_modes(found: Inspection) -> None:
+    """A row for each run and its further parameters below, or the ranges of many runs."""
+    console = terminal()
+    if len(found.modes) > _MOST_ROWS:
+        console.print(_ranges(found))
+        console.print(f"of {len(found.modes)} runs; --json has each")
+        return
+    console.print(_rows(found))
+    for text, number in _condition_marks(found).items():
+        if text:
+            console.print(f"({number}) {text}")
+
+
+def _rows(found: Inspection) -> Table:
+    marks, headers = _condition_marks(found), list(_COLUMNS)
+    shown = table(*headers[:-2], "band\n", *headers[-2:], *(["see\nbelow"] if len(marks) > 1 else []))
+    for mode in found.modes:
+        cells = [cell(number(mode), form) for number, form in _COLUMNS.values()]
+        band = _band_name(mode.level, len(found.bands)) if mode.status == "ok" else mode.status
+        mark = [f"({marks[labels_text(mode.labels)]})"] if len(marks) > 1 else []
+        shown.add_row(*cells[:-2], band, *cells[-2:], *mark)
+    return shown
+
+
+def _ranges(found: Inspection) -> Table:
+    shown = table("", *_COLUMNS)
+    numbers = np.array([[number(mode) for number, _ in _COLUMNS.values()] for mode in found.modes])
+    for name, place in (("least", 0.0), ("median", 0.5), ("largest", 1.0)):
+        row = [_quantile(own[np.isfinite(own)], place) for own in numbers.T]
+        forms = (form for _, form in _COLUMNS.values())
+        shown.add_row(name, *(cell(value, form) for value, form in zip(row, forms, strict=True)))
+    return shown
+
+
+def _quantile(values: NDArray[np.float64], place: float) -> float:
+    return float(np.quantile(values, place)) if values.size else math.nan
+
+
+def _condition_marks(found: Inspection) -> dict[str, int]:
+    """Further parameters as text → the number that stands for them, in order of appearance."""
+    texts = dict.fromkeys(labels_text(mode.labels) for mode in found.modes)
+    return {text: number for number, text in enumerate(texts, 1)}
+
+
+def _band_name(level: int, n_level: int) -> str:
+    if level == 0:
+        return "above d1"
+    return f"d{level}" if level <= n_level else f"below d{n_level}"
+
+
+def table(*headers: str) -> Table:
+    """A plain table of numbers."""
+    made = Table(box=None, pad_edge=False)
+    for header in headers:
+        made.add_column(header, justify="right")
+    return made
+
+
+def cell(value: float, form: str) -> str:
+    """A number; a dash where there is none."""
+    return format(value, form) if math.isfinite(value) else "–"

@@ -52,3 +52,8 @@ class Population:
     kind: Kind
     is_fit: bool = False
     severity: float = 0.0
+
+    @property
+    def title(self) -> str:
+        """What it is called among all populations, such as ``shift stiffer``."""
+        return self.name if self.name == self.kind else f"{self.kind} {self.name}"

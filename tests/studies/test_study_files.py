@@ -133,9 +133,17 @@ def test_a_plan_names_populations_and_designs_not_every_draw(loaded, tmp_path):
     assert "population fault 1 L/min: 50 to fit, 5 to test" in lines
 
 
-def test_an_impossible_draw_is_a_mistake_of_the_study(loaded):
+def test_an_impossible_draw_names_its_population_and_what_makes_it_impossible(loaded):
     from hydrofdi.config import expand_runs
 
-    text = STUDY + "  shifts: {deep: {wavelet.levels: 12}}\n"
-    with pytest.raises(ConfigError, match=r"^study: at .* is too short for 12 levels"):
-        expand_runs(loaded(text))
+    varied = "  population: {over: {friction.viscous: {uniform: ±10 %}, supply.pressure: {uniform: ±5 %}}}\n"
+    with pytest.raises(ConfigError) as deep:
+        expand_runs(loaded(STUDY + varied + "  shifts: {deep: {wavelet.levels: 12}}\n"))
+    start = "study: in the population 'shift deep', at wavelet.levels = 12: "
+    assert str(deep.value).startswith(start)
+    assert "is too short for 12 levels" in str(deep.value)
+    with pytest.raises(ConfigError) as weak:
+        expand_runs(loaded(STUDY + varied + "  confusions: {weak: {supply.return_pressure: 30 MPa}}\n"))
+    start = "study: in the population 'confusion weak', at supply.return_pressure = 3e+07 Pa: "
+    assert str(weak.value).startswith(start)
+    assert len(str(weak.value)) < 200

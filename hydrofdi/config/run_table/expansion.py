@@ -93,7 +93,8 @@ def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
     _require_countable(count_points(experiment.sweep) * n_record, "study")
     designs = _block_points(experiment, "sweep")
     points = multiplied(designs, study_points(study))
-    expansion = Expansion(experiment, points)
+    table = study_table(study, [designs.values(point) for point in range(designs.n_point)])
+    expansion = Expansion(experiment, points, table)
     rows = expansion.swept_rows()
     n_run = len(rows.numbers)
     if n_run < points.n_point:
@@ -103,7 +104,6 @@ def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
         raise ConfigError([Mistake(message, "study.population")])
     none = np.full(n_run, NO_RUN)
     axes = {name: _appearing(points.columns[name]) for name in points.columns}
-    table = study_table(study, [designs.values(point) for point in range(designs.n_point)])
     return RunTable(expansion.runs(rows), axes, n_run, none, none, none, table)
 
 

@@ -9,19 +9,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.parameters import replace_fields
 from hydrofdi.config.request import OBSERVATION, RunRequest
 from hydrofdi.config.run_table.frame import Frame, SectionPool
+from hydrofdi.config.run_table.impossible import impossible_point
 from hydrofdi.config.run_table.runs import NONE, Runs
-from hydrofdi.config.run_table.shown_values import shown_values
 from hydrofdi.config.sections.leakage import LeakageConfig
+from hydrofdi.config.study.table import StudyTable
 from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.points import Column, Points
-from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.errors import ConfigError
 from hydrofdi.settings.quantities import Section
 
 Numbers = NDArray[np.int32]
@@ -54,8 +53,9 @@ class Rows:
 class Expansion:
     """Points turned into runs, section by section: each different section is made and checked once."""
 
-    def __init__(self, experiment: ExperimentConfig, points: Points) -> None:
+    def __init__(self, experiment: ExperimentConfig, points: Points, study: StudyTable | None = None) -> None:
         self._points = points
+        self._study = study
         self._nominal = experiment.nominal_parameters
         self._baseline = experiment.baseline
         self._scenarios = set(experiment.ensemble.names)
@@ -65,7 +65,6 @@ class Expansion:
             name: value for name, value in self._baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
         }
         self._choice = experiment.indicator_choice
-        self._key = "study" if experiment.study else "sweep"
         self._replicates = experiment.replicates
         drawn = (*self._replicates.over, "measurement.seed") if self._replicates.count else ()
         varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline, *drawn)}
@@ -84,7 +83,7 @@ class Expansion:
     def swept_rows(self) -> Rows:
         """The runs at all points, each once."""
         numbers = self._at_points(self._points.columns)
-        self._require_fit(numbers, self._points.columns, self._points.values)
+        self._require_fit(numbers, self._points.columns)
         sources = None
         if self._is_solved_nominally:
             columns = self._points.columns.items()
@@ -121,7 +120,7 @@ class Expansion:
                     try:
                         changed = replace_fields(pool.sections[numbers[k, place]], fields)
                     except ValueError as error:
-                        raise _impossible(draw, error, "replicates.over") from None
+                        raise impossible_point(self._nominal, draw, error, "replicates.over") from None
                     numbers[k, place] = pool.number(changed)
         names = (*self._replicates.over, "measurement.seed")
         self._require_fit(numbers, names, lambda k: draws[k])
@@ -140,14 +139,31 @@ class Expansion:
         return numbers
 
     def _section_at(self, section: str, names: Sequence[str], point: int) -> int:
-        pool, fields = self._pools[section], _fields(self._points.values(point, names), section)
+        values = self._points.values(point, names)
+        pool, fields = self._pools[section], _fields(values, section)
         try:
             return pool.number(replace_fields(pool.sections[0], fields)) if fields else 0
         except ValueError as error:
-            raise _impossible(self._points.values(point), error, self._key) from None
+            raise self._impossible(error, values, point) from None
 
-    def _require_fit(self, numbers: Numbers, changed: Iterable[str], values: Any) -> None:
-        """Check that the sections of rows fit each other, where some of them were changed by values."""
+    def _impossible(self, error: ValueError, values: Mapping[str, Any], point: int | None) -> ConfigError:
+        """The error of a point that is impossible, or of changes of many points."""
+        study = self._study
+        if study is None or point is None:
+            return impossible_point(self._nominal, values, error, "sweep" if study is None else "study")
+        where = f"the population {study.populations[study.of_run[point]].title!r}"
+        return impossible_point(self._nominal, values, error, "study", where)
+
+    def _require_fit(
+        self,
+        numbers: Numbers,
+        changed: Iterable[str],
+        values: Callable[[int], Mapping[str, Any]] | None = None,
+    ) -> None:
+        """Check that the sections of rows fit each other where some of them were changed.
+
+        `values` gives what was changed in a row; without it, rows are the points.
+        """
         sections = {name.partition(".")[0] for name in changed}
         frame = Frame(self._nominal, self._pools, numbers)
         for fitting in RunRequest.fitting_sections:
@@ -158,7 +174,11 @@ class Expansion:
                 try:
                     frame.request(row).require_fit(fitting)
                 except ValueError as error:
-                    raise _impossible(values(row), error, self._key) from None
+                    changes = self._points.values(row) if values is None else values(row)
+                    own = {
+                        name: value for name, value in changes.items() if name.partition(".")[0] in fitting
+                    }
+                    raise self._impossible(error, own, row if values is None else None) from None
 
     def _changed(self, numbers: Numbers, changes: Mapping[str, Any]) -> Numbers:
         """Rows with dotted values replaced."""
@@ -245,11 +265,6 @@ def _fields(values: Mapping[str, Any], section: str) -> tuple[tuple[str, Any], .
     """What dotted values say of a section."""
     split = ((*name.split("."), value) for name, value in values.items())
     return tuple((field, value) for owner, field, value in split if owner == section)
-
-
-def _impossible(values: Mapping[str, Any], error: ValueError, key: str) -> ConfigError:
-    reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
-    return ConfigError([Mistake(f"at {shown_values(values)}: {reason}", key)])
 
 
 def _needs_calibration(leakage: Section) -> bool:

@@ -1,7 +1,8 @@
 """The draws of a study → points: what each of its runs sets.
 
-Each population, and in it each parameter, is drawn from a stream of its own: adding a population or a
-parameter leaves the draws of the others alone. A larger population begins with the draws of a smaller one.
+Each population is drawn from a stream of its own, and so is each parameter of independent draws: adding one
+leaves the draws of the others alone. A larger population begins with the draws of a smaller one, but for those
+of a Latin hypercube.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The draws of a study → points: what each of its runs sets.
 
 Each population is drawn from a stream of its own, and so is each parameter of independent draws: adding one
-leaves the draws of the others alone. A larger population begins with the draws of a smaller one, but for those
+leaves the draws of the others alone. A larger population begins with the draws of a smaller one, except those
 of a Latin hypercube.
 """
 

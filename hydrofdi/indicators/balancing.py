@@ -77,7 +77,7 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
         return (
             Output(
                 "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
-                direction=rising,
+                direction=rising, is_score=False,
             ),
             Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
             Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
@@ -90,11 +90,14 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
             Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow past both"),
             Output("bulk_modulus", "Pa", "effective bulk modulus β"),
             Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
-            Output("flow_gain", "1", "flow gain of the valve over its nominal value"),
-            Output("supply_pressure", "Pa", "supply pressure, mean over the record"),
-            Output("offset", "m", "spool position at which the valve is closed"),
-            Output("lap", "m", "lap of the valve"),
-            Output("clearance", "m^3/(s*Pa)", "conductance of the clearance over an edge of the valve"),
+            Output("flow_gain", "1", "flow gain of the valve over its nominal value", is_score=False),
+            Output("supply_pressure", "Pa", "supply pressure, mean over the record", is_score=False),
+            Output("offset", "m", "spool position at which the valve is closed", is_score=False),
+            Output("lap", "m", "lap of the valve", is_score=False),
+            Output(
+                "clearance", "m^3/(s*Pa)", "conductance of the clearance over an edge of the valve",
+                is_score=False,
+            ),
             Output.quality("condition", "1", "condition number of the equations and deviations"),
         )  # fmt: skip
 

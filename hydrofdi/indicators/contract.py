@@ -32,8 +32,8 @@ class Output:
         Which departure from health means internal leakage, by definition or theory and not by what records
         show; None where it depends on the actuator, the drive or the band.
     is_score : bool
-        Whether it says something of the actuator; False where it says how good the other outputs are:
-        standard errors, condition numbers, counts.
+        Whether it is judged as a detector; False where it says how good the other outputs are (standard
+        errors, condition numbers, counts), what is estimated beside them, or one of them in another unit.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Output:
 
     @classmethod
     def quality(cls, name: str, unit: str, long_name: str) -> Output:
-        """An output that says how good the others are, and nothing of the actuator."""
+        """An output that says how good the others are."""
         return cls(name, unit, long_name, is_score=False)
 
     @property

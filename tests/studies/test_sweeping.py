@@ -105,8 +105,13 @@ def test_every_score_has_the_time_that_its_indicator_took(stored):
 def test_standard_errors_and_counts_are_no_scores(stored):
     (design,) = read_study(stored)
     names = {score.name for score in design.scores}
-    assert {"ring_down.damping_ratio", "flow_balance.internal_coefficient"} <= names
-    assert not names & {"ring_down.steps", "ring_down.frequency_error", "flow_balance.condition"}
+    assert {"ring_down.damping_ratio", "flow_balance.leakage"} <= names
+    assert not names & {
+        "ring_down.steps",
+        "ring_down.frequency_error",
+        "flow_balance.condition",
+        "flow_balance.lap",
+    }
 
 
 def test_truth_cannot_reach_an_indicator(study):

@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydrofdi.cli.options import Json, Settings
+from hydrofdi.cli.plan_of_study import study_lines, study_record
 
 if TYPE_CHECKING:
     from hydrofdi.config import ExperimentConfig
     from hydrofdi.pipeline import SweepPlan
     from hydrofdi.pipeline.planning import Prediction
-
-
-_PURPOSES = {"alone": "to explain", "sobol": "to explain", "before": "to compare with"}
-"""Kind of a population that is not tested → what it is for."""
 
 
 def plan(
@@ -79,7 +76,7 @@ def _record(plan: SweepPlan, prediction: Prediction, workers: int) -> dict[str, 
         "planned": n_run,
         "swept": plan.table.n_swept,
         "controls_added": n_run - plan.table.n_swept,
-        "study": _study(plan),
+        "study": study_record(plan),
         "axes": {name: without_contents(list(values)) for name, values in _axes(plan).items()},
         "first_point": _point(plan, 0),
         "last_point": _point(plan, plan.table.n_swept - 1),
@@ -107,28 +104,10 @@ def _axes(plan: SweepPlan) -> dict[str, tuple[Any, ...]]:
     return {name: values for name, values in plan.table.axes.items() if name in swept}
 
 
-def _study(plan: SweepPlan) -> dict[str, Any] | None:
-    """The populations of a study, and what differs between their records."""
-    from numpy import bincount
-
-    roles, study = plan.table.study, plan.experiment.study
-    if roles is None or study is None:
-        return None
-    counts = bincount(roles.of_run[roles.design_of_run == 0]).tolist()
-    return {
-        "designs": len(roles.designs),
-        "populations": [
-            {"name": each.name, "kind": each.kind.value, "is_fit": each.is_fit, "records": count}
-            for each, count in zip(roles.populations, counts, strict=True)
-        ],
-        "drawn": [*study.population.over, *study.population.per_record],
-    }
-
-
 def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
+    """What a point sets; of what varies elsewhere in a union only, what differs from the nominal run."""
     from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 
-    """What a point sets; of what varies elsewhere in a union only, what differs from the nominal run."""
     experiment, parameters = plan.experiment, plan.table.runs[position].request
     throughout = experiment.ensemble.names_throughout | experiment.sweep.names_throughout
     values = {
@@ -141,30 +120,8 @@ def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
 
 
 def _lines(record: dict[str, Any]) -> list[str]:
-    from hydrofdi.report.runs.table import label_header
-
-    def point(values: dict[str, Any]) -> str:
-        return (
-            ", ".join(
-                f"{label_header(name)} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
-                for name, value in values.items()
-            )
-            or "nominal"
-        )
-
-    lines = [
-        f"experiment   {record['experiment']} → {record['file']}",
-        *(_study_lines(record) if record["study"] else _run_lines(record)),
-    ]
-    for name, values in record["axes"].items():
-        are_numbers = bool(values) and all(isinstance(value, float) for value in values)
-        spread = f" from {min(values):g} to {max(values):g}" if are_numbers else ""
-        lines.append(f"  axis       {label_header(name)}: {len(values)} values{spread}")
-    if record["axes"]:
-        lines += [
-            f"first point  {point(record['first_point'])}",
-            f"last point   {point(record['last_point'])}",
-        ]
+    lines = [f"experiment   {record['experiment']} → {record['file']}"]
+    lines += study_lines(record["study"]) if record["study"] else _run_lines(record)
     lines.append(f"stored       {record['stored']}")
     if record["failed_before"]:
         lines.append(f"failed       {record['failed_before']} before; --retry-failed tries them again")
@@ -180,25 +137,32 @@ def _lines(record: dict[str, Any]) -> list[str]:
 
 
 def _run_lines(record: dict[str, Any]) -> list[str]:
-    return [
+    """The runs of a sweep, its axes, and its first and last point."""
+    from hydrofdi.report.runs.table import label_header
+
+    def point(values: dict[str, Any]) -> str:
+        return (
+            ", ".join(
+                f"{label_header(name)} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
+                for name, value in values.items()
+            )
+            or "nominal"
+        )
+
+    lines = [
         f"runs         {record['planned']}: {record['swept']} of the sweep,"
         f" {record['controls_added']} healthy ones added to compare with"
     ]
-
-
-def _study_lines(record: dict[str, Any]) -> list[str]:
-    """The populations of a study by name, and what is drawn."""
-    study, counts = record["study"], dict[tuple[str, str], list[str]]()
-    for each in study["populations"]:
-        own = counts.setdefault((each["kind"], each["name"]), [])
-        purpose = "to fit" if each["is_fit"] else _PURPOSES.get(each["kind"], "to test")
-        own.append(f"{each['records']:,} {purpose}")
-    designs = f", in each of {study['designs']} designs" if study["designs"] > 1 else ""
-    lines = [f"runs         {record['planned']}: {record['planned'] // study['designs']} records{designs}"]
-    for (kind, name), own in counts.items():
-        title = name if name == kind else f"{kind} {name}"
-        lines.append(f"  population {title}: {', '.join(own)}")
-    return [*lines, f"  drawn      {', '.join(study['drawn'])}"]
+    for name, values in record["axes"].items():
+        are_numbers = bool(values) and all(isinstance(value, float) for value in values)
+        spread = f" from {min(values):g} to {max(values):g}" if are_numbers else ""
+        lines.append(f"  axis       {label_header(name)}: {len(values)} values{spread}")
+    if record["axes"]:
+        lines += [
+            f"first point  {point(record['first_point'])}",
+            f"last point   {point(record['last_point'])}",
+        ]
+    return lines
 
 
 def _shares(record: dict[str, Any]) -> str:

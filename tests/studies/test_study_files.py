@@ -120,17 +120,30 @@ def test_a_plan_names_populations_and_designs_not_every_draw(loaded, tmp_path):
     text = STUDY + "  shifts: {thick: {friction.scale: 2}}\nsweep: {grid: {record.duration: [10 s, 20 s]}}\n"
     loaded(text)
     plan = run_json("plan", tmp_path / "study.yaml", "--out", tmp_path / "out")
-    assert plan["study"]["designs"] == 2
+    assert plan["study"]["designs"] == [{"record.duration": 10.0}, {"record.duration": 20.0}]
     counts = [(each["name"], each["is_fit"], each["records"]) for each in plan["study"]["populations"]]
     assert counts == [
         ("healthy", True, 20), ("healthy", False, 10), ("0.1 L/min", True, 50), ("0.1 L/min", False, 5),
         ("1 L/min", True, 50), ("1 L/min", False, 5), ("thick", False, 10),
     ]  # fmt: skip
-    assert plan["study"]["drawn"] == ["measurement.seed", "wavelet.phase"]
+    assert list(plan["study"]["differs_per_record"]) == ["measurement.seed", "wavelet.phase"]
     assert plan["axes"] == {"record.duration": [10.0, 20.0]}
     lines = run("plan", tmp_path / "study.yaml", "--out", tmp_path / "out", check=0).stdout
-    assert "300: 150 records, in each of 2 designs" in lines
-    assert "population fault 1 L/min: 50 to fit, 5 to test" in lines
+    assert "300 records: 150 in each of 2 designs\n" in lines
+    assert "fault      0.1, 1 L/min: 50 to fit, 5 to test each\n" in lines
+    assert "shift      thick (friction.scale 2): 10 to test\n" in lines
+    assert "designs    record.duration 10 s\n             record.duration 20 s\n" in lines
+
+
+def test_a_plan_says_what_a_study_draws_in_the_units_of_people(loaded, tmp_path):
+    over = "supply.pressure: {normal: ±0.3 MPa}, friction.law: {choice: [threshold, smooth]}"
+    loaded(STUDY + f"  population: {{over: {{{over}}}}}\n  sensitivity: {{alone: 50}}\n")
+    lines = run("plan", tmp_path / "study.yaml", "--out", tmp_path / "out", check=0).stdout.splitlines()
+    assert "  varies     supply.pressure  17.2 ± 0.3 MPa (normal)" in lines
+    assert "             friction.law     threshold or smooth" in lines
+    assert "  per record measurement.seed, wavelet.phase" in lines
+    assert "  alone      3 populations: 50 to explain each" in lines
+    assert not any(line.startswith(("first point", "  axis")) for line in lines)
 
 
 def test_an_impossible_draw_names_its_population_and_what_makes_it_impossible(loaded):

@@ -1,0 +1,104 @@
+"""What a plan says of a study: its populations, its designs, and what varies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hydrofdi.pipeline import SweepPlan
+
+_PURPOSES = {"alone": "to explain", "sobol": "to explain", "before": "to compare with"}
+"""Kind of a population that is not tested → what it is for."""
+
+_MOST_DESIGNS = 12
+"""Designs up to which each has a line."""
+
+
+def study_record(plan: SweepPlan) -> dict[str, Any] | None:
+    """The populations and designs of a study and what it draws, as plain data in SI; None without a study."""
+    from numpy import bincount
+
+    from hydrofdi.config.sections.csv_input import without_contents
+
+    roles, study = plan.table.study, plan.experiment.study
+    if roles is None or study is None:
+        return None
+    counts = bincount(roles.of_run[roles.design_of_run == 0]).tolist()
+    changes = study.shifts | study.confusions
+    return {
+        "records": len(plan.run_ids) // len(roles.designs),
+        "designs": without_contents(list(roles.designs)),
+        "populations": [
+            {
+                "name": each.name,
+                "kind": each.kind.value,
+                "is_fit": each.is_fit,
+                "records": count,
+                "sets": changes.get(each.name, {}) if each.kind.value in ("shift", "confusion") else {},
+            }
+            for each, count in zip(roles.populations, counts, strict=True)
+        ],
+        "varies": study.population.over,
+        "differs_per_record": study.population.per_record,
+    }
+
+
+def study_lines(study: Mapping[str, Any]) -> list[str]:
+    """The lines of a plan that belong to its study."""
+    from hydrofdi.report.detection.varied import described
+
+    designs = study["designs"]
+    n_record, n_design = study["records"], len(designs)
+    several = f": {n_record:,} in each of {n_design} designs" if n_design > 1 else ""
+    lines = [
+        f"runs         {n_record * n_design:,} records{several}",
+        *_population_lines(study["populations"]),
+    ]
+    if n_design > 1:
+        lines += _titled("designs", [_settings(design) or "nominal" for design in designs[:_MOST_DESIGNS]])
+        if n_design > _MOST_DESIGNS:
+            lines.append(f"             and {n_design - _MOST_DESIGNS} more")
+    width = max(map(len, study["varies"]), default=0)
+    varied = [f"{name:<{width}}  {described(name, own)}" for name, own in study["varies"].items()]
+    lines += _titled("varies", varied or ["nothing"])
+    return [*lines, f"  per record {', '.join(study['differs_per_record']) or 'nothing'}"]
+
+
+def _population_lines(populations: list[dict[str, Any]]) -> Iterator[str]:
+    """A line for each kind of population, and for each shift and confusion."""
+    records: dict[tuple[str, str], list[str]] = {}
+    sets = {(each["kind"], each["name"]): each["sets"] for each in populations}
+    for each in populations:
+        purpose = "to fit" if each["is_fit"] else _PURPOSES.get(each["kind"], "to test")
+        own = records.setdefault((each["kind"], each["name"]), [])
+        own.append(f"{each['records']:,} {purpose}")
+    alike: dict[tuple[str, str, str], list[str]] = {}
+    for (kind, name), counts in records.items():
+        apart = f" ({_settings(sets[kind, name])})" if sets[kind, name] else ""
+        alike.setdefault((kind, apart, ", ".join(counts)), []).append(name)
+    for (kind, apart, count), names in alike.items():
+        if names == [kind]:
+            yield f"  {kind:<11}{count}"
+        elif kind in ("alone", "sobol"):
+            yield f"  {kind:<11}{len(names)} populations: {count} each"
+        else:
+            yield f"  {kind:<11}{_listed(names)}{apart}: {count}{' each' if len(names) > 1 else ''}"
+
+
+def _listed(names: list[str]) -> str:
+    """Names one after the other, with a unit that all have once."""
+    unit = names[0].partition(" ")[2]
+    if len(names) > 1 and unit and all(name.endswith(f" {unit}") for name in names):
+        return f"{', '.join(name.removesuffix(f' {unit}') for name in names)} {unit}"
+    return ", ".join(names)
+
+
+def _settings(values: Mapping[str, Any]) -> str:
+    from hydrofdi.report.detection.varied import described
+
+    return ", ".join(f"{name} {described(name, value)}" for name, value in values.items())
+
+
+def _titled(title: str, texts: list[str]) -> list[str]:
+    return [f"  {title if place == 0 else '':<11}{text}" for place, text in enumerate(texts)]

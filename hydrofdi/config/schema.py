@@ -7,6 +7,7 @@ from typing import Any
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.request import parameter_names
 from hydrofdi.indicators.labels import LABEL_PATTERN, TAKEN
+from hydrofdi.scoring.registry import score_kind, score_names
 from hydrofdi.settings.schema import described_schema
 
 _CHOICE: dict[str, Any] = {
@@ -44,6 +45,7 @@ def experiment_schema() -> dict[str, Any]:
         mapping["propertyNames"] = names
         mapping.pop("default", None)
     _allow_short_faults(schema["$defs"]["FaultsConfig"])
+    _allow_short_options(schema["$defs"]["ScoreConfig"])
     for properties in (schema["properties"], schema["$defs"]["DetectionConfig"]["properties"]):
         properties["indicators"] = {"description": properties["indicators"]["description"], **_CHOICE}
     schema["properties"]["extends"] = {
@@ -60,3 +62,9 @@ def _allow_short_faults(faults: dict[str, Any]) -> None:
     over["propertyNames"] = {"enum": list(INTERNAL_LEAKAGE_FORMS)}
     faults["properties"] |= dict.fromkeys(INTERNAL_LEAKAGE_FORMS, axis)
     faults["required"].remove("over")
+
+
+def _allow_short_options(score: dict[str, Any]) -> None:
+    """Let the options of scores stand beside their kind."""
+    for name in score_names():
+        score["properties"] |= score_kind(name).Options.model_json_schema().get("properties", {})

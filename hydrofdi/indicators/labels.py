@@ -22,11 +22,11 @@ TAKEN = frozenset(_IN_FILES.split())
 """Variables and dimensions of an experiment file."""
 
 
-def label_mistake(label: object) -> str | None:
+def label_mistake(label: object, of: str = "an indicator") -> str | None:
     """What is wrong with a label; None where nothing is."""
     if not isinstance(label, str) or not re.fullmatch(LABEL_PATTERN, label):
         rule = "letters, digits, '_' and '-', beginning with a letter, 64 at the most"
-        return f"is no label of an indicator ({rule})"
+        return f"is no label of {of} ({rule})"
     if label in TAKEN:
         return "is the name of a variable of experiment files; take another label, with 'kind: NAME'"
     return None

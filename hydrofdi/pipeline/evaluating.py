@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from hydrofdi.config.study.detection import ScoreConfig
 from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
@@ -17,9 +18,11 @@ from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.made_scores import made_scores
 from hydrofdi.studies.measured import Labels, measured_study
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.usual_scores import usual_scores
 
 
 @dataclass
@@ -76,9 +79,17 @@ class Evaluation:
 
 
 def evaluate(
-    paths: Sequence[Path], indicators: Mapping[str, Indicator[Any]], healthy: Sequence[str], rules: Rules
+    paths: Sequence[Path],
+    indicators: Mapping[str, Indicator[Any]],
+    healthy: Sequence[str],
+    rules: Rules,
+    *,
+    scores: Mapping[str, ScoreConfig] | None = None,
+    with_usual_scores: bool = False,
 ) -> Evaluation:
-    """Measure records, join them with their labels, and judge every number.
+    """Measure records, join them with their labels, and judge every number, and every score made of numbers.
+
+    Scores are cross-fitted: no record is scored by a model that saw it or its group.
 
     Parameters
     ----------
@@ -88,11 +99,15 @@ def evaluate(
     healthy : sequence of str
         Labels of healthy records beside those that descriptions name.
     rules : Rules
+    scores : mapping of str to ScoreConfig, optional
+        By label.
+    with_usual_scores : bool
+        Whether the usual scores are made as well.
 
     Raises
     ------
     ConfigError
-        No record is known to be healthy.
+        No record is known to be healthy, or a score needs an extra that is not installed.
     DataError, StoreError
         A source cannot be read.
     """
@@ -100,7 +115,9 @@ def evaluate(
     columns, measured = measure_sources(sources, indicators)
     left = Left()
     study = measured_study(columns, left.count(measured), _labels(sources, healthy))
-    detection = detect(study.records, study.scores, rules)
+    usual = usual_scores(study.records, study.scores, tested_teach=True) if with_usual_scores else {}
+    made = made_scores(study.records, study.scores, usual | dict(scores or {}), tested_teach=True)
+    detection = detect(study.records, [*study.scores, *made], rules)
     pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
     return Evaluation(detection, pairs, left)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,4 +76,6 @@ def _covariance(values: Array, shrinkage: float | None) -> Array:
         return np.asarray(ShrunkCovariance(shrinkage=shrinkage).fit(values).covariance_)
     folds = KFold(LEAST_RECORDS, shuffle=True, random_state=0)
     search = GridSearchCV(ShrunkCovariance(), {"shrinkage": SHRINKAGES}, cv=folds)
-    return np.asarray(search.fit(values).best_estimator_.covariance_)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Only one sample available")  # the likelihood of one record will do
+        return np.asarray(search.fit(values).best_estimator_.covariance_)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.config.study.detection import ScoreConfig
 from hydrofdi.errors import ConfigError
@@ -27,7 +28,11 @@ _TEACHING = (Kind.HEALTHY, Kind.FAULT)
 
 
 def made_scores(
-    records: StudyRecords, measured: Sequence[Scored], wanted: Mapping[str, ScoreConfig]
+    records: StudyRecords,
+    measured: Sequence[Scored],
+    wanted: Mapping[str, ScoreConfig],
+    *,
+    tested_teach: bool = False,
 ) -> Iterator[Scored]:
     """The scores that a study asks for, cross-fitted over its fit records.
 
@@ -42,6 +47,9 @@ def made_scores(
         The numbers of which they are made.
     wanted : mapping of str to ScoreConfig
         By label.
+    tested_teach : bool
+        Whether faulty records that are tested teach the scores that need faulty ones, as where no others have
+        the fault. Each is then scored by a model that saw neither it nor its group, which needs groups.
 
     Raises
     ------
@@ -49,14 +57,18 @@ def made_scores(
         A number is not measured, or the extra of a score is not installed.
     """
     for label, config in wanted.items():
-        score = LargestChange() if config.kind == LargestChange.name else make_score(config.kind)
+        score = (
+            LargestChange() if config.kind == LargestChange.name else make_score(config.kind, config.options)
+        )
         of, by = _chosen(measured, config.of, label), _chosen(measured, config.by, label)
         if config.kind != "compensated":
-            yield _made(records, label, score, [*of, *by])
+            yield _made(records, label, score, [*of, *by], tested_teach)
             continue
         for each in of:
             name = label if len(of) == 1 else f"{label}.{each.name}"
-            found = _made(records, name, score, [each, *(proxy for proxy in by if proxy is not each)])
+            found = _made(
+                records, name, score, [each, *(proxy for proxy in by if proxy is not each)], tested_teach
+            )
             yield replace(found, unit=each.unit, direction=each.direction)
 
 
@@ -80,20 +92,27 @@ def _belongs(number: str, name: str) -> bool:
     return number == name or number.startswith((f"{name}.", f"{name}["))
 
 
-def _made(records: StudyRecords, name: str, score: Score[Any], numbers: Sequence[Scored]) -> Scored:
+def _made(
+    records: StudyRecords, name: str, score: Score[Any], numbers: Sequence[Scored], tested_teach: bool
+) -> Scored:
     population = [records.populations[each] for each in records.of_record]
     is_faulty = np.array([each.kind is Kind.FAULT for each in population])
     is_fit = np.array([each.is_fit and each.kind in _TEACHING for each in population])
+    is_shared = tested_teach and score.needs_faulty
+    is_fit |= is_shared & is_faulty
     learning = is_fit & (score.needs_faulty | ~is_faulty)
     kept = [each for each in numbers if _share_missing(each.values[learning]) <= MOST_MISSING]
-    notes = [score.caution, *(_left_out(each) for each in numbers if each not in kept)]
+    left_out = [_left_out(each) for each in numbers if each not in kept]
+    notes = [score.caution, *left_out]
     try:
+        if is_shared:
+            _refuse_few_groups(score.name, records.groups, is_faulty, is_fit)
         if not kept:
             raise NotStatedError("no number is measured in nine of ten fit records")
         values = np.stack([each.values for each in kept], axis=1)
         scores = cross_fitted_scores(score, values, is_faulty, records.groups, is_fit=is_fit)
     except NotStatedError as refusal:
-        scores, notes = np.full(is_fit.size, np.nan), [str(refusal), *notes]
+        scores, notes = np.full(is_fit.size, np.nan), [f"{refusal}.", *left_out]
     used = {channel for each in kept for channel in each.channels}
     return Scored(
         name,
@@ -104,6 +123,19 @@ def _made(records: StudyRecords, name: str, score: Score[Any], numbers: Sequence
         cost=_cost(kept),
         note=" ".join(notes),
     )
+
+
+def _refuse_few_groups(
+    name: str, groups: Sequence[str] | None, is_faulty: NDArray[np.bool_], is_fit: NDArray[np.bool_]
+) -> None:
+    """Refuse to learn from records that are tested where groups cannot keep them from their own scores."""
+    why = f"the score {name} learns from the records that are tested, each scored without its group"
+    if groups is None:
+        raise NotStatedError(f"{why}: it needs groups, and no record has one")
+    for kind, own in (("healthy", ~is_faulty), ("faulty", is_faulty)):
+        n_group = len({groups[row] for row in np.flatnonzero(is_fit & own).tolist()})
+        if n_group < 2:
+            raise NotStatedError(f"{why}: it needs two groups with {kind} records or more, not {n_group}", 2)
 
 
 def _share_missing(values: Array) -> float:

@@ -12,7 +12,9 @@ from hydrofdi.studies.records import Scored, StudyRecords
 _DETAILS = tuple(f"dwt.d{level}" for level in range(1, 6))
 
 
-def usual_scores(records: StudyRecords, scores: Sequence[Scored]) -> dict[str, ScoreConfig]:
+def usual_scores(
+    records: StudyRecords, scores: Sequence[Scored], *, tested_teach: bool = False
+) -> dict[str, ScoreConfig]:
     """For every set of sensors that some indicator needs: one score of all numbers that these sensors give.
 
     ``mahalanobis`` from healthy fit records, and ``lda`` where there are faulty ones as well. Beside them the
@@ -22,8 +24,13 @@ def usual_scores(records: StudyRecords, scores: Sequence[Scored]) -> dict[str, S
     ----------
     records : StudyRecords
     scores : sequence of Scored
+    tested_teach : bool
+        Whether faulty records that are tested may teach, as in `made_scores`.
     """
-    kinds = ["mahalanobis", *(["lda"] if records.chosen(Kind.FAULT, is_fit=True) else [])]
+    teachers = records.chosen(Kind.FAULT, is_fit=True)
+    if tested_teach:
+        teachers += records.chosen(Kind.FAULT, is_fit=False)
+    kinds = ["mahalanobis", *(["lda"] if teachers else [])]
     made: dict[str, ScoreConfig] = {}
     for sensors in dict.fromkeys(each.channels for each in scores if each.channels):
         names = [each.name for each in scores if each.channels and set(each.channels) <= set(sensors)]

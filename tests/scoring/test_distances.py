@@ -135,3 +135,8 @@ def test_one_class_sees_small_faults_across_correlated_features_and_an_isolation
     assert area_under_curve(*scores).low > 0.95
     forest = IsolationForest(random_state=0).fit(fit)
     assert area_under_curve(*(-forest.score_samples(part) for part in (healthy, faulty))).high < 0.7
+
+
+def test_five_records_are_scored_without_a_warning():
+    values = np.random.default_rng(3).normal(size=(5, 2))
+    assert np.isfinite(make_score("mahalanobis").fit(values, np.zeros(5)).score(values)).all()

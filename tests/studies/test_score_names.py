@@ -53,9 +53,22 @@ def test_each_name_that_no_indicator_gives_is_a_mistake_with_its_line(tmp_path):
         ("calm: {kind: compensated, of: [dwt]}", "needs 'by'"),
         ("leak: {kind: lda, of: [dwt], by: [dwt.d1]}", "no use for 'by'"),
         ("leak: {kind: ldaa, of: [dwt]}", "ldaa"),
+        ("far: {kind: mahalanobis, of: [dwt], shrinkag: 0.1}", "far.shrinkag: unknown key; did you mean"),
+        ("far: {kind: mahalanobis, of: [dwt], shrinkage: 2}", "far.shrinkage: must be at most 1; found 2"),
+        ("far: {kind: lda, of: [dwt], shrinkage: 1}", "far.shrinkage: unknown key"),
+        ("far leak: {kind: lda, of: [dwt]}", "no label of a score (letters, digits, '_' and '-'"),
     ],
 )
 def test_a_score_that_cannot_be_made_is_a_mistake_with_its_line(line, said, tmp_path):
     message = mistakes(tmp_path, line)
     assert "study.yaml:8" in message
     assert said in message
+
+
+def test_options_of_a_kind_stand_beside_it_and_are_kept(tmp_path):
+    file = tmp_path / "study.yaml"
+    file.write_text(STUDY + "    far: {kind: mahalanobis, of: [dwt], shrinkage: 0.25}\n")
+    short = load_experiment(file).detection
+    assert short.scores["far"].options == {"shrinkage": 0.25}
+    file.write_text(STUDY + "    far: {kind: mahalanobis, of: [dwt], options: {shrinkage: 0.25}}\n")
+    assert load_experiment(file).detection == short

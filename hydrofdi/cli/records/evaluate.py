@@ -24,7 +24,10 @@ def evaluate(
     ],
     indicators: Annotated[
         str,
-        typer.Option(metavar="NAME,…|FILE", help="Indicators, 'all', or a YAML file with their options."),
+        typer.Option(
+            metavar="NAME,…|FILE",
+            help="Indicators, 'all', or a YAML file with their options, and 'scores:' made of their numbers.",
+        ),
     ] = "dwt",
     healthy: Annotated[
         list[str] | None,
@@ -34,23 +37,37 @@ def evaluate(
         str, typer.Option(metavar="RATE", help="That thresholds are set for, e.g. 5%.")
     ] = "1%",
     confidence: Annotated[str, typer.Option(metavar="SHARE", help="Of intervals and bounds.")] = "95%",
+    usual_scores: Annotated[
+        bool,
+        typer.Option(
+            "--usual-scores",
+            help="Also make mahalanobis and lda of all numbers of each set of sensors, and the largest change"
+            " of dwt.d1 … d5.",
+        ),
+    ] = False,
     json: Json = False,
 ) -> int:
     """Judge indicators on labelled records: what each finds, and what healthy groups say of it.
 
     Labels and groups come from the descriptions. Healthy groups are tested at the threshold of the other
     healthy groups, and set against each other as if they were faulty. What the records do not carry is
-    refused with the number that would. Exit code 1 where records are rejected or have no number of any
+    refused with the number that would. Scores made of several numbers are cross-fitted: no record is scored
+    by a model that saw it or its group. Exit code 1 where records are rejected or have no number of any
     indicator, or an indicator fails.
     """
     from hydrofdi.cli.records.evaluation_record import evaluation_record
     from hydrofdi.cli.records.evaluation_table import print_evaluation
     from hydrofdi.cli.terminal import print_json
+    from hydrofdi.config.study.scores import load_scores
     from hydrofdi.indicators import load_indicators
     from hydrofdi.pipeline.evaluating import evaluate as evaluate_records
 
     rules = _rules(false_alarm_rate, confidence)
-    evaluation = evaluate_records(sources, load_indicators(indicators), healthy or (), rules)
+    chosen = load_indicators(indicators)
+    scores = load_scores(indicators, chosen)
+    evaluation = evaluate_records(
+        sources, chosen, healthy or (), rules, scores=scores, with_usual_scores=usual_scores
+    )
     if json:
         print_json(evaluation_record(evaluation))
     else:

@@ -63,6 +63,7 @@ def _score_record(evaluation: Evaluation, judgement: Judgement) -> dict[str, Any
         "healthy_against_healthy": [_pair_record(each) for each in evaluation.healthy_pairs[scored.name]],
         "refusals": list(judgement.refusals),
         "remarks": list(judgement.remarks),
+        "note": scored.note or None,
     }
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import compress
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -43,7 +45,10 @@ def print_evaluation(evaluation: Evaluation) -> None:
         if len(pairs) > _SHOWN:
             console.print(f"… the {_SHOWN} that differ most of {len(pairs)} pairs; --json has all")
     sentences = [(sentence, 0) for sentence in detection.remarks]
-    sentences += _told(detection.judgements)
+    is_made = [bool(np.isfinite(each.scored.values).any()) for each in detection.judgements]
+    refused = list(compress(detection.judgements, [not each for each in is_made]))
+    sentences += Counter(each.scored.note for each in refused).most_common()
+    sentences += _told(list(compress(detection.judgements, is_made)))
     for sentence, count in sentences:
         of_all = f" ({count} of {len(detection.judgements)} scores)" if count else ""
         console.print(f"- {sentence}{of_all}")

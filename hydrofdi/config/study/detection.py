@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -24,12 +24,23 @@ class ScoreConfig(Section):
     by: list[str] = Field(default_factory=list)
     """Numbers that ``compensated`` regresses on."""
 
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Options of the kind, which may stand beside the other keys as well: ``shrinkage`` (0 to 1) of
+    ``mahalanobis``; ``outside`` (share of fit records, above 0) and ``width`` of ``one_class``; ``seed`` of
+    ``logistic``."""
+
     @model_validator(mode="after")
     def _compensated_alone_regresses(self) -> Self:
         if (self.kind == "compensated") != bool(self.by):
             needs = "has no use for 'by'" if self.by else "needs 'by': numbers to regress on"
             raise ValueError(f"{self.kind} {needs}")
         return self
+
+
+class ScoresConfig(Section):
+    """The ``scores`` of a file of indicators."""
+
+    scores: dict[str, ScoreConfig]
 
 
 class DetectionConfig(Section):
@@ -54,7 +65,8 @@ class DetectionConfig(Section):
     cheap ones."""
 
     scores: dict[str, ScoreConfig] = Field(default_factory=dict)
-    """Label → score that is made of several numbers, or compensated for one."""
+    """Label → score that is made of several numbers, or compensated for one. A label has letters, digits,
+    ``_`` and ``-``, begins with a letter, has 64 characters at the most, and is none of an indicator."""
 
     usual_scores: bool = False
     """Whether, for each set of sensors that an indicator needs, one score is made of all numbers that these

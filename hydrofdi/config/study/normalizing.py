@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,11 +9,11 @@ from pydantic import ValidationError
 
 from hydrofdi.config.analysis import DWT, IndicatorChoice
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.study.scores import normalize_scores
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
 from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
 from hydrofdi.config.sweeps.values import nominal_value, parameter_value
 from hydrofdi.indicators.choice import chosen_options
-from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.yaml_source import Path, Source
@@ -22,8 +21,6 @@ from hydrofdi.transforms.configuration import WaveletConfig
 
 STUDY: Path = ("study",)
 _SEEDS = [0, 2**31 - 1]
-_CHOICE_OF_ONE = re.compile(r"\[.*|\s*\(.*")
-"""Behind the name of a number: its place in an array, or that its change is meant."""
 
 
 def normalize_study(source: Source) -> None:
@@ -86,23 +83,11 @@ def check_detection(source: Source) -> None:
     except ValidationError:  # a mistake when the model is validated
         return
     made = IndicatorChoice.of(source.data.get("indicators", {DWT: {}})).made(wavelet)
-    numbers = [
-        f"{label}.{output.name}" for label, each in made.items() for output in each.outputs if output.is_score
-    ]
     for place, label in enumerate(_listed(detection.get("indicators"))):
         if label not in made:
             message = f"{label!r} is not among the indicators{nearest(str(label), list(made))}"
             source.mistakes.append(source.mistake((*path, "indicators", place), message))
-    scores = detection.get("scores")
-    for label, score in scores.items() if isinstance(scores, dict) else ():
-        here = (*path, "scores", label)
-        if mistake := label_mistake(label) or ("is the label of an indicator" if label in made else None):
-            source.mistakes.append(source.mistake(here, f"{label!r} {mistake}"))
-        for kind in ("of", "by") if isinstance(score, dict) else ():
-            for place, name in enumerate(_listed(score.get(kind))):
-                if _CHOICE_OF_ONE.sub("", str(name)) not in (*made, *numbers):
-                    message = f"no indicator gives {name!r}{nearest(str(name), [*made, *numbers])}"
-                    source.mistakes.append(source.mistake((*here, kind, place), message))
+    normalize_scores(source, detection.get("scores"), (*path, "scores"), made)
 
 
 def _listed(given: Any) -> list[Any]:

@@ -1,0 +1,98 @@
+"""``hydrofdi evaluate``: scores of several numbers, by models that saw no record of the same group."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.scoring import make_score
+from tests.commands import run, run_json
+
+DESCRIPTION = """\
+files: "unit */*.csv"
+sampling_frequency: 500 Hz
+channels: {chamber_1_pressure: "P1 [bar]"}
+path: "unit {unit}/{condition} {run}"
+label: "{condition}"
+healthy: sound
+"""
+GROUPED = DESCRIPTION + 'group: "unit {unit}"\n'
+USUAL = ("--usual-scores", "--false-alarm-rate", "5%")
+
+
+def write_units(folder: Path, conditions: list[str], n_run: int = 20) -> None:
+    """Records of units with a sound of their own, whatever their condition; each unit has one condition."""
+    draw = np.random.default_rng(4)
+    for unit, condition in enumerate(conditions):
+        place = folder / f"unit {unit}"
+        place.mkdir()
+        sound = draw.normal(size=40) * 0.8 ** np.arange(40)
+        for number in range(n_run):
+            pressure = 50.0 + lfilter(sound, [1.0], draw.normal(size=600))
+            rows = "".join(f"{value:.6g}\n" for value in pressure)
+            (place / f"{condition} {number}.csv").write_text(f"P1 [bar]\n{rows}")
+    (folder / "rig.yaml").write_text(GROUPED)
+    (folder / "plain.yaml").write_text(DESCRIPTION)
+
+
+@pytest.fixture(scope="module")
+def confounded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("confounded")
+    write_units(folder, ["sound", "worn"] * 4)
+    return folder
+
+
+def scores_of(evaluation: dict) -> dict:
+    return {score["indicator"]: score for score in evaluation["scores"]}
+
+
+def test_a_score_does_not_find_the_units_that_it_was_not_shown(confounded: Path) -> None:
+    records = run_json("measure", confounded / "rig.yaml")["records"]
+    values = np.array([[*record["values"].values()] for record in records], dtype=float)
+    is_worn = np.array([record["label"] == "worn" for record in records])
+    recognised = make_score("lda").fit(values, is_worn).score(values)
+    trap = area_under_curve(recognised[~is_worn], recognised[is_worn])
+    found = scores_of(run_json("evaluate", confounded / "rig.yaml", *USUAL))
+    (honest,) = found["lda(P1)"]["auc"]
+    assert trap.low > 0.8, "scored by the model that saw them, the units are told apart"
+    assert honest["low"] < 0.5, "nothing but the unit was ever there"
+    assert honest["value"] < trap.value - 0.2
+    assert {"mahalanobis(P1)", "largest_change(d1 … d5)"} <= set(found)
+
+
+@pytest.mark.parametrize(
+    ("conditions", "description", "said"),
+    [
+        (["sound", "sound", "worn"], "rig.yaml", "needs two groups with faulty records or more, not 1"),
+        (["sound", "worn"], "plain.yaml", "it needs groups, and no record has one"),
+    ],
+)
+def test_what_groups_do_not_allow_is_refused_once(
+    tmp_path: Path, conditions: list[str], description: str, said: str
+) -> None:
+    write_units(tmp_path, conditions)
+    refused = scores_of(run_json("evaluate", tmp_path / description, *USUAL))["lda(P1)"]
+    assert said in refused["note"]
+    assert refused["auc"] == []
+    printed = " ".join(run("evaluate", tmp_path / description, *USUAL, check=0).stdout.split())
+    assert printed.count(said) == 1
+    assert "faulty records cannot be measured" not in printed
+
+
+def test_a_file_of_indicators_may_ask_for_scores(confounded: Path, tmp_path: Path) -> None:
+    file = tmp_path / "asked.yaml"
+    text = "indicators: [dwt]\nscores:\n  far: {kind: mahalanobis, of: [dwt], shrinkage: SHRINKAGE}\n"
+    areas = []
+    for shrinkage in ("0", "1"):
+        file.write_text(text.replace("SHRINKAGE", shrinkage))
+        found = scores_of(run_json("evaluate", confounded / "rig.yaml", "--indicators", file))
+        areas.append(found["far"]["auc"][0]["value"])
+        assert "lda(P1)" not in found
+    assert areas[0] != areas[1]
+    file.write_text(text.replace("shrinkage: SHRINKAGE", "shrinkag: 1"))
+    done = run("evaluate", confounded / "rig.yaml", "--indicators", file, check=2)
+    assert "asked.yaml:3: scores.far.shrinkag: unknown key; did you mean 'shrinkage'?" in done.stderr

@@ -24,10 +24,9 @@ if TYPE_CHECKING:
 
 _LEAD = (
     "Change δ of the RMS of the wavelet details of the chamber-1 pressure with what the experiment varies."
-    " All numbers are computed."
 )
 
-_LEAD_WITHOUT_DETAILS = "Indicators of the runs of the experiment. All numbers are computed."
+_LEAD_WITHOUT_DETAILS = "Indicators of the runs of the experiment."
 
 
 @dataclass(frozen=True)

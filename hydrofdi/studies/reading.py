@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.errors import ReportError
+from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
 from hydrofdi.records import Channel
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.folder.provenance import read_costs
-from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
+from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+from hydrofdi.store.results import MISSING
 from hydrofdi.studies.made_scores import made_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
@@ -55,7 +57,8 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     """The designs of a stored study.
 
     Severity is the true mean leakage flow of each record over the whole of it, or K_i where the faults are
-    given by it, or the level where the study says so; NaN where a run failed, as are its scores.
+    given by it, or the level where the study says so; NaN where a run failed, as are its scores. Runs that
+    are not computed yet are no records.
 
     Raises
     ------
@@ -70,7 +73,7 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
 
 def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored], design: int) -> StudyDesign:
     records, detection = _records(data, roles, design), data.experiment.detection
-    raw = [_at(number, roles, design) for number in measured]
+    raw = [replace(number, values=number.values[_rows(data, roles, design)]) for number in measured]
     numbers = [*raw, *changes_since_before(records, raw)]
     judged = [each for each in numbers if not detection.indicators or _label(each) in detection.indicators]
     usual = usual_scores(records, raw) if detection.usual_scores else {}
@@ -92,12 +95,17 @@ def _roles(data: ExperimentData) -> StudyTable:
     return roles
 
 
-def _rows(roles: StudyTable, design: int) -> NDArray[np.intp]:
-    return np.flatnonzero(roles.design_of_run == design)
+def _rows(data: ExperimentData, roles: StudyTable, design: int) -> NDArray[np.intp]:
+    """Rows of a design that are computed; a Sobol design counts as a whole or not at all."""
+    is_there, own = np.asarray(data.columns[STATUS]).astype(str) != MISSING, roles.design_of_run == design
+    is_sobol = np.array([population.kind is Kind.SOBOL for population in roles.populations])[roles.of_run]
+    if not is_there[own & is_sobol].all():
+        is_there = is_there & ~is_sobol
+    return np.flatnonzero(own & is_there)
 
 
 def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecords:
-    study, rows = data.experiment.study, _rows(roles, design)
+    study, rows = data.experiment.study, _rows(data, roles, design)
     assert study is not None
     parameter = study.faults.parameter if study.faults else "leakage.internal_flow"
     variable, unit = _SEVERITIES[parameter]
@@ -145,7 +153,3 @@ def _numbers(
                 output.direction,
                 cost,
             )
-
-
-def _at(score: Scored, roles: StudyTable, design: int) -> Scored:
-    return replace(score, values=score.values[_rows(roles, design)])

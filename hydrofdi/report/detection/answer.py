@@ -37,11 +37,13 @@ _KINDS = {
 }
 
 
-def answer_block(detection: Detection) -> Block:
-    """What is found with which sensors, from how many records."""
+def answer_block(detection: Detection, *, is_complete: bool = True) -> Block:
+    """What is found with which sensors, from how many records; while runs are missing, the table alone."""
     best, paper = best_of_sensors(detection), of_the_paper(detection)
     shown = distinct(*best, *paper)
     sheet = ranking_sheet(detection, shown, "answer", _TITLE)
+    if not is_complete:
+        return Block("answer", "What is there", (_records_sentence(detection),), (sheet,))
     sentences = answer_sentence(detection), _paper_sentence(detection, paper), _counts(detection)
     return Block(
         "answer",
@@ -110,12 +112,17 @@ def _among_many(detection: Detection) -> str:
     )
 
 
-def _counts(detection: Detection) -> str:
-    records, judgements = detection.records, detection.judgements
+def _records_sentence(detection: Detection) -> str:
+    records = detection.records
     per_kind: Counter[tuple[Kind, bool]] = Counter()
     for number, population in enumerate(records.populations):
         per_kind[population.kind, population.is_fit] += int((records.of_record == number).sum())
     parts = [f"{per_kind[key]:,} {words}" for key, words in _KINDS.items() if per_kind[key]]
+    return f"From {counted(records.of_record.size, 'record')}{': ' if parts else ''}{joined(parts)}."
+
+
+def _counts(detection: Detection) -> str:
+    judgements = detection.judgements
     n_kept = sum(judgement.keeps_its_rate for judgement in judgements)
     n_found = sum(
         judgement.keeps_its_rate and (found := judgement.smallest.get("q90_95")) is not None
@@ -123,7 +130,7 @@ def _counts(detection: Detection) -> str:
         for judgement in judgements
     )  # fmt: skip
     return (
-        f"From {counted(records.of_record.size, 'record')}: {joined(parts)}."
-        f" {counted(len(judgements), 'score')} were tried; {n_kept} of them keep the false-alarm rate on"
-        f" healthy test records and in shifts, and {n_found} of these find a tested leak."
+        f"{_records_sentence(detection)} {counted(len(judgements), 'score')} were tried;"
+        f" {n_kept} of them keep the false-alarm rate on healthy test records and in shifts, and {n_found} of"
+        " these find a tested leak."
     )

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hydrofdi.report.detection.progress import Progress
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.report.detection.varied import varied
 from hydrofdi.report.document import Block
@@ -14,6 +16,7 @@ from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.wording import counted
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS
+from hydrofdi.store.results import MISSING
 from hydrofdi.studies.judged import judge_study
 
 _MOST = 20
@@ -37,13 +40,18 @@ def report_study(data: ExperimentData) -> DetectionReport:
         varied(study),
         before=(remarks_block(data), holes_block(data)),
         after=(provenance_block(data),),
+        progress=Progress(data.n_run - int((_statuses(data) == MISSING).sum()), data.n_run),
     )
 
 
+def _statuses(data: ExperimentData) -> NDArray[np.str_]:
+    return np.asarray(data.columns[STATUS]).astype(str)
+
+
 def holes_block(data: ExperimentData) -> Block | None:
-    """How many runs have no numbers, and why; None where all have."""
-    statuses = np.asarray(data.columns[STATUS]).astype(str)
-    rows = np.flatnonzero(statuses != "ok")
+    """How many of the computed runs have no numbers, and why; None where all have."""
+    statuses = _statuses(data)
+    rows = np.flatnonzero((statuses != "ok") & (statuses != MISSING))
     if not rows.size:
         return None
     kinds = ", ".join(f"{count:,} {status}" for status, count in Counter(statuses[rows].tolist()).items())
@@ -52,5 +60,6 @@ def holes_block(data: ExperimentData) -> Block | None:
     lines = [f"{counted(count, 'run')}: {message}" for message, count in reasons.most_common(_MOST)]
     rest = len(reasons) - _MOST
     more = [f"… and {counted(rest, 'more reason')}."] if rest > 0 else []
-    first = f"{rows.size:,} of {counted(data.n_run, 'run')} have no numbers and are in no rate: {kinds}."
+    n_computed = int((statuses != MISSING).sum())
+    first = f"{rows.size:,} of {counted(n_computed, 'run')} have no numbers and are in no rate: {kinds}."
     return Block("holes", "What is missing", (first, *lines, *more))

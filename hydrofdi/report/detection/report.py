@@ -15,6 +15,7 @@ from hydrofdi.report.detection.designs import design_records, designs_block
 from hydrofdi.report.detection.false_alarms import false_alarms_block
 from hydrofdi.report.detection.levels import levels_block
 from hydrofdi.report.detection.populations import populations_block
+from hydrofdi.report.detection.progress import Progress
 from hydrofdi.report.detection.ranking import ranking_block
 from hydrofdi.report.detection.record import detection_records, study_record
 from hydrofdi.report.detection.varied import Varied
@@ -25,10 +26,7 @@ from hydrofdi.studies.judgement import Detection
 if TYPE_CHECKING:
     from hydrofdi.report.contract import FigureKind
 
-_LEAD = (
-    "Which leak is found, with which sensors and which score, at a stated rate of false alarms. All numbers"
-    " are computed."
-)
+_LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
 
 @dataclass(frozen=True)
@@ -47,6 +45,8 @@ class DetectionReport:
         What differs between the records.
     before, after : tuple of Block
         Further sections, such as what is missing, and provenance.
+    progress : Progress or None
+        How far the sweep is; None where all records are there from the start, as measured ones are.
     """
 
     name: str
@@ -55,6 +55,12 @@ class DetectionReport:
     varied: Varied = field(default_factory=Varied)
     before: tuple[Block | None, ...] = ()
     after: tuple[Block | None, ...] = ()
+    progress: Progress | None = None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether no record is still to come."""
+        return self.progress is None or self.progress.is_complete
 
     @property
     def usual_figure(self) -> str:
@@ -66,22 +72,25 @@ class DetectionReport:
         first = self.detections[0]
         blocks = (
             *self.before,
-            answer_block(first),
+            answer_block(first, is_complete=self.is_complete),
             populations_block(first, self.varied),
             ranking_block(first),
             false_alarms_block(first),
             levels_block(first),
-            why_block(first),
-            designs_block(self.detections),
+            why_block(first) if self.is_complete else None,
+            designs_block(self.detections) if self.is_complete else None,
             caveats_block(first),
             *self.after,
         )
-        return document_of(self.name, _LEAD, blocks)
+        unfinished = "" if self.progress is None or self.is_complete else self.progress.sentence
+        return document_of(self.name, unfinished or _LEAD, blocks)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
         return {
             "experiment": self.name,
+            "is_complete": self.is_complete,
+            **({} if self.progress is None else self.progress.record),
             "detection": [record for each in self.detections for record in detection_records(each)],
             "studies": [study_record(each) for each in self.detections],
             "designs": design_records(self.detections),

@@ -45,7 +45,7 @@ def render_page(document: Document, figures: Mapping[str, str], captions: Mappin
         "<main>",
         *(line for block in blocks for line in _section(block, figures, captions)),
         "</main>",
-        "<footer><p>Made by hydrofdi. All numbers on this page are computed.</p></footer>",
+        "<footer><p>Made by hydrofdi.</p></footer>",
         "</body>",
         "</html>",
     ]

@@ -1,0 +1,31 @@
+"""How far a study is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Runs of a study that are computed, and those that are planned."""
+
+    n_computed: int
+    n_planned: int
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether no run is left to compute."""
+        return self.n_computed == self.n_planned
+
+    @property
+    def record(self) -> dict[str, int]:
+        """The numbers for JSON."""
+        return {"runs_computed": self.n_computed, "runs_planned": self.n_planned}
+
+    @property
+    def sentence(self) -> str:
+        """What stands on top of the report while runs are missing."""
+        return (
+            f"Not finished: {self.n_computed:,} of {self.n_planned:,} runs; 'hydrofdi sweep CONFIG' goes on."
+            " The tables hold what is there, and nothing is concluded from it."
+        )

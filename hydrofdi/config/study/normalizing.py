@@ -112,7 +112,18 @@ def _normalize_faults(source: Source, faults: Any) -> None:
         faults["over"] = {INTERNAL_LEAKAGE_FORMS[1]: []}
     elif isinstance(over, dict):
         for name in over:
-            over[name] = axis_in_si(source, (*path, "over", name), name, over[name])
+            over[name] = _levels(source, (*path, "over", name), name, over[name])
+
+
+def _levels(source: Source, path: Path, name: str, stated: Any) -> list[float]:
+    """The levels that are numbers; each of the others is a mistake of the source."""
+    levels = axis_in_si(source, path, name, stated)
+    for place, level in enumerate(levels):
+        if level is None:
+            source.mistakes.append(
+                source.mistake((*path, place), "a level is a number with a unit, not null")
+            )
+    return [level for level in levels if isinstance(level, float)]
 
 
 def _changes(source: Source, path: Path, changes: Any) -> Any:

@@ -6,6 +6,7 @@ from hydrofdi.assessment.inspection import Inspection, inspect_experiment
 from hydrofdi.assessment.leakage_targets import LeakageTarget, calibrate_flows
 from hydrofdi.assessment.plan_warnings import plan_warnings
 from hydrofdi.assessment.step_limits import step_limits
+from hydrofdi.assessment.study_warnings import study_warnings
 
 __all__ = [
     "Convergence",
@@ -17,4 +18,5 @@ __all__ = [
     "inspect_experiment",
     "plan_warnings",
     "step_limits",
+    "study_warnings",
 ]

@@ -39,7 +39,7 @@ def check(
     from hydrofdi.config import load_experiment
 
     experiment = load_experiment(config, settings or ())
-    tell_doubtful_settings(experiment)
+    tell_doubtful_settings(experiment, with_study=True)
     selection = select_runs(experiment)
     inspection = inspect_experiment(selection)
     convergence = halve_step(selection.jobs, tolerance) if converge else None

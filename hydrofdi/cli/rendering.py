@@ -42,10 +42,16 @@ _MOST_ROWS, _FEW_ROWS = 60, 20
 """Rows up to which the terminal shows a whole table, and how many it shows of a longer one."""
 
 
-def tell_doubtful_settings(experiment: ExperimentConfig, *, with_sweep: bool = True) -> None:
-    """Warn of strange values, of a baseline far from its runs, and of parameters without effect."""
+def tell_doubtful_settings(
+    experiment: ExperimentConfig, *, with_sweep: bool = True, with_study: bool = False
+) -> None:
+    """Warn of strange values, distant baselines, idle parameters, and studies that state too little."""
     sentences = unusual_values(experiment, with_sweep=with_sweep)
     sentences += distant_baseline(experiment) if with_sweep else []
+    if with_study and experiment.study is not None:
+        from hydrofdi.assessment.study_warnings import study_warnings
+
+        sentences += study_warnings(experiment)
     for sentence in sentences + idle_parameters(experiment):
         tell(f"warning: {sentence}")
 

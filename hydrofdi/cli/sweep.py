@@ -65,7 +65,7 @@ def sweep(
     directory = experiment_directory(experiment, out)
     if dry_run:
         return show_plan(experiment, directory, workers, retry_failed=retry_failed, json=json)
-    tell_doubtful_settings(experiment)
+    tell_doubtful_settings(experiment, with_study=True)
     chosen = make_engine(engine.value, workers, scheduler, shared_directory=shared_directory)
     with SweepWatcher() as watcher:
         summary = run_sweep(experiment, directory, chosen, watcher, retry_failed=retry_failed)

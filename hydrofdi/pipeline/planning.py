@@ -128,10 +128,11 @@ class SweepPlan:
                 warnings.append(
                     f"a Sobol sample of {sample.count} points is not balanced; take a power of two"
                 )
-        from hydrofdi.assessment import indicator_warnings, plan_warnings
+        from hydrofdi.assessment import indicator_warnings, plan_warnings, study_warnings
 
         runs = self.table.runs
         warnings += plan_warnings(runs.distinct) + indicator_warnings(runs.distinct, runs.choice)
+        warnings += study_warnings(self.experiment)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return warnings
 

@@ -6,6 +6,16 @@ labels, and nothing of the plant or of how severe a fault is.
 
 from hydrofdi.scoring.contract import Fitted, Score
 from hydrofdi.scoring.cross_fitting import cross_fitted_scores
+from hydrofdi.scoring.extra import EXTRA, has_extra
 from hydrofdi.scoring.registry import make_score, score_kind, score_names
 
-__all__ = ["Fitted", "Score", "cross_fitted_scores", "make_score", "score_kind", "score_names"]
+__all__ = [
+    "EXTRA",
+    "Fitted",
+    "Score",
+    "cross_fitted_scores",
+    "has_extra",
+    "make_score",
+    "score_kind",
+    "score_names",
+]

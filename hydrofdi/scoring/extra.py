@@ -5,6 +5,18 @@ from contextlib import contextmanager
 
 from hydrofdi.errors import ConfigError
 
+EXTRA = "pip install 'hydrofdi[learn]'"
+"""How the extra is installed."""
+
+
+def has_extra() -> bool:
+    """Whether the extra is installed."""
+    try:
+        with scikit_learn(""):
+            return True
+    except ConfigError:
+        return False
+
 
 @contextmanager
 def scikit_learn(name: str) -> Iterator[None]:
@@ -29,6 +41,6 @@ def scikit_learn(name: str) -> Iterator[None]:
     except ModuleNotFoundError as error:
         if error.name not in ("sklearn", "threadpoolctl"):
             raise
-        raise ConfigError(f"the score {name} needs the extra: pip install 'hydrofdi[learn]'") from None
+        raise ConfigError(f"the score {name} needs the extra: {EXTRA}") from None
     with threadpool_limits(limits=1):
         yield

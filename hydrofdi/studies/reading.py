@@ -20,6 +20,7 @@ from hydrofdi.store.folder.provenance import read_costs
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.store.results import MISSING
+from hydrofdi.studies.learned import makeable
 from hydrofdi.studies.made_scores import made_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
@@ -65,7 +66,7 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     ReportError
         The experiment has no study, or its file does not hold the runs of its study.
     ConfigError
-        A score is made of numbers that are not measured, or needs an extra that is not installed.
+        A score is made of numbers that are not measured.
     """
     roles, measured = _roles(data), tuple(_measured(data))
     return tuple(_design(data, roles, measured, design) for design in range(len(roles.designs)))
@@ -77,7 +78,9 @@ def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored],
     numbers = [*raw, *changes_since_before(records, raw)]
     judged = [each for each in numbers if not detection.indicators or _label(each) in detection.indicators]
     usual = usual_scores(records, raw) if detection.usual_scores else {}
-    return StudyDesign(records, (*judged, *made_scores(records, numbers, usual | detection.scores)))
+    wanted, remarks = makeable(usual | detection.scores)
+    records = replace(records, remarks=(*records.remarks, *remarks))
+    return StudyDesign(records, (*judged, *made_scores(records, numbers, wanted)))
 
 
 def _label(number: Scored) -> str:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
+from importlib.metadata import version
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +16,12 @@ from hydrofdi.report.document import Block
 from hydrofdi.report.sections.holes import remarks_block
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.wording import counted
+from hydrofdi.scoring import has_extra
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS
 from hydrofdi.store.results import MISSING
 from hydrofdi.studies.judged import judge_study
+from hydrofdi.studies.learned import asks_for_extra
 
 _MOST = 20
 """Reasons that are listed one by one."""
@@ -39,9 +43,16 @@ def report_study(data: ExperimentData) -> DetectionReport:
         judge_study(data),
         varied(study),
         before=(remarks_block(data), holes_block(data)),
-        after=(provenance_block(data),),
+        after=(provenance_block(_with_extra(data)),),
         progress=Progress(data.n_run - int((_statuses(data) == MISSING).sum()), data.n_run),
     )
+
+
+def _with_extra(data: ExperimentData) -> ExperimentData:
+    """The same with the version of scikit-learn, where scores were made with it for this report."""
+    if not (asks_for_extra(data.experiment.detection) and has_extra()):
+        return data
+    return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
 
 
 def _statuses(data: ExperimentData) -> NDArray[np.str_]:

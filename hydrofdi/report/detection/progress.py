@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hydrofdi.report.document import Block
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -22,10 +24,12 @@ class Progress:
         """The numbers for JSON."""
         return {"runs_computed": self.n_computed, "runs_planned": self.n_planned}
 
-    @property
-    def sentence(self) -> str:
-        """What stands on top of the report while runs are missing."""
-        return (
-            f"Not finished: {self.n_computed:,} of {self.n_planned:,} runs; 'hydrofdi sweep CONFIG' goes on."
+    def block(self) -> Block | None:
+        """What stands on top of the report while runs are missing; None where none is."""
+        if self.is_complete:
+            return None
+        sentence = (
+            f"{self.n_computed:,} of {self.n_planned:,} runs; 'hydrofdi sweep CONFIG' goes on."
             " The tables hold what is there, and nothing is concluded from it."
         )
+        return Block("progress", "Not finished", (sentence,))

@@ -71,6 +71,7 @@ class DetectionReport:
         """Its sections."""
         first = self.detections[0]
         blocks = (
+            None if self.progress is None else self.progress.block(),
             *self.before,
             answer_block(first, is_complete=self.is_complete),
             populations_block(first, self.varied),
@@ -82,8 +83,7 @@ class DetectionReport:
             caveats_block(first),
             *self.after,
         )
-        unfinished = "" if self.progress is None or self.is_complete else self.progress.sentence
-        return document_of(self.name, unfinished or _LEAD, blocks)
+        return document_of(self.name, _LEAD, blocks)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""

@@ -35,9 +35,9 @@ def report(tmp_path_factory):
 def test_an_unfinished_study_says_so_first_and_concludes_nothing(report):
     document = report.document()
     planned = report.progress.n_planned
-    assert document.lead[0].startswith(
-        f"Not finished: 90 of {planned:,} runs; 'hydrofdi sweep CONFIG' goes on."
-    )
+    assert document.blocks[0].title == "Not finished"
+    sentence = f"90 of {planned:,} runs; 'hydrofdi sweep CONFIG' goes on."
+    assert document.blocks[0].paragraphs[0].startswith(sentence)
     answer = next(block for block in document.blocks if block.key == "answer")
     assert answer.paragraphs == (
         "From 90 records: 30 healthy ones that set the thresholds, 20 healthy ones that test them,"

@@ -1,0 +1,57 @@
+"""What a study cannot state, whatever comes out of its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.study.study import StudyConfig
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.scoring import EXTRA, has_extra
+from hydrofdi.studies.judged import rules_of
+from hydrofdi.studies.learned import asks_for_extra
+from hydrofdi.studies.rules import Rules
+
+
+def study_warnings(experiment: ExperimentConfig) -> list[str]:
+    """A sentence on each number of records that is too small, and on an extra that is not installed."""
+    if experiment.study is None:
+        return []
+    sentences = list(_count_warnings(experiment.study, rules_of(experiment.detection)))
+    if asks_for_extra(experiment.detection) and not has_extra():
+        sentences.append(f"the report will leave out scores that need the extra: {EXTRA}")
+    return sentences
+
+
+def _count_warnings(study: StudyConfig, rules: Rules) -> Iterator[str]:
+    healthy, faults = study.healthy, study.faults
+    rate, confidence = f"{100.0 * rules.false_alarm_rate:g} %", f"{100.0 * rules.confidence:g} %"
+    needed = _records_for_threshold(rules)
+    if healthy.fit < needed:
+        yield (
+            f"study.healthy.fit = {healthy.fit} sets no threshold: for {rate} false alarms, {rules.threshold}"
+            f" needs {needed} records"
+        )
+    if healthy.test < rules.records_for_false_alarms:
+        yield (
+            f"study.healthy.test = {healthy.test} shows no rate of false alarms: {rate} needs"
+            f" {rules.records_for_false_alarms} records ({confidence} confidence)"
+        )
+    if faults is not None and faults.each < rules.records_for_detection:
+        yield (
+            f"study.faults.each = {faults.each} is too few for one level to show"
+            f" {100.0 * rules.probability:g} % detection: that needs {rules.records_for_detection} records"
+            f" ({confidence} confidence)"
+        )
+
+
+def _records_for_threshold(rules: Rules) -> int:
+    """Healthy records that a threshold on one side needs."""
+    try:
+        rules.set_threshold(np.zeros(1), Direction.RISING)
+    except NotStatedError as refusal:
+        return refusal.records_needed or 0
+    return 0

@@ -1,0 +1,65 @@
+"""Numbers of records that a study needs, said before it is swept."""
+
+import sys
+
+import pytest
+
+from hydrofdi.assessment.study_warnings import study_warnings
+from hydrofdi.config import load_experiment
+from hydrofdi.execution import InProcessEngine
+from hydrofdi.papers import make_report
+from hydrofdi.pipeline import plan_sweep, predict, read_results, run_sweep
+
+STUDY = """
+name: few
+record: {{duration: 2 s}}
+study:
+  population: {{over: {{fluid.bulk_modulus: {{uniform: ±20 %}}}}}}
+  healthy: {{fit: {fit}, test: 299}}
+  faults: {{leakage.internal_flow: [0.2 L/min, 1 L/min], each: {each}, fit: 10}}
+detection: {{threshold: {threshold}, indicators: [pressure_statistics]}}
+"""
+
+
+@pytest.fixture
+def loaded(tmp_path):
+    def load(fit, each=29, threshold="quantile", settings=()):
+        file = tmp_path / "few.yaml"
+        file.write_text(STUDY.format(fit=fit, each=each, threshold=threshold))
+        return load_experiment(file, settings)
+
+    return load
+
+
+@pytest.mark.parametrize(("threshold", "needed"), [("quantile", 99), ("tolerance", 299), ("tail", 500)])
+def test_too_few_healthy_records_are_warned_of_with_the_number_needed(loaded, threshold, needed):
+    (warning,) = study_warnings(loaded(needed - 1, threshold=threshold))
+    assert f"{threshold} needs {needed} records" in warning
+    assert not study_warnings(loaded(needed, threshold=threshold))
+
+
+def test_plans_warn_of_too_few_leaks(loaded, tmp_path):
+    plan = plan_sweep(loaded(99, each=28), tmp_path / "out")
+    assert any("study.faults.each = 28" in text and "29" in text for text in plan.warnings(predict(plan, 1)))
+
+
+def test_without_the_extra_plans_warn_and_reports_judge_the_other_scores(loaded, tmp_path, monkeypatch):
+    experiment = loaded(99, settings=["detection.usual_scores=true", "study.healthy.test=20"])
+    run_sweep(experiment, tmp_path / "out", InProcessEngine())
+    versions = dict(_versions(make_report(read_results(tmp_path / "out"))))
+    assert "scikit-learn" in versions
+    monkeypatch.setitem(sys.modules, "sklearn", None)
+    assert any("pip install 'hydrofdi[learn]'" in text for text in study_warnings(experiment))
+    report = make_report(read_results(tmp_path / "out"))
+    names = [each.scored.name for each in report.detections[0].judgements]
+    assert names
+    assert all(name.startswith("pressure_statistics.") for name in names)
+    (remark,) = [text for text in report.detections[0].remarks if "left out" in text]
+    assert "mahalanobis(P1)" in remark
+    assert "scikit-learn" not in dict(_versions(report))
+
+
+def _versions(report):
+    (block,) = [block for block in report.document().blocks if block.key == "provenance"]
+    (sheet,) = [sheet for sheet in block.sheets if sheet.key == "versions"]
+    return [(name.text, shown.text) for name, shown in sheet.rows]

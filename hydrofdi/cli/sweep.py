@@ -76,8 +76,10 @@ def sweep(
         f"{summary.planned} runs: {summary.completed} computed{measured}, {summary.skipped} stored before,"
         f" {summary.failed} failed, in {summary.seconds:.1f} s"
     )
+    for label, fault in summary.faults.items():
+        tell(f"{label}: {fault}")
     if summary.interrupted:
         tell("interrupted; the same command goes on where this one ended")
         return 130
     tell(f"stored {summary.file}; see 'hydrofdi report {summary.file.parent}'")
-    return 1 if summary.failed else 0
+    return 1 if summary.failed or summary.faults else 0

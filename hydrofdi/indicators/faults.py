@@ -32,6 +32,16 @@ def raised(indicator: Indicator[Any], error: Exception) -> FaultyIndicatorError:
     return FaultyIndicatorError(f"indicator {indicator.name!r} raised {what}{_place(indicator, error)}")
 
 
+def gives_infinite(indicator: Indicator[Any]) -> str:
+    """The fault of an indicator in a record of which it gives infinite numbers alone."""
+    return f"indicator {indicator.name!r} gives infinite numbers"
+
+
+def tells_fault(obstacle: str) -> bool:
+    """Whether what kept an indicator from a number is a fault of its own, not the record's."""
+    return obstacle.startswith("indicator '")
+
+
 def _place(indicator: Indicator[Any], error: Exception) -> str:
     """Where in the indicator's own module an exception came from; empty where that is not known."""
     code = getattr(inspect.unwrap(type(indicator).measure), "__code__", None)

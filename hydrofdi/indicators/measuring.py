@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import process_time
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.faults import FaultyIndicatorError, raised, require_sound_outputs
+from hydrofdi.indicators.faults import FaultyIndicatorError, gives_infinite, raised, require_sound_outputs
 from hydrofdi.records import Array, RecordBatch, Remark
 
 Indicators = Mapping[str, Indicator[Any]]
@@ -69,10 +69,14 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
             numbers = _nothing(blinded, indicator)
         if seconds is not None:
             seconds[label] = seconds.get(label, 0.0) + process_time() - start
-        measures.values.update({f"{label}.{name}": array for name, array in numbers.items()})
+        infinite, found = (_any_of(kind, numbers, records.n_record) for kind in (np.isinf, np.isfinite))
+        for name, array in numbers.items():
+            measures.values[f"{label}.{name}"] = np.where(np.isfinite(array), array, np.nan)
         measures.obstacles[label] = tuple(
-            indicator.absence if reason is None and not found else reason
-            for reason, found in zip(reasons, _found(numbers, records.n_record), strict=True)
+            (gives_infinite(indicator) if infinite[row] else indicator.absence)
+            if reason is None and not found[row]
+            else reason
+            for row, reason in enumerate(reasons)
         )
     return measures
 
@@ -106,7 +110,7 @@ def _seen_by(indicator: Indicator[Any], records: RecordBatch) -> RecordBatch:
 def _numbers(
     records: RecordBatch, indicator: Indicator[Any], reasons: Sequence[str | None]
 ) -> dict[str, Array]:
-    """Its outputs; NaN where there is an obstacle, and for what overflows."""
+    """Its outputs; NaN where there is an obstacle, infinite where they overflow."""
     numbers = _nothing(records, indicator)
     fit = [row for row, reason in enumerate(reasons) if reason is None]
     if not fit:
@@ -119,7 +123,7 @@ def _numbers(
         raise raised(indicator, error) from error
     require_sound_outputs(measured, indicator, len(fit))
     for name, array in numbers.items():
-        array[fit] = np.where(np.isfinite(measured[name]), measured[name], np.nan)
+        array[fit] = measured[name]
     return numbers
 
 
@@ -130,11 +134,13 @@ def _nothing(records: RecordBatch, indicator: Indicator[Any]) -> dict[str, Array
     }
 
 
-def _found(numbers: dict[str, Array], n_record: int) -> NDArray[np.bool_]:
-    """Whether a record has any number, shape (n_record,)."""
+def _any_of(
+    kind: Callable[[Array], NDArray[np.bool_]], numbers: dict[str, Array], n_record: int
+) -> NDArray[np.bool_]:
+    """Whether a record has any number of a kind, shape (n_record,)."""
     found = np.zeros(n_record, dtype=bool)
     for array in numbers.values():
-        found |= ~np.isnan(array).all(axis=tuple(range(1, array.ndim)))
+        found |= kind(array).any(axis=tuple(range(1, array.ndim)))
     return found
 
 

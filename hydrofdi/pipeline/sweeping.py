@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import time
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -28,6 +29,7 @@ from hydrofdi.execution import (
     split_jobs,
     unsolved_conditions,
 )
+from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.pipeline.places import experiment_file, library_versions
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.simulation import run_identities
@@ -46,7 +48,7 @@ from hydrofdi.store.folder.calibrations import read_calibrations, write_calibrat
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.log import RunLog
 from hydrofdi.store.folder.provenance import add_provenance, environment_record, now
-from hydrofdi.store.reading import is_current, read_statuses
+from hydrofdi.store.reading import is_current, read_obstacles, read_statuses
 from hydrofdi.store.request import read_request, require_same_experiment, write_request
 from hydrofdi.store.results import MISSING
 
@@ -66,6 +68,8 @@ class SweepSummary:
         The experiment file.
     interrupted : bool
         Whether it was asked to finish early.
+    faults : dict of str to str
+        Label → what is wrong with an indicator that failed, and in how many of the runs.
     """
 
     planned: int
@@ -76,6 +80,7 @@ class SweepSummary:
     seconds: float
     file: Path
     interrupted: bool = False
+    faults: dict[str, str] = field(default_factory=dict)
 
 
 class Watcher(Protocol):
@@ -157,6 +162,7 @@ def run_sweep(
                 done = {"ended": now(), "computed": completed, "costs": recorder.costs}
                 add_provenance(directory, record | done)
                 _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
+                recorder.log_faults(_faults(plan.file))
     except StoreError:
         _clear_away(directory)
         raise
@@ -287,6 +293,11 @@ class _Recorder:
         """Label of an indicator → CPU time per record [s]."""
         return {label: seconds / self._n_measured for label, seconds in self._seconds.items()}
 
+    def log_faults(self, faults: dict[str, str]) -> None:
+        """Keep which indicators failed, and how."""
+        for label, message in faults.items():
+            self._log.write("faulty indicator", label=label, message=message)
+
     def _stored(self, receipt: BatchReceipt) -> None:
         self._completed += receipt.n_run
         self._n_measured += receipt.n_run
@@ -316,4 +327,15 @@ def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool
         seconds=time.perf_counter() - start,
         file=plan.file,
         interrupted=interrupted,
+        faults=_faults(plan.file),
     )
+
+
+def _faults(file: Path) -> dict[str, str]:
+    """Label → the most frequent fault of an indicator, with how many runs have one."""
+    faults = {}
+    for label, obstacles in read_obstacles(file).items():
+        if found := [obstacle for obstacle in obstacles if tells_fault(obstacle)]:
+            ((sentence, _),) = Counter(found).most_common(1)
+            faults[label] = f"{sentence}, in {len(found)} of {len(obstacles)} runs"
+    return faults

@@ -23,6 +23,7 @@ from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.layout.names import (
     FORMAT_VERSION,
+    OBSTACLE,
     PHASE,
     READABLE_FORMATS,
     REPLICATE_OF,
@@ -144,6 +145,22 @@ def read_statuses(path: Path) -> list[str]:
     """
     with _experiment_file(path) as file:
         return list(file[STATUS].asstr()[:])
+
+
+def read_obstacles(path: Path) -> dict[str, list[str]]:
+    """Label of an indicator → why each run of an experiment file has no number; empty where it has.
+
+    Raises
+    ------
+    StoreError
+        The file is missing, damaged, or of another version.
+    """
+    with _experiment_file(path) as file:
+        return {
+            name.removesuffix(OBSTACLE): list(file[name].asstr()[:])
+            for name in file
+            if name.endswith(OBSTACLE)
+        }
 
 
 @contextmanager

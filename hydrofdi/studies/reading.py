@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,7 +18,7 @@ from hydrofdi.indicators import Indicator
 from hydrofdi.records import Channel
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.folder.provenance import read_costs
-from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
+from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.store.results import MISSING
 from hydrofdi.studies.learned import makeable
@@ -141,6 +142,7 @@ def _numbers(
 ) -> Iterator[Scored]:
     seen = indicator.channels | (indicator.optional_channels & SIGNAL_OF_CHANNEL.keys())
     channels = tuple(channel.value for channel in Channel if channel in seen)
+    note = _why_not_measured(data, label)
     for output in indicator.outputs:
         values = data.columns.get(f"{label}.{output.name}")
         if values is None or not output.is_score:
@@ -155,4 +157,17 @@ def _numbers(
                 output.long_name,
                 output.direction,
                 cost,
+                note,
             )
+
+
+def _why_not_measured(data: ExperimentData, label: str) -> str:
+    """The most frequent reason why an indicator has no number of a record; empty where it has all."""
+    obstacles = data.columns.get(f"{label}{OBSTACLE}")
+    if obstacles is None:
+        return ""
+    told = Counter(str(each) for each in obstacles[data.columns[STATUS] == "ok"] if each)
+    if not told:
+        return ""
+    ((reason, count),) = told.most_common(1)
+    return f"not measured in {count} of {data.n_run} records: {reason}"

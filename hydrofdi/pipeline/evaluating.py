@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
+from hydrofdi.pipeline.healthy_control import conclusion, ranked_by_control
 from hydrofdi.pipeline.sources import open_source
 from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import MeasuredSource
@@ -68,14 +69,18 @@ class Evaluation:
     Attributes
     ----------
     detection : Detection
+        Scores that stand clear of their healthy control come first.
     healthy_pairs : mapping of str to tuple of HealthyPair
         Name of a score → every healthy group against every other; empty where there are no two.
     left : Left
+    conclusion : str
+        What healthy groups say of all scores; empty where there are no two.
     """
 
     detection: Detection
     healthy_pairs: Mapping[str, tuple[HealthyPair, ...]]
     left: Left
+    conclusion: str
 
 
 def evaluate(
@@ -119,7 +124,8 @@ def evaluate(
     made = made_scores(study.records, study.scores, usual | dict(scores or {}), tested_teach=True)
     detection = detect(study.records, [*study.scores, *made], rules)
     pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
-    return Evaluation(detection, pairs, left)
+    ranked = ranked_by_control(detection.judgements, pairs)
+    return Evaluation(replace(detection, judgements=ranked), pairs, left, conclusion(ranked, pairs))
 
 
 def _labels(sources: Sequence[RecordSource], healthy: Sequence[str]) -> Labels:

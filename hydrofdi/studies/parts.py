@@ -46,6 +46,14 @@ def part(records: StudyRecords, scored: Scored, populations: Collection[Populati
     return Part(scored.values[rows], records.severity[rows], groups)
 
 
+def records_without_number(records: StudyRecords, scored: Scored) -> dict[str, int]:
+    """Name of a population → how many of its records have no score; without those that have all."""
+    missing = {
+        each.name: int(np.isnan(scored.values[records.rows(each)]).sum()) for each in records.populations
+    }
+    return {name: count for name, count in missing.items() if count}
+
+
 @dataclass
 class Notes:
     """Sentences that come up while a score is judged.

@@ -9,8 +9,10 @@ from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.pipeline.evaluating import Evaluation
+from hydrofdi.pipeline.healthy_control import stands_clear
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.studies.judgement import Judgement
+from hydrofdi.studies.parts import records_without_number
 from hydrofdi.units import convert
 
 
@@ -29,6 +31,7 @@ def evaluation_record(evaluation: Evaluation) -> dict[str, Any]:
             {"label": each.name, "is_healthy": each.kind == "healthy", "n": records.rows(each).size}
             for each in records.populations
         ],
+        "conclusion": evaluation.conclusion or None,
         "remarks": list(detection.remarks),
         "scores": [_score_record(evaluation, each) for each in detection.judgements],
     }
@@ -60,6 +63,8 @@ def _score_record(evaluation: Evaluation, judgement: Judgement) -> dict[str, Any
             if level.detected is not None
         ],
         "q90_95_L_per_min": None if found is None else convert(found, "L/min"),
+        "stands_clear": stands_clear(judgement, evaluation.healthy_pairs[scored.name]),
+        "without_number": records_without_number(evaluation.detection.records, scored),
         "healthy_against_healthy": [_pair_record(each) for each in evaluation.healthy_pairs[scored.name]],
         "refusals": list(judgement.refusals),
         "remarks": list(judgement.remarks),

@@ -11,112 +11,93 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hydrofdi.cli.records.evaluation_columns import HOLE, area_text, print_scores
 from hydrofdi.cli.terminal import terminal
-from hydrofdi.evaluation.auc import Area
 from hydrofdi.evaluation.groups import HealthyPair
-from hydrofdi.evaluation.populations import Population
-from hydrofdi.evaluation.rates import Rate
 from hydrofdi.pipeline.evaluating import Evaluation
 from hydrofdi.studies.judgement import Judgement
-from hydrofdi.units import convert
 
 _SHOWN = 20
 """Scores, and pairs of healthy groups, that the terminal shows."""
 
-_HOLE = "–"
+_AREA_WIDTH = len("0.00 [0.00, 0.00]")
 
 
 def print_evaluation(evaluation: Evaluation) -> None:
-    """The scores, the best first; healthy groups against each other; what is not stated, and why."""
+    """What healthy groups say; the scores, the best first; what is not stated, and why."""
     console, detection = terminal(), evaluation.detection
     _print_records(console, evaluation)
     if not detection.judgements:
         console.print("no indicator gave a number of any record")
         return
+    if evaluation.conclusion:
+        console.print(Text(f"{evaluation.conclusion[0].upper()}{evaluation.conclusion[1:]}.", style="bold"))
+    console.print()
     shown = detection.judgements[:_SHOWN]
-    console.print(_scores_table(evaluation, shown))
+    print_scores(console, evaluation, shown)
     if len(detection.judgements) > len(shown):
         console.print(f"… the first {len(shown)} of {len(detection.judgements)} scores; --json has all")
-    best = detection.judgements[0]
-    pairs = evaluation.healthy_pairs[best.scored.name]
-    if pairs:
-        console.print(Text(f"\nHealthy against healthy, {best.scored.name}: none leaks", style="bold"))
-        console.print(_pairs_table(pairs))
-        if len(pairs) > _SHOWN:
-            console.print(f"… the {_SHOWN} that differ most of {len(pairs)} pairs; --json has all")
-    sentences = [(sentence, 0) for sentence in detection.remarks]
+    _print_pairs(console, evaluation, detection.judgements[0].scored.name)
+    console.print()
+    told = Table.grid(padding=(0, 1, 0, 0))
+    for sentence in _sentences(evaluation):
+        told.add_row("-", sentence)
+    console.print(told)
+
+
+def _sentences(evaluation: Evaluation) -> list[str]:
+    """What belongs to all scores, and what is not stated or remarked of some, with their number."""
+    detection = evaluation.detection
     is_made = [bool(np.isfinite(each.scored.values).any()) for each in detection.judgements]
     refused = list(compress(detection.judgements, [not each for each in is_made]))
-    sentences += Counter(each.scored.note for each in refused).most_common()
-    sentences += _told(list(compress(detection.judgements, is_made)))
-    for sentence, count in sentences:
-        of_all = f" ({count} of {len(detection.judgements)} scores)" if count else ""
-        console.print(f"- {sentence}{of_all}")
+    counts = Counter(each.scored.note for each in refused).most_common()
+    counts += _told(list(compress(detection.judgements, is_made)))
+    n_score = len(detection.judgements)
+    return [
+        *detection.remarks,
+        *(f"{text} ({count} of {n_score} scores)" if count < n_score else text for text, count in counts),
+    ]
 
 
 def _print_records(console: Console, evaluation: Evaluation) -> None:
     records = evaluation.detection.records
     counts = ", ".join(f"{records.rows(each).size:,} {each.name}" for each in records.populations)
     n_group = 0 if records.groups is None else len(set(records.groups))
-    console.print(f"{counts}; {f'{n_group} groups' if n_group else 'no groups'}")
+    console.print(f"Records: {counts}; {f'{n_group} groups' if n_group else 'no groups'}")
 
 
-def _scores_table(evaluation: Evaluation, judgements: Sequence[Judgement]) -> Table:
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("score", no_wrap=True)
-    levels = judgements[0].levels
-    for level in levels:
-        table.add_column(f"AUC {level.population.name}", no_wrap=True)
-    has_pairs = any(evaluation.healthy_pairs.values())
-    if has_pairs:
-        table.add_column("healthy groups", no_wrap=True)
-    table.add_column("false alarms", no_wrap=True)
-    has_severity = any(judgement.smallest for judgement in judgements)
-    if has_severity:
-        table.add_column("q90/95 [L/min]", justify="right")
-    for judgement in judgements:
-        row = [judgement.scored.name, *(_area(level.area) for level in judgement.levels)]
-        row += [_extreme(evaluation.healthy_pairs[judgement.scored.name])] if has_pairs else []
-        row += [_false_alarms(judgement)]
-        table.add_row(*row, *([_found(judgement)] if has_severity else []))
-    return table
-
-
-def _area(area: Area | None) -> str:
-    return _HOLE if area is None else f"{area.value:.2f} [{area.low:.2f}, {area.high:.2f}]"
-
-
-def _extreme(pairs: Sequence[HealthyPair]) -> str:
-    """The areas between which those of healthy groups lie."""
-    areas = [pair.area.value for pair in pairs]
-    return f"{min(areas):.2f} … {max(areas):.2f}" if areas else _HOLE
-
-
-def _false_alarms(judgement: Judgement) -> str:
-    rates = list(judgement.false_alarms.items())
-    return _rate(judgement, *rates[0]) if rates else _HOLE
-
-
-def _rate(judgement: Judgement, population: Population, rate: Rate) -> str:
-    if population in judgement.counted:
-        return f"{rate.count} of {rate.total}"
-    return f"{rate.value:.1%} [{rate.low:.1%}, {rate.high:.1%}]"
-
-
-def _found(judgement: Judgement) -> str:
-    bound = judgement.smallest.get("q90_95")
-    return _HOLE if bound is None else bound.sentence(scale=convert(1.0, "L/min"))
+def _print_pairs(console: Console, evaluation: Evaluation, name: str) -> None:
+    pairs = evaluation.healthy_pairs[name]
+    if not pairs:
+        return
+    console.print(Text(f"\nHealthy groups against each other by {name}: none of them leaks", style="bold"))
+    console.print(_pairs_table(pairs))
+    if len(pairs) > _SHOWN:
+        console.print(f"… the {_SHOWN} that differ most of {len(pairs)} pairs; --json has all")
 
 
 def _pairs_table(pairs: Sequence[HealthyPair]) -> Table:
+    """The pairs that differ most; each in both orders only where alarms differ with the order."""
+    has_alarms = any(pair.rate is not None for pair in pairs)
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for header in ("threshold of", "tested", "AUC", "alarms"):
-        table.add_column(header, no_wrap=True)
+    for header in ("threshold of", "tested") if has_alarms else ("group", "reads higher"):
+        table.add_column(header, overflow="fold")
+    for header in ("AUC", *(["false alarms"] if has_alarms else [])):
+        table.add_column(header, no_wrap=True, min_width=_AREA_WIDTH)
     apart = sorted(pairs, key=lambda pair: -abs(pair.area.value - 0.5))
+    if not has_alarms:
+        apart = [pair for pair in apart if _comes_first(pair)]
     for pair in apart[:_SHOWN]:
-        alarms = _HOLE if pair.rate is None else f"{pair.rate.count} of {pair.rate.total}"
-        table.add_row(pair.fit_group, pair.test_group, _area(pair.area), alarms)
+        alarms = HOLE if pair.rate is None else f"{pair.rate.count} of {pair.rate.total}"
+        own = [area_text(pair.area), *([alarms] if has_alarms else [])]
+        table.add_row(pair.fit_group, pair.test_group, *own)
     return table
+
+
+def _comes_first(pair: HealthyPair) -> bool:
+    """Whether it is the one of two orders in which the second group reads higher."""
+    is_equal = pair.area.value == 0.5
+    return pair.area.value > 0.5 or (is_equal and pair.fit_group < pair.test_group)
 
 
 def _told(judgements: Sequence[Judgement]) -> list[tuple[str, int]]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.study.alike import records_alike
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.refusal import NotStatedError
@@ -17,10 +18,11 @@ from hydrofdi.studies.rules import Rules
 
 
 def study_warnings(experiment: ExperimentConfig) -> list[str]:
-    """A sentence on each number of records that is too small, and on an extra that is not installed."""
+    """A sentence on each number of records that is too small, on equal records, and on a lacking extra."""
     if experiment.study is None:
         return []
     sentences = list(_count_warnings(experiment.study, rules_of(experiment.detection)))
+    sentences += records_alike(experiment)
     if asks_for_extra(experiment.detection) and not has_extra():
         sentences.append(f"the report will leave out scores that need the extra: {EXTRA}")
     return sentences

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.parameters import SENSING
 from hydrofdi.config.plausibility import block_values
 from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.sections.sensor import SensorConfig
+from hydrofdi.config.study.values import study_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 
 
@@ -88,6 +90,23 @@ def idle_parameters(experiment: ExperimentConfig) -> list[str]:
     ]
 
 
+def idle_draws(experiment: ExperimentConfig, names: Iterable[str]) -> set[str]:
+    """Those of some parameters that have no effect in any run of a study, whatever they are."""
+    needs = _NEEDS | ({} if _has_chance(experiment) else {"measurement.seed": ()})
+    return {
+        name
+        for name in names
+        if name in needs and (not needs[name] or _sentence(name, needs[name], experiment))
+    }
+
+
+def _has_chance(experiment: ExperimentConfig) -> bool:
+    """Whether a sensor has noise, or the clock jitter, in any run."""
+    noisy = {f"{section}.{field}" for section in SENSING for field in ("noise", "noise_density", "jitter")}
+    chances = noisy & set(parameter_names())
+    return any(value for name in chances for value in _occurring_values(name, experiment))
+
+
 def _stated_parameters(experiment: ExperimentConfig) -> set[str]:
     """Parameters that differ from their defaults, or vary."""
     default = RunRequest()
@@ -120,3 +139,5 @@ def _occurring_values(option: str, experiment: ExperimentConfig) -> Iterator[Any
         yield experiment.baseline[option]
     for block in blocks:
         yield from (value for name, value in block_values(block) if name == option)
+    if experiment.study is not None:
+        yield from (value for name, value in study_values(experiment.study) if name == option)

@@ -56,6 +56,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
         floor = case.floor(false_alarms)
         found = detectability(list(faulty.values()), threshold, floor, rules, case.notes)
     case.remark_missing(fit, faulty.values())
+    case.remark_equal(fit)
     return Judgement(
         scored=scored,
         direction=direction,
@@ -147,6 +148,15 @@ class _Case:
             )
             return self.rules.false_alarm_rate
         return sum(rate.count for rate in healthy) / sum(rate.total for rate in healthy)
+
+    def remark_equal(self, fit: Part) -> None:
+        """Say where records cannot be told from one record that is counted again and again."""
+        found = fit.scores[~np.isnan(fit.scores)]
+        if found.size > 1 and np.all(found == found[0]):
+            self.notes.remarks.append(
+                f"all {found.size} healthy fit records have the same score: rates and intervals hold for"
+                " independent records, and these may be one record"
+            )
 
     def remark_missing(self, fit: Part, faulty: Collection[Part]) -> None:
         """Say how many records have no score: they are neither alarms nor misses."""

@@ -38,7 +38,7 @@ class Redrawn:
         threshold : Threshold
             Set on the healthy records, by their order.
         healthy, faulty : array_like, shape (n_record,)
-            Scores of fit and of test records; NaN where there is none.
+            Scores of fit and of test records; NaN where there is none, which raises no alarm.
 
         Returns
         -------
@@ -50,14 +50,12 @@ class Redrawn:
             The threshold is that of a tail model, or no faulty record has a score.
         """
         fit, tested = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
-        is_known = ~np.isnan(tested)
-        if not is_known.any():
+        if np.isnan(tested).all():
             raise NotStatedError("no faulty record has a score")
         high = self._limit(fit, threshold.high)
         low = -self._limit(-fit, -threshold.low)
         is_alarm = (tested > high[:, None]) | (tested < low[:, None])
-        drawn = self.faulty * is_known
-        return np.asarray(np.sum(drawn * is_alarm, axis=1) / np.maximum(drawn.sum(axis=1), 1))
+        return np.asarray(np.sum(self.faulty * is_alarm, axis=1) / self.faulty.sum(axis=1))
 
     def _limit(self, healthy: Array, limit: float) -> Array:
         """Upper limits of the same rank, shape (n_draw,)."""

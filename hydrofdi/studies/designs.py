@@ -74,7 +74,8 @@ class Detector:
             raise NotStatedError(f"{self.judgement.scored.name} has no threshold, or there are no faults")
         draws = redrawn(self.healthy.size, tuple(self.n_record.values()))
         drawn = draws.detected(threshold, self.healthy, self.faulty)
-        return float(np.nanmean(threshold.outcomes(self.faulty))), drawn
+        hits = np.nan_to_num(threshold.outcomes(self.faulty), nan=0.0)
+        return float(hits.mean()), drawn
 
     @property
     def _faults(self) -> tuple[Population, ...]:

@@ -112,7 +112,7 @@ class Detection:
     ----------
     records : StudyRecords
     judgements : tuple of Judgement
-        Best first: those that keep their false-alarm rate, by q90/95, then by the area at the middle level.
+        Best first, as `ranked`.
     rules : Rules
         By which they are judged.
     pareto : frozenset of str

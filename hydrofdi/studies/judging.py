@@ -46,7 +46,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
         Level(
             population,
             float(own.severity.mean()) if own.severity.size else np.nan,
-            None if threshold is None else own.rate(threshold, rules.confidence),
+            None if threshold is None else own.detected(threshold, rules.confidence),
             suspicion.area(own, case.notes),
         )
         for population, own in faulty.items()
@@ -55,7 +55,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
     if threshold is not None and faulty:
         floor = case.floor(false_alarms)
         found = detectability(list(faulty.values()), threshold, floor, rules, case.notes)
-    case.remark_missing(fit, faulty.values())
+    case.remark_missing(fit, faulty)
     case.remark_equal(fit)
     return Judgement(
         scored=scored,
@@ -135,7 +135,8 @@ class _Case:
         if rate.low > aim or (rate.high < aim and not is_limit):
             self.notes.remarks.append(
                 f"false alarms of {population.name!r}: {rate.count} of {rate.total}, {rate.value:.2%}"
-                f" [{rate.low:.2%}, {rate.high:.2%}], which leaves out the {aim:.3g} that it is set for"
+                f" [{rate.low:.2%}, {rate.high:.2%}], which leaves out the {100.0 * aim:.3g} %"
+                f" that it is set for"
             )
 
     def floor(self, false_alarms: Mapping[Population, Rate]) -> float:
@@ -158,14 +159,21 @@ class _Case:
                 " independent records, and these may be one record"
             )
 
-    def remark_missing(self, fit: Part, faulty: Collection[Part]) -> None:
-        """Say how many records have no score: they are neither alarms nor misses."""
-        parts = {"healthy fit": [fit], "faulty": faulty}
-        for name, own in parts.items():
-            total = sum(each.scores.size for each in own)
-            missing = sum(int(np.isnan(each.scores).sum()) for each in own)
-            if missing:
-                self.notes.remarks.append(f"{missing} of {total} {name} records cannot be measured")
+    def remark_missing(self, fit: Part, faulty: Mapping[Population, Part]) -> None:
+        """Say how many records have no score: fit records teach nothing, faulty ones are missed."""
+        if fit.n_missing:
+            self.notes.remarks.append(
+                f"{fit.n_missing} of {fit.scores.size} healthy fit records have no score"
+            )
+        missing = [
+            f"{own.n_missing} of {own.scores.size} at {population.name!r}"
+            for population, own in faulty.items()
+            if own.n_missing
+        ]
+        if missing:
+            self.notes.remarks.append(
+                f"faulty records without a score raise no alarm and count as missed: {', '.join(missing)}"
+            )
 
 
 def _counted(

@@ -1,18 +1,24 @@
-"""The scores of some populations of a study."""
+"""The scores of some populations of a study, and what tested levels say without a curve."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
 
+from hydrofdi.evaluation.pod.curve import PodCurve
+from hydrofdi.evaluation.pod.detectable import DetectableSeverity
+from hydrofdi.evaluation.pod.monotone import last_shown
+from hydrofdi.evaluation.pod.tally import Tally
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.evaluation.tolerance import records_needed
 from hydrofdi.studies.records import Scored, StudyRecords
 
 Stated = TypeVar("Stated")
@@ -32,9 +38,23 @@ class Part:
     severity: Array
     groups: list[str] | None
 
+    @property
+    def n_missing(self) -> int:
+        """Number of records without a score."""
+        return int(np.isnan(self.scores).sum())
+
     def rate(self, threshold: Threshold, confidence: float) -> Rate:
         """The rate of alarms."""
         return alarm_rate(threshold.outcomes(self.scores), groups=self.groups, confidence=confidence)
+
+    def detections(self, threshold: Threshold) -> Array:
+        """1 detected, 0 not, shape (n_record,); a record without a score raises no alarm."""
+        return np.nan_to_num(threshold.outcomes(self.scores), nan=0.0)
+
+    def detected(self, threshold: Threshold, confidence: float) -> Rate:
+        """The rate of detection of faulty records; those without a score count as missed."""
+        rate = alarm_rate(self.detections(threshold), groups=self.groups, confidence=confidence)
+        return replace(rate, not_measurable=self.n_missing)
 
 
 def part(records: StudyRecords, scored: Scored, populations: Collection[Population]) -> Part:
@@ -52,6 +72,87 @@ def records_without_number(records: StudyRecords, scored: Scored) -> dict[str, i
         each.name: int(np.isnan(scored.values[records.rows(each)]).sum()) for each in records.populations
     }
     return {name: count for name, count in missing.items() if count}
+
+
+@dataclass(frozen=True, eq=False)
+class TestedLevels:
+    """Levels of a nominal severity, ascending; all true severities are known.
+
+    A record without a score raises no alarm, so it counts as a miss.
+    """
+
+    levels: Sequence[Part]
+    threshold: Threshold
+
+    @cached_property
+    def severity(self) -> Array:
+        """True severity of each record, shape (n_record,)."""
+        return np.concatenate([level.severity for level in self.levels])
+
+    @cached_property
+    def outcomes(self) -> Array:
+        """1 detected, 0 not, shape (n_record,)."""
+        return np.concatenate([level.detections(self.threshold) for level in self.levels])
+
+    @cached_property
+    def tally(self) -> Tally:
+        """Hits of each level at its *largest* true severity.
+
+        The probability of detection there is at least the mean of the level, so what is stated is not too
+        small.
+        """
+        rates = [level.detected(self.threshold, 0.95) for level in self.levels]
+        hits, total = (
+            np.array([getattr(rate, name) for rate in rates], float) for name in ("count", "total")
+        )
+        largest = [level.severity.max() for level in self.levels]
+        return Tally(np.maximum.accumulate(largest), hits, total)
+
+    @property
+    def is_grouped(self) -> bool:
+        """Whether records may depend on each other."""
+        return any(level.groups is not None for level in self.levels)
+
+    def lie_on_the_rise(self, curve: PodCurve) -> bool:
+        """Whether two levels or more do, so that the curve has a slope.
+
+        True severities of one level differ by little: what they tell of the slope is chance. A level whose
+        severities span an octave counts as two.
+        """
+        if curve.is_step:
+            return False
+        floor, count = curve.false_alarm_rate, 0
+        for level in self.levels:
+            rise = (float(curve.probability(level.severity).mean()) - floor) / (1.0 - floor)
+            span = level.severity.max() / level.severity.min()
+            count += (1 + (span >= 2.0)) * (0.01 < rise < 0.99)
+        return count >= 2
+
+    def with_one_miss_more(self) -> Array | None:
+        """Outcomes in which the smallest level that is always detected has a miss; None without such a level.
+
+        It is missed at its largest severity.
+        """
+        outcomes, first = self.outcomes.copy(), 0
+        for level, hits, total in zip(self.levels, self.tally.hits, self.tally.total, strict=True):
+            if hits == total:
+                outcomes[first + int(np.argmax(level.severity))] = 0.0
+                return outcomes
+            first += level.severity.size
+        return None
+
+    def bound(self, probability: float, confidence: float) -> DetectableSeverity:
+        """The last level whose one-sided limit of the rate of detection shows a probability."""
+        rates = [level.detected(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
+        shown = np.array([rate.low >= probability for rate in rates])
+        n_group, needed = rates[-1].n_group, records_needed(1.0 - probability, confidence)
+        if n_group is not None and n_group < needed and not shown[-1]:
+            raise NotStatedError(
+                f"{quantile_name(probability, confidence)} needs {needed} groups of faulty records that"
+                f" agree; there are {n_group}",
+                needed,
+            )
+        return last_shown(self.tally.severity, shown, probability, confidence)
 
 
 @dataclass
@@ -76,3 +177,8 @@ class Notes:
         except NotStatedError as refusal:
             self.refusals.append(str(refusal))
             return None
+
+
+def quantile_name(probability: float, confidence: float) -> str:
+    """Such as ``q90/95``: found with 90 % probability and 95 % confidence."""
+    return f"q{100.0 * probability:.5g}/{100.0 * confidence:.5g}"

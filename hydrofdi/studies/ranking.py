@@ -9,17 +9,27 @@ from hydrofdi.studies.judgement import Judgement
 
 
 def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """Best first: those that keep their false-alarm rate, by q90/95, then by the area at the middle level.
+    """Best first: those not shown to exceed their false-alarm rate, by q90/95.
+
+    Of equal ones first that with fewer channels. Where nothing is found, by the rate of detection at the
+    largest level; then by the area at the middle level.
 
     A score that alarms on anything finds every leak, so those that do not keep their rate come last.
     """
     return tuple(sorted(judgements, key=_place))
 
 
-def _place(judgement: Judgement) -> tuple[bool, float, float, str]:
-    area = judgement.middle_area
+def _place(judgement: Judgement) -> tuple[bool, float, float, float, str]:
+    area, found = judgement.middle_area, found_from(judgement)
     suspicion = 0.0 if math.isnan(area) else area
-    return not judgement.keeps_its_rate, found_from(judgement), -suspicion, judgement.scored.name
+    second = float(len(judgement.scored.channels)) if math.isfinite(found) else -_largest_rate(judgement)
+    return not judgement.keeps_its_rate, found, second, -suspicion, judgement.scored.name
+
+
+def _largest_rate(judgement: Judgement) -> float:
+    """The rate of detection at the largest level; 0 without."""
+    rates = [level.detected.value for level in judgement.levels[-1:] if level.detected is not None]
+    return rates[0] if rates and math.isfinite(rates[0]) else 0.0
 
 
 def found_from(judgement: Judgement) -> float:

@@ -265,7 +265,7 @@ def test_alarms_in_place_of_detections_are_seen_on_healthy_records():
     shifted[records.rows(TEST)] += 1.0
     judgement = judge(records, replace(scored, values=shifted), RULES)
     assert not judgement.keeps_its_rate
-    assert any("leaves out the 0.01" in remark for remark in judgement.remarks)
+    assert any("leaves out the 1 %" in remark for remark in judgement.remarks)
     assert judge(records, scored, RULES).keeps_its_rate
     warm = scored.values.copy()
     warm[records.rows(STIFFER)] += 1.0
@@ -277,16 +277,16 @@ def test_alarms_in_place_of_detections_are_seen_on_healthy_records():
     assert judgement.keeps_its_rate, "another fault is no healthy machine"
 
 
-def test_records_without_a_score_are_neither_alarms_nor_misses():
+def test_records_without_a_score_are_no_alarms_and_those_with_a_fault_are_missed():
     records = usual()
     values = rising(records).values.copy()
     values[records.rows(LEVELS[8])[:40]] = np.nan
     values[records.rows(FIT)[:10]] = np.nan
     judgement = judge(records, Scored("s", values, direction=Direction.RISING), RULES)
-    assert (judgement.levels[8].detected.total, judgement.levels[8].detected.not_measurable) == (60, 40)
+    assert (judgement.levels[8].detected.total, judgement.levels[8].detected.not_measurable) == (100, 40)
     assert judgement.threshold.not_measurable == 10
-    assert "40 of 900 faulty records cannot be measured" in judgement.remarks
-    assert "10 of 1000 healthy fit records cannot be measured" in judgement.remarks
+    assert any("count as missed: 40 of 100 at '1'" in remark for remark in judgement.remarks)
+    assert "10 of 1000 healthy fit records have no score" in judgement.remarks
 
 
 def test_nothing_measurable_is_nothing_stated():
@@ -340,7 +340,10 @@ def test_few_groups_that_agree_show_nothing():
     judgement = judge(few, rising(records, slope=9.0), RULES)
     assert judgement.levels[-1].detected.count == 60
     assert "q90_95" not in judgement.smallest
-    assert any("29 groups of faulty records that agree, not 6" in text for text in judgement.refusals)
+    assert any(
+        "q90/95 needs 29 groups of faulty records that agree; there are 6" in text
+        for text in judgement.refusals
+    )
 
 
 def test_faulty_fit_records_are_never_tested():

@@ -21,12 +21,15 @@ class DetectableSeverity:
         Of detection.
     confidence : float or None
         That the severity is no larger; None for the estimate itself.
+    source : str
+        Whether it is that of a fitted ``curve``, or comes from the tested ``levels`` alone.
     """
 
     place: Literal["below", "within", "above"]
     severity: float
     probability: float
     confidence: float | None = None
+    source: Literal["curve", "levels"] = "curve"
 
     @property
     def value(self) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,9 +99,33 @@ def last_shown(
     """
     n_shown = int(np.cumprod(shown[::-1]).sum())
     if not n_shown:
-        return DetectableSeverity("above", float(severity[-1]), probability, confidence)
+        return DetectableSeverity("above", float(severity[-1]), probability, confidence, "levels")
     place = severity.size - n_shown
-    return DetectableSeverity("within" if place else "below", float(severity[place]), probability, confidence)
+    where: Literal["within", "below"] = "within" if place else "below"
+    return DetectableSeverity(where, float(severity[place]), probability, confidence, "levels")
+
+
+def interpolated_level(counted: Tally, *, probability: float = 0.9) -> DetectableSeverity:
+    """The severity at which the isotonic estimate reaches a probability, an estimate without a curve.
+
+    Between levels it is interpolated along the logarithm of the severity: Stylianou and Flournoy, Biometrics
+    58 (2002) 171.
+
+    Parameters
+    ----------
+    counted : Tally
+    probability : float
+    """
+    rising = monotone_detection(counted)
+    level, estimate = rising.tally.severity, rising.probability
+    if estimate[-1] < probability:
+        return DetectableSeverity("above", float(level[-1]), probability, source="levels")
+    after = int(np.argmax(estimate >= probability))
+    if not after:
+        return DetectableSeverity("below", float(level[0]), probability, source="levels")
+    share = (probability - estimate[after - 1]) / (estimate[after] - estimate[after - 1])
+    severity = level[after - 1] * (level[after] / level[after - 1]) ** share
+    return DetectableSeverity("within", float(severity), probability, source="levels")
 
 
 def _levels(counted: Tally) -> Tally:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.report.detection.selection import chosen_levels, level_of, tested
 from hydrofdi.report.detection.wording import (
+    FROM_LEVELS,
     cost_cell,
     found_cell,
     rate_cell,
@@ -96,7 +97,8 @@ def ranking_note(detection: Detection) -> str:
     return (
         f"q90/95: {unit.quantity} found with {100.0 * asked.probability:g} % probability, with {confidence}"
         " confidence; q90 and q50 are the estimates. ≤: at most the smallest tested; >: not detectable up to"
-        f" the largest. False alarms of healthy test records, with {confidence} interval, at thresholds for"
+        f" the largest. {FROM_LEVELS}: from the tested levels, without a curve; estimates are interpolated"
+        f" between them. False alarms of healthy test records, with {confidence} interval, at thresholds for"
         f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: does not keep its rate.{area} Cost:"
         " CPU time per record."
     )

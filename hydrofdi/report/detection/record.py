@@ -126,13 +126,14 @@ def _level_record(level: Level, unit: SeverityUnit) -> dict[str, Any]:
 
 
 def _found_record(smallest: Mapping[str, DetectableSeverity], unit: SeverityUnit) -> dict[str, Any]:
-    """Severities that are found, None where none is; and on which side of the tested ones they lie."""
+    """Severities that are found, on which side of the tested ones they lie, and where they come from."""
     record: dict[str, Any] = {}
     for name in ("q50", "q90", "q90_95", "q90_95_of_all"):
         found = smallest.get(name)
         value = None if found is None else found.value
         record[f"{name}{unit.suffix}"] = None if value is None else unit.value(value)
         record[f"{name}_place"] = None if found is None else found.place
+        record[f"{name}_from"] = None if found is None else found.source
     return record
 
 

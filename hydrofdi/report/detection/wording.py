@@ -14,6 +14,9 @@ from hydrofdi.report.wording import HOLE, joined
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.units import convert
 
+FROM_LEVELS = "°"
+"""Marks what comes from the tested levels alone."""
+
 _IN_WORDS = {
     0.1: "one false alarm in ten",
     0.01: "one false alarm in a hundred",
@@ -86,11 +89,15 @@ def _symbols(judgement: Judgement) -> list[str]:
 
 
 def found_text(found: DetectableSeverity | None, unit: SeverityUnit) -> str:
-    """A severity in a table: ``0.012``, ``≤ 0.01`` (the smallest tested), ``> 1`` (not up to the largest)."""
+    """A severity in a table, such as ``0.012`` or ``0.02°`` (from the tested levels).
+
+    ``≤ 0.01`` is the smallest tested; ``> 1`` is not found up to the largest.
+    """
     if found is None:
         return HOLE
     mark = {"below": "≤ ", "within": "", "above": "> "}[found.place]
-    return f"{mark}{unit.found(found)}"
+    sign = FROM_LEVELS if found.source == "levels" and found.place == "within" else ""
+    return f"{mark}{unit.found(found)}{sign}"
 
 
 def found_cell(found: DetectableSeverity | None, unit: SeverityUnit) -> Cell:

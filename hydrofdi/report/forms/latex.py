@@ -16,7 +16,7 @@ _ESCAPES = {
     "·": r"$\cdot$", "–": "--", "…": r"\dots{}", "±": r"$\pm$", "′": "$'$", "²": r"$^{2}$", "³": r"$^{3}$",
     "√": r"$\surd$", "×": r"$\times$", "≥": r"$\ge$", "≤": r"$\le$", "→": r"$\to$", "−": "$-$",
     "↑": r"$\uparrow$", "↓": r"$\downarrow$", "↕": r"$\updownarrow$",
-    "\N{NO-BREAK SPACE}": "~",
+    "°": r"$^{\circ}$", "\N{NO-BREAK SPACE}": "~",
 }  # fmt: skip
 
 

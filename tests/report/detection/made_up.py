@@ -42,12 +42,16 @@ def made_up_records(n_healthy=400, n_other=60, seed=1, **chosen):
 
 
 def made_up_score(records, name, *, gain, shift=0.0, seed=0, missing=0.0, **described):
-    """A standard normal score that grows by `gain` per L/min, and by `shift` in shifts and confusions."""
+    """A standard normal score that grows by `gain` per L/min, and by `shift` in shifts and confusions.
+
+    Some sound records are missing.
+    """
     drawn = np.random.default_rng(seed)
     kinds = np.array([one.kind in (Kind.SHIFT, Kind.CONFUSION) for one in records.populations])
     values = drawn.normal(size=records.of_record.size) + gain * records.severity / LITRES_PER_MINUTE
     values = values + shift * kinds[records.of_record]
-    values[drawn.random(values.size) < missing] = np.nan
+    sound = np.array([one.kind is not Kind.FAULT for one in records.populations])[records.of_record]
+    values[sound & (drawn.random(values.size) < missing)] = np.nan
     return Scored(name, values, **{"direction": Direction.RISING, **described})
 
 

@@ -76,7 +76,7 @@ def _chosen(measured: Sequence[Scored], names: Sequence[str], label: str) -> lis
     """The numbers with these names, those of indicators, and the parts of arrays; each once."""
     found: dict[str, Scored] = {}
     for name in names:
-        own = {each.name: each for each in measured if _belongs(each.name, name)}
+        own = {each.name: each for each in measured if belongs(each.name, name)}
         if not own:
             known = [each.name for each in measured]
             raise ConfigError(f"the score {label!r}: {name!r} is not measured{nearest(name, known)}")
@@ -84,7 +84,7 @@ def _chosen(measured: Sequence[Scored], names: Sequence[str], label: str) -> lis
     return list(found.values())
 
 
-def _belongs(number: str, name: str) -> bool:
+def belongs(number: str, name: str) -> bool:
     """Whether a name means a number; changes since a record before are meant where the name says so."""
     if number.endswith(CHANGE) != name.endswith(CHANGE):
         return False

@@ -25,6 +25,7 @@ from hydrofdi.studies.learned import makeable
 from hydrofdi.studies.made_scores import made_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.sensors import makeable_within, sensor_remark, within
 from hydrofdi.studies.usual_scores import usual_scores
 
 _SEVERITIES = {
@@ -76,12 +77,28 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
 def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored], design: int) -> StudyDesign:
     records, detection = _records(data, roles, design), data.experiment.detection
     raw = [replace(number, values=number.values[_rows(data, roles, design)]) for number in measured]
-    numbers = [*raw, *changes_since_before(records, raw)]
+    owned = [each for each in raw if within(each, detection.sensors)]
+    numbers = [*owned, *changes_since_before(records, owned)]
     judged = [each for each in numbers if not detection.indicators or _label(each) in detection.indicators]
-    usual = usual_scores(records, raw) if detection.usual_scores else {}
-    wanted, remarks = makeable(usual | detection.scores)
+    usual = usual_scores(records, owned) if detection.usual_scores else {}
+    asked = {label: score for label, score in detection.scores.items() if makeable_within(score, raw, owned)}
+    wanted, remarks = makeable(usual | asked)
+    remarks = (*_sensor_remarks(data, raw), *remarks)
     records = replace(records, remarks=(*records.remarks, *remarks))
     return StudyDesign(records, (*judged, *made_scores(records, numbers, wanted)))
+
+
+def _sensor_remarks(data: ExperimentData, numbers: Sequence[Scored]) -> Iterator[str]:
+    """A sentence on each indicator, and on each score made of its numbers, that the sensors do not allow."""
+    experiment, sensors = data.experiment, data.experiment.detection.sensors
+    owned = [each for each in numbers if within(each, sensors)]
+    without = {_label(each): each for each in numbers if not within(each, sensors)}
+    made = experiment.indicator_choice.made(experiment.wavelet)
+    for label, scored in without.items():
+        yield sensor_remark(label, made[label], scored, sensors)
+    for label, score in experiment.detection.scores.items():
+        if not makeable_within(score, numbers, owned):
+            yield f"the score {label} is left out: it is made of numbers that detection.sensors do not allow"
 
 
 def _label(number: Scored) -> str:

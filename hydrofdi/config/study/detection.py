@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from hydrofdi.records import Channel
+from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.quantities import SI, Section
 
 
@@ -64,6 +66,10 @@ class DetectionConfig(Section):
     ``indicators``, these are what is measured, in all forms that ``indicators`` has; ``all`` are then all
     cheap ones."""
 
+    sensors: list[str] = Field(default_factory=list)
+    """Channels that the machine has, by symbol or name, such as ``[P1, P2, x, u]``; scores that need another
+    one are left out. Without it, every channel may be used."""
+
     scores: dict[str, ScoreConfig] = Field(default_factory=dict)
     """Label → score that is made of several numbers, or compensated for one. A label has letters, digits,
     ``_`` and ``-``, begins with a letter, has 64 characters at the most, and is none of an indicator."""
@@ -72,3 +78,12 @@ class DetectionConfig(Section):
     """Whether, for each set of sensors that an indicator needs, one score is made of all numbers that these
     sensors give: ``mahalanobis``, and ``lda`` where leaky records are for fitting; and ``largest_change`` of
     ``dwt.d1`` … ``dwt.d5`` where they are measured."""
+
+    @field_validator("sensors")
+    @classmethod
+    def _are_channels(cls, given: list[str]) -> list[str]:
+        known = {name: channel.value for channel in Channel for name in (channel.symbol, channel.value)}
+        for name in given:
+            if name not in known:
+                raise ValueError(f"{name!r} is no channel{nearest(name, list(known))}")
+        return list(dict.fromkeys(known[name] for name in given))

@@ -37,7 +37,7 @@ _KINDS = {
 }
 
 
-def answer_block(detection: Detection, *, is_complete: bool = True) -> Block:
+def answer_block(detection: Detection, *, is_complete: bool = True, remark: str = "") -> Block:
     """What is found with which sensors, from how many records; while runs are missing, the table alone."""
     best, paper = best_of_sensors(detection), of_the_paper(detection)
     shown = distinct(*best, *paper)
@@ -48,7 +48,7 @@ def answer_block(detection: Detection, *, is_complete: bool = True) -> Block:
     return Block(
         "answer",
         "What is found",
-        tuple(filter(None, (*sentences, _among_many(detection)))),
+        tuple(filter(None, (sentences[0], remark, *sentences[1:], _among_many(detection)))),
         (replace(sheet, note=ranking_note(detection)),),
         ("ranking",),
     )

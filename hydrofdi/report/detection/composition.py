@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.report.detection.progress import Progress
 from hydrofdi.report.detection.report import DetectionReport
+from hydrofdi.report.detection.sensors import sensors_of
 from hydrofdi.report.detection.varied import varied
 from hydrofdi.report.document import Block
 from hydrofdi.report.sections.holes import remarks_block
@@ -37,14 +38,16 @@ def report_study(data: ExperimentData) -> DetectionReport:
     """
     study = data.experiment.study
     assert study is not None
+    detections = judge_study(data)
     return DetectionReport(
         data.experiment.name,
         data.path,
-        judge_study(data),
+        detections,
         varied(study),
         before=(remarks_block(data), holes_block(data)),
         after=(provenance_block(_with_extra(data)),),
         progress=Progress(data.n_run - int((_statuses(data) == MISSING).sum()), data.n_run),
+        sensors=sensors_of(data.experiment, detections[0]),
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.report.detection.sensors import Sensor, sensors_sheet
 from hydrofdi.report.detection.varied import Varied
 from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
@@ -27,7 +28,7 @@ _NUISANCES = {Kind.ALONE: "each nuisance alone", Kind.SOBOL: "Sobol design"}
 _GROUPS = {Kind.HEALTHY: "healthy", Kind.FAULT: "leaking"}
 
 
-def populations_block(detection: Detection, varied: Varied) -> Block:
+def populations_block(detection: Detection, varied: Varied, sensors: Sequence[Sensor] = ()) -> Block:
     """The question, and the populations."""
     asked, unit = detection.rules, severity_unit(detection)
     question = (
@@ -36,7 +37,7 @@ def populations_block(detection: Detection, varied: Varied) -> Block:
         " and with which score? Thresholds are set on healthy fit records alone; what is stated comes from"
         " records that nothing was fitted to."
     )
-    sheets = (_populations_sheet(detection, varied), _varied_sheet(varied))
+    sheets = (_populations_sheet(detection, varied), sensors_sheet(sensors), _varied_sheet(varied))
     return Block("populations", "The question", (question,), sheets)
 
 

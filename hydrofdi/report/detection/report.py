@@ -18,6 +18,7 @@ from hydrofdi.report.detection.populations import populations_block
 from hydrofdi.report.detection.progress import Progress
 from hydrofdi.report.detection.ranking import ranking_block
 from hydrofdi.report.detection.record import detection_records, study_record
+from hydrofdi.report.detection.sensors import Sensor, perfect_sensors, perfect_sentence
 from hydrofdi.report.detection.varied import Varied
 from hydrofdi.report.detection.why import why_block
 from hydrofdi.report.document import Block, Document
@@ -47,6 +48,8 @@ class DetectionReport:
         Further sections, such as what is missing, and provenance.
     progress : Progress or None
         How far the sweep is; None where all records are there from the start, as measured ones are.
+    sensors : tuple of Sensor
+        Those that are simulated for the scores.
     """
 
     name: str
@@ -56,6 +59,7 @@ class DetectionReport:
     before: tuple[Block | None, ...] = ()
     after: tuple[Block | None, ...] = ()
     progress: Progress | None = None
+    sensors: tuple[Sensor, ...] = ()
 
     @property
     def is_complete(self) -> bool:
@@ -67,14 +71,18 @@ class DetectionReport:
         """The figure that is drawn where none is named."""
         return "ranking"
 
+    @property
+    def _perfect(self) -> tuple[Sensor, ...]:
+        return perfect_sensors(self.sensors, self.detections[0])
+
     def document(self) -> Document:
         """Its sections."""
         first = self.detections[0]
         blocks = (
             None if self.progress is None else self.progress.block(),
             *self.before,
-            answer_block(first, is_complete=self.is_complete),
-            populations_block(first, self.varied),
+            answer_block(first, is_complete=self.is_complete, remark=perfect_sentence(self._perfect)),
+            populations_block(first, self.varied, self.sensors),
             ranking_block(first),
             false_alarms_block(first),
             levels_block(first),
@@ -90,6 +98,7 @@ class DetectionReport:
         return {
             "experiment": self.name,
             "is_complete": self.is_complete,
+            "perfect_sensors": [each.symbol for each in self._perfect],
             **({} if self.progress is None else self.progress.record),
             "detection": [record for each in self.detections for record in detection_records(each)],
             "studies": [study_record(each) for each in self.detections],

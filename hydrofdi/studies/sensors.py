@@ -1,0 +1,64 @@
+"""Scores that the sensors of a machine allow."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from itertools import product
+from typing import Any, Literal, get_args, get_origin
+
+from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.records import Channel
+from hydrofdi.studies.made_scores import belongs
+from hydrofdi.studies.records import Scored
+
+
+def within(scored: Scored, sensors: Collection[str]) -> bool:
+    """Whether a score needs no other channel; no sensors named means all."""
+    return not sensors or set(scored.channels) <= set(sensors)
+
+
+def makeable_within(score: ScoreConfig, numbers: Sequence[Scored], kept: Sequence[Scored]) -> bool:
+    """Whether a score names no number that is left out for its channels."""
+    kept_names = {each.name for each in kept}
+    lacking = [each.name for each in numbers if each.name not in kept_names]
+    return not any(belongs(number, name) for name in (*score.of, *score.by) for number in lacking)
+
+
+def sensor_remark(label: str, indicator: Indicator[Any], scored: Scored, sensors: Collection[str]) -> str:
+    """Why an indicator is left out, and the options with which it would not be."""
+    lacking = [Channel(name).symbol for name in scored.channels if name not in sensors]
+    options = ", ".join(_options_without(indicator, sensors))
+    remedy = f"; measured with {{{options}}} it does without" if options else ""
+    return f"{label} is left out: it needs {', '.join(lacking)}, not among detection.sensors{remedy}"
+
+
+def _options_without(indicator: Indicator[Any], sensors: Collection[str]) -> Iterator[str]:
+    """The fewest choices among options with which an indicator needs these channels alone."""
+    options = type(indicator.options)
+    choices = {
+        name: get_args(field.annotation)
+        for name, field in options.model_fields.items()
+        if get_origin(field.annotation) is Literal
+    }
+    sound: list[dict[str, Any]] = []
+    for values in product(*choices.values()):
+        chosen = dict(zip(choices, values, strict=True))
+        changed = {name: value for name, value in chosen.items() if value != getattr(indicator.options, name)}
+        if _channels(indicator, changed) <= set(sensors):
+            sound.append(changed)
+    fewest = min(map(len, sound), default=0)
+    found = [changed for changed in sound if len(changed) == fewest]
+    for name in found[0] if found else ():
+        shown = dict.fromkeys(str(changed[name]) for changed in found if changed.keys() == found[0].keys())
+        yield f"{name}: {' or '.join(shown)}"
+
+
+def _channels(indicator: Indicator[Any], changed: dict[str, Any]) -> set[str]:
+    try:
+        made = sound_indicator(indicator.name, indicator.options.stated() | changed)
+    except ConfigError:
+        return {*Channel, "none"}
+    return {channel.value for channel in made.channels | made.optional_channels}

@@ -20,7 +20,8 @@ from hydrofdi.assessment.plan_warnings import (
 )
 from hydrofdi.assessment.selection import Selection, computed_rows
 from hydrofdi.assessment.sensor_noise import MUCH_NOISE, NoiseOfLevel, noise_of_levels
-from hydrofdi.assessment.step_limits import shortest_step_limits, step_limits
+from hydrofdi.assessment.step_limits import shortest_step_limits, step_limits, too_long_sentence
+from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.execution import Job
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
 from hydrofdi.physics.leakage import internal_leakage_flow
@@ -97,6 +98,8 @@ class Inspection:
         Sentences on inputs and anti-alias filters that are too fast for the sampling.
     n_left_out : int
         Distinct runs of the experiment that are not among the modes.
+    sampling_frequency : float
+        Of the record [Hz].
     """
 
     step: float
@@ -109,6 +112,7 @@ class Inspection:
     noise: tuple[NoiseOfLevel, ...]
     folding: tuple[str, ...]
     n_left_out: int = 0
+    sampling_frequency: float = RecordConfig().sampling_frequency
 
     @property
     def binding(self) -> str:
@@ -153,6 +157,7 @@ def inspect_experiment(selection: Selection) -> Inspection:
         noise=noise_of_levels(distinct("wavelet", "pressure_1_sensor", "measurement", "record"), rows),
         folding=tuple(folding_warnings(distinct)),
         n_left_out=selection.n_left_out,
+        sampling_frequency=record.sampling_frequency,
     )
 
 
@@ -199,10 +204,7 @@ def _mode_of_run(
 def _problems(found: Inspection) -> Iterator[str]:
     for part, limit in found.step_limits.items():
         if found.step > limit:
-            yield (
-                f"the step of {found.step:g} s is too long for the {part}:"
-                f" Runge-Kutta is stable up to {limit:.3g} s"
-            )
+            yield too_long_sentence(part, found.step, limit, found.sampling_frequency)
     failed: dict[str, list[str]] = {}
     for mode in (mode for mode in found.modes if mode.status != "ok"):
         condition = f"EBM {mode.bulk_modulus / 1e6:g} MPa with K_i {mode.leakage_coefficient:.3g}"

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from hydrofdi.config import RunParameters
 from hydrofdi.config.parameters import EDGES
 from hydrofdi.config.request import RunRequest
+from hydrofdi.config.sections.record import is_whole
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
@@ -122,16 +123,32 @@ def _supply_rate(run: RunParameters) -> float:
 
 def step_warnings(distinct: Distinct) -> list[str]:
     """A sentence on each part of the model for which the step of some run is too long."""
-    shortest: dict[str, tuple[float, float]] = {}
+    shortest: dict[str, tuple[float, float, float]] = {}
     for sections, part_limits in _PARTS:
         for run in distinct(*sections, "record"):
             for part, limit in part_limits(run).items():
                 if run.record.step > limit:
-                    shortest[part] = min(shortest.get(part, (math.inf, 0.0)), (limit, run.record.step))
+                    own = limit, run.record.step, run.record.sampling_frequency
+                    shortest[part] = min(shortest.get(part, own), own)
     return [
-        f"the step of {step:g} s is too long for the {part}: Runge-Kutta is stable up to {limit:.3g} s"
-        for part, (limit, step) in shortest.items()
+        too_long_sentence(part, step, limit, frequency) for part, (limit, step, frequency) in shortest.items()
     ]
+
+
+def too_long_sentence(part: str, step: float, limit: float, sampling_frequency: float) -> str:
+    """That a step is too long for a part of the model, and the next that divides the sampling interval."""
+    return (
+        f"the step of {step:g} s is too long for the {part}: Runge-Kutta is stable up to {limit:.3g} s;"
+        f" give record.step: {1e3 * _valid_step(limit, 1.0 / sampling_frequency):g} ms"
+    )
+
+
+def _valid_step(limit: float, interval: float) -> float:
+    """The longest step of at most three digits, not above a limit, that divides an interval."""
+    first = max(math.ceil(interval / limit), 1)
+    steps = (float(f"{interval / count:.3g}") for count in range(first, 10 * first))
+    sound = (step for step in steps if step <= limit and is_whole(interval / step))
+    return next(sound, interval / first)
 
 
 def _lag_limit(frequency: float, damping_ratio: float) -> float:

@@ -13,7 +13,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.scoring import EXTRA, has_extra
 from hydrofdi.studies.judged import rules_of
-from hydrofdi.studies.learned import asks_for_extra
+from hydrofdi.studies.left_out import asks_for_extra
 from hydrofdi.studies.rules import Rules
 
 

@@ -22,7 +22,7 @@ from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS
 from hydrofdi.store.results import MISSING
 from hydrofdi.studies.judged import judge_study
-from hydrofdi.studies.learned import asks_for_extra
+from hydrofdi.studies.left_out import asks_for_extra
 
 _MOST = 20
 """Reasons that are listed one by one."""

@@ -26,7 +26,7 @@ def ranking_block(detection: Detection) -> Block:
     order = (
         "Scores that keep their false-alarm rate on healthy test records and in shifts come first, by q90/95;"
         " the others, marked with !, follow. No score needs fewer sensors and finds less than one of the"
-        " Pareto set (strong q90/95)."
+        " Pareto set (strong q90/95, in the terminal *)."
     )
     return Block(
         "ranking",

@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib
 from matplotlib.figure import Figure
 
-from hydrofdi.errors import HydrofdiError, StoreError
+from hydrofdi.errors import HydrofdiError, ReportError, StoreError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.contract import ComposedReport, FigureKind
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
@@ -31,6 +31,12 @@ __all__ = [
 
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""
+
+_NAMES = {
+    "sensitivity", "figure2", "figure3", "figure4", "spectrum", "mode_plane", "phases", "scenarios",
+    "ranking", "pod", "roc", "det", "false_alarms", "densities", "tornado",
+}  # fmt: skip
+"""Names of figures in some report; any other name draws the usual one."""
 
 
 def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
@@ -73,6 +79,8 @@ def write_figure(report: ComposedReport, path: Path) -> str:
         It cannot be drawn or written.
     """
     figures = report.figures()
+    if path.stem in _NAMES and path.stem not in figures:
+        raise ReportError(f"{path}: no figure {path.stem} here; there are {', '.join(figures)}")
     name = path.stem if path.stem in figures else report.usual_figure
     save_figure(draw_figure(report, name), path)
     return figures[name].caption

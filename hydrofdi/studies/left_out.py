@@ -1,18 +1,22 @@
-"""Scores that the sensors of a machine allow."""
+"""Scores that are left out: a sensor is lacking, or the extra to learn with."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any, Literal, get_args, get_origin
 
-from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.config.study.detection import DetectionConfig, ScoreConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
+from hydrofdi.scoring import EXTRA, has_extra
 from hydrofdi.studies.made_scores import belongs
 from hydrofdi.studies.records import Scored
+
+_WITHOUT_EXTRA = ("compensated", "largest_change")
+"""Kinds of scores that are made without scikit-learn."""
 
 
 def within(scored: Scored, sensors: Collection[str]) -> bool:
@@ -62,3 +66,22 @@ def _channels(indicator: Indicator[Any], changed: dict[str, Any]) -> set[str]:
     except ConfigError:
         return {*Channel, "none"}
     return {channel.value for channel in made.channels | made.optional_channels}
+
+
+def needs_extra(score: ScoreConfig) -> bool:
+    """Whether a score is made with scikit-learn."""
+    return score.kind not in _WITHOUT_EXTRA
+
+
+def asks_for_extra(detection: DetectionConfig) -> bool:
+    """Whether any score that a study asks for is made with scikit-learn."""
+    return detection.usual_scores or any(map(needs_extra, detection.scores.values()))
+
+
+def makeable(wanted: Mapping[str, ScoreConfig]) -> tuple[dict[str, ScoreConfig], tuple[str, ...]]:
+    """The scores that can be made here, and a sentence on those that cannot, where there are any."""
+    lacking = [label for label, score in wanted.items() if needs_extra(score)]
+    if not lacking or has_extra():
+        return dict(wanted), ()
+    remark = f"left out, for they need the extra ({EXTRA}): {', '.join(lacking)}"
+    return {label: score for label, score in wanted.items() if label not in lacking}, (remark,)

@@ -1,0 +1,14 @@
+"""Files that are named after a figure which a report does not have."""
+
+import pytest
+
+from hydrofdi.errors import ReportError
+from hydrofdi.report.figures import write_figure
+from tests.report.detection.made_up import judged, report_of
+
+
+@pytest.mark.parametrize("name", ["tornado", "figure2"])
+def test_a_figure_that_a_study_does_not_have_is_refused_with_those_it_has(tmp_path, name):
+    with pytest.raises(ReportError, match=f"no figure {name} here; there are ranking, pod"):
+        write_figure(report_of(judged()), tmp_path / f"{name}.svg")
+    assert not list(tmp_path.iterdir())

@@ -83,7 +83,7 @@ def _tail_size(n: int, rate: float) -> int:
     needed = max(math.ceil(FEWEST / TAIL_SHARE), math.ceil(1.0 / (EXTRAPOLATION * rate) - 1e-9))
     if n < needed:
         raise NotStatedError(
-            f"a tail model at a rate of {rate:.3g} needs {needed} healthy records, not {n}", needed
+            f"a tail model at a rate of {100.0 * rate:.3g} % needs {needed} healthy records, not {n}", needed
         )
     n_tail = min(int(n * TAIL_SHARE), MOST)
     if rate >= n_tail / n:

@@ -106,7 +106,8 @@ def quantile_threshold(
     if not rank:
         needed = math.ceil(sides / false_alarm_rate - 1e-9) - 1
         raise NotStatedError(
-            f"a false-alarm rate of {false_alarm_rate:.3g} needs {needed} healthy records, not {known.size}",
+            f"a false-alarm rate of {100.0 * false_alarm_rate:.3g} % needs {needed} healthy records,"
+            f" not {known.size}",
             needed,
         )
     tails = np.array([1.0 - confidence, 1.0 + confidence]) / 2.0

@@ -70,8 +70,8 @@ def tolerance_threshold(
     if not rank:
         needed = records_needed(false_alarm_rate, confidence, sides)
         raise NotStatedError(
-            f"a false-alarm rate of at most {false_alarm_rate:.3g} with {confidence:.3g} confidence needs "
-            f"{needed} healthy records, not {known.size}",
+            f"a false-alarm rate of at most {100.0 * false_alarm_rate:.3g} % with {100.0 * confidence:.4g} %"
+            f" confidence needs {needed} healthy records, not {known.size}",
             needed,
         )
     bound = float(betaincinv(rank, known.size + 1 - rank, confidence))

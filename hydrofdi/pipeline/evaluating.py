@@ -20,7 +20,7 @@ from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.made_scores import made_scores
-from hydrofdi.studies.measured import Labels, measured_study
+from hydrofdi.studies.measured import Labels, measured_study, require_known_severities
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.rules import Rules
 from hydrofdi.studies.usual_scores import usual_scores
@@ -39,6 +39,8 @@ class Left:
     first_rejection : str
     faults : dict of str to None
         What is wrong with indicators that failed.
+    labels : set of str
+        Of all records, the rejected ones as well.
     """
 
     n_record: int = 0
@@ -47,11 +49,13 @@ class Left:
     n_empty: int = 0
     first_rejection: str = ""
     faults: dict[str, None] = field(default_factory=dict)
+    labels: set[str] = field(default_factory=set)
 
     def count(self, records: Iterator[RecordMeasures]) -> Iterator[RecordMeasures]:
         """The records as they come, counted."""
         for record in records:
             self.n_record += 1
+            self.labels |= {record.label} - {""}
             self.faults |= dict.fromkeys(record.faults.values())
             if record.is_rejected:
                 self.n_rejected += 1
@@ -119,7 +123,9 @@ def evaluate(
     sources = [open_source(path, used_channels(indicators)) for path in paths]
     columns, measured = measure_sources(sources, indicators)
     left = Left()
-    study = measured_study(columns, left.count(measured), _labels(sources, healthy))
+    labels = _labels(sources, healthy)
+    study = measured_study(columns, left.count(measured), labels)
+    require_known_severities(labels, left.labels)
     usual = usual_scores(study.records, study.scores, tested_teach=True) if with_usual_scores else {}
     made = made_scores(study.records, study.scores, usual | dict(scores or {}), tested_teach=True)
     detection = detect(study.records, [*study.scores, *made], rules)

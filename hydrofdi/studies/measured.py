@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
 from hydrofdi.studies.records import Scored, StudyRecords
@@ -102,7 +103,38 @@ def _require_healthy(labels: Labels, found: Sequence[str]) -> None:
         raise ConfigError(f"which records are healthy? {remedy}; found {names}")
     missing = [label for label in labels.healthy if label not in found]
     if missing:
-        raise ConfigError(f"no record has the healthy label {missing[0]!r}; found {names}")
+        raise ConfigError(
+            f"no record has the healthy label {missing[0]!r}; found {names}{_meant(missing[0], found)}"
+        )
+
+
+def require_known_severities(labels: Labels, found: Collection[str]) -> None:
+    """Check that every label with a severity is one of those that records have.
+
+    Parameters
+    ----------
+    labels : Labels
+    found : collection of str
+
+    Raises
+    ------
+    ConfigError
+        With every label that no record has.
+    """
+    names = ", ".join(repr(label) for label in sorted(found)[:10])
+    mistakes = [
+        Mistake(f"no record has this label; found {names}{_meant(label, found)}", f"severity.{label}")
+        for label in labels.severity
+        if label not in found
+    ]
+    if mistakes:
+        raise ConfigError(mistakes)
+
+
+def _meant(label: str, found: Collection[str]) -> str:
+    """The label that was probably meant, as a question."""
+    close = get_close_matches(label, found, n=1, cutoff=0.5)
+    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 def _groups(records: Sequence[RecordMeasures]) -> tuple[str, ...] | None:

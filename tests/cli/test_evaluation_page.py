@@ -111,6 +111,30 @@ def test_long_names_fold_at_their_joints() -> None:
     assert _folded("a" * 30, 16).replace("\n  ", "") == "a" * 30
 
 
+def test_a_severity_of_a_label_that_no_record_has_is_a_mistake(rig: Path) -> None:
+    (rig / "typo.yaml").write_text(GROUPED + "severity: {lrge: 0.5 L/min}\n")
+    done = run("evaluate", rig / "typo.yaml", *ASKED, check=2)
+    assert "severity.lrge: no record has this label" in done.stderr
+    assert "did you mean 'large'?" in done.stderr
+    (rig / "soud.yaml").write_text(GROUPED.replace("healthy: sound", "healthy: [soud]"))
+    done = run("evaluate", rig / "soud.yaml", *ASKED, check=2)
+    assert "no record has the healthy label 'soud'" in done.stderr
+    assert "did you mean 'sound'?" in done.stderr
+
+
+def test_shares_are_percent_for_a_person(rig: Path) -> None:
+    page = run("evaluate", rig / "rig.yaml", "--indicators", "dwt", check=0).stdout
+    assert "a false-alarm rate of 1 % needs 199 healthy records, not 48" in page
+    assert "take the bound at 99.5 % confidence" in " ".join(page.replace("\n", " ").split())
+
+
+def test_a_decimal_comma_without_a_description_says_where_to_write(tmp_path: Path) -> None:
+    rows = "".join(f"{n / 1000:.3f};{50 + n % 7:.2f}\n".replace(".", ",") for n in range(600))
+    (tmp_path / "run.csv").write_text(f"time [s];P1 [bar]\n{rows}")
+    done = run("evaluate", tmp_path / "run.csv", "--healthy", "sound", check=2)
+    assert "in the YAML that describes the file (docs/measured.md)" in done.stderr
+
+
 def test_faults_without_a_number_do_not_vanish(tmp_path: Path) -> None:
     write_records(tmp_path, n_unit=2, n_run=12)
     for file in tmp_path.glob("unit */large *.csv"):

@@ -70,7 +70,10 @@ def kind_of(path: Path, place: str) -> str:
     if suffix.lower() in _KINDS:
         return _KINDS[suffix.lower()]
     hint = nearest(suffix, list(_KINDS)) if suffix else f"; known are {', '.join(_KINDS)}"
-    raise DataError(f"{place}: unknown suffix {suffix!r}{hint} (or write 'format: {{kind: text}}')")
+    raise DataError(
+        f"{place}: unknown suffix {suffix!r}{hint} (or write 'format: {{kind: text}}' in the YAML"
+        " that describes the file, docs/measured.md)"
+    )
 
 
 def _decoded(path: Path, place: str, encoding: str) -> str:
@@ -79,7 +82,8 @@ def _decoded(path: Path, place: str, encoding: str) -> str:
         text = data.decode("utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding)
     except UnicodeError:
         raise DataError(
-            f"{place}: is no text in {encoding}; write 'format: {{encoding: …}}', such as latin-1"
+            f"{place}: is no text in {encoding}; write 'format: {{encoding: …}}', such as latin-1, in the"
+            " YAML that describes the file (docs/measured.md)"
         ) from None
     if "\0" in text:
         raise DataError(f"{place}: is no text in {encoding}; is it a binary file, or in utf-16?")

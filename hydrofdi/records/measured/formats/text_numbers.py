@@ -74,7 +74,10 @@ def _number(row: int, cell: str, decimal: str, missing: Collection[str]) -> floa
 
 def _hint(text: str, decimal: str) -> str:
     if decimal == "." and _COMMA_INSIDE.fullmatch(text):
-        return "; if commas are decimal signs, write 'format: {decimal: \",\"}'"
+        return (
+            "; if commas are decimal signs, write 'format: {decimal: \",\"}' in the YAML that describes"
+            " the file (docs/measured.md)"
+        )
     if decimal == "," and "." in text:
         return "; its point is no decimal sign here, because 'decimal' is ','"
     return ""

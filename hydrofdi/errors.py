@@ -41,7 +41,8 @@ class Mistake:
     origin: str = ""
 
     def __str__(self) -> str:
-        return ": ".join(part for part in (self.origin, self.key, self.message) if part)
+        text = ": ".join(part for part in (self.origin, self.key, self.message) if part)
+        return text.replace("\n", "\\n")
 
 
 class ConfigError(HydrofdiError, ValueError):

@@ -10,6 +10,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
 from hydrofdi.config.normalized_indicators import normalize_indicators
 from hydrofdi.config.renamed_keys import RENAMED, given_twice, rename_keys
+from hydrofdi.config.request import parameter_names
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
@@ -67,6 +68,8 @@ def _compose(file: FilePath, extending: tuple[FilePath, ...]) -> Source:
         raise ConfigError([own.mistake(("extends",), "expected the path of a file, or a list of paths")])
     whole = Source({})
     for parent in parents:
+        if not (file.parent / parent).exists():
+            raise ConfigError([own.mistake(("extends",), f"{file.parent / parent}: no such file")])
         _overlay(whole, _compose(file.parent / parent, (*extending, file.resolve())))
     anchor_input_files(own, file.parent)
     rename_keys(own)
@@ -75,7 +78,7 @@ def _compose(file: FilePath, extending: tuple[FilePath, ...]) -> Source:
 
 
 def _overlay(base: Source, over: Source) -> None:
-    """Lay a source over another; its keys win, mappings are merged."""
+    """Lay a source over another; its keys win, mappings are merged, but not what a parameter takes."""
     base.data = _merged(base.data, over.data)
     base.origins.update(over.origins)
     base.mistakes.extend(over.mistakes)
@@ -87,7 +90,8 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     }
     merged = {key: value for key, value in base.items() if key not in replaced}
     for key, value in over.items():
-        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
+        is_axis = key in parameter_names()
+        both = isinstance(value, dict) and isinstance(merged.get(key), dict) and not is_axis
         merged[key] = _merged(merged[key], value) if both else value
     return merged
 
@@ -149,7 +153,7 @@ def _validate(source: Source) -> ExperimentConfig:
     normalize_sweep(source)
     normalize_replicates(source)
     normalize_detection(source)
-    normalize_indicators(source)
-    check_detection(source)
+    if normalize_indicators(source):
+        check_detection(source)
     normalize_study(source)
     return validated(ExperimentConfig, source)

@@ -11,22 +11,30 @@ from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.settings.yaml_source import Source
 
 
-def normalize_indicators(source: Source) -> None:
+def normalize_indicators(source: Source) -> bool:
     """The ``indicators`` of a source as ``label: {options}``; mistakes are collected.
 
     Options of the indicator ``dwt`` under its own label are those of the section ``wavelet``.
+
+    Returns
+    -------
+    bool
+        Whether they have no mistake.
     """
     if "indicators" not in source.data:
-        return
-    chosen = chosen_options(source.data["indicators"], source, ("indicators",))
+        return True
+    own = Source(source.data, source.origins)
+    chosen = chosen_options(source.data["indicators"], own, ("indicators",))
     if isinstance(chosen.get(DWT), dict):
-        chosen[DWT] = _moved_to_wavelet(source, chosen[DWT])
+        chosen[DWT] = _moved_to_wavelet(own, chosen[DWT])
     try:
-        make_chosen(chosen, source, ("indicators",))
-    except ConfigError:  # its mistakes are in the source
+        make_chosen(chosen, own, ("indicators",))
+    except ConfigError:
+        source.mistakes.extend(own.mistakes)
         del source.data["indicators"]
-        return
+        return False
     source.data["indicators"] = {label: dict(options or {}) for label, options in chosen.items()}
+    return True
 
 
 def _moved_to_wavelet(source: Source, options: dict[str, Any]) -> dict[str, Any]:

@@ -30,6 +30,8 @@ def describe_error(error: Any, known: Sequence[str] = ()) -> str:
             return f"expected a section with 'key: value' pairs; found {found!r}"
         case "tuple_type" | "list_type":
             return f"expected a list; found {found!r}"
+        case "json_invalid":
+            return f"is no JSON: {context['error']}"
         case "missing":
             return "is missing"
         case "string_pattern_mismatch" if error["loc"][-1] == "level":

@@ -33,6 +33,10 @@ def normalize_study(source: Source) -> None:
         source.data.pop("study", None)
     if not isinstance(study, dict):
         return
+    if source.data.get("claims"):
+        message = "a study has no claims; those of the paper are about its own experiment"
+        source.mistakes.append(source.mistake(("claims",), message))
+    _leave_out_nothing(study)
     _normalize_faults(source, study.get("faults"))
     for kind in ("shifts", "confusions"):
         if isinstance(named := study.get(kind), dict):
@@ -40,6 +44,7 @@ def normalize_study(source: Source) -> None:
                 named[name] = _changes(source, (*STUDY, kind, name), changes)
     population = study.setdefault("population", {})
     if isinstance(population, dict):
+        _leave_out_nothing(population)
         for kind in ("over", "per_record"):
             if isinstance(over := population.get(kind, {}), dict):
                 path = (*STUDY, "population", kind)
@@ -111,8 +116,18 @@ def _normalize_faults(source: Source, faults: Any) -> None:
         source.mistakes.append(source.mistake(path, f"names no leak: give {wanted}"))
         faults["over"] = {INTERNAL_LEAKAGE_FORMS[1]: []}
     elif isinstance(over, dict):
+        if len(over) > 1:
+            message = f"the levels are those of one leak; give {' or '.join(map(str, over))}, not both"
+            source.mistakes.append(source.mistake(path, message))
+            faults["over"] = over = dict([next(iter(over.items()))])
         for name in over:
             over[name] = _levels(source, (*path, "over", name), name, over[name])
+
+
+def _leave_out_nothing(section: dict[str, Any]) -> None:
+    """Leave out the parts of a section that are null: what was inherited from another file is gone."""
+    for name in [name for name, part in section.items() if part is None]:
+        del section[name]
 
 
 def _levels(source: Source, path: Path, name: str, stated: Any) -> list[float]:

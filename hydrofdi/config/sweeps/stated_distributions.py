@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
-from hydrofdi.config.request import parameter_names
+from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.sweeps.distributions import ARGUMENTS, DISTRIBUTIONS, require_order
 from hydrofdi.config.sweeps.values import difference, nominal_value, parameter_value, require_numbers
 from hydrofdi.settings.mistakes import nearest
@@ -14,6 +15,8 @@ from hydrofdi.units import parse_quantity
 
 _ABOUT = re.compile(r"\s*(?:±|\+/-|\+-)\s*(.*)", re.DOTALL)
 """Some way to either side of the nominal value, such as ``±20 %`` or ``±1 µm``."""
+
+_NUMBER = re.compile(r"[-+]?[0-9.]+([eE][-+]?[0-9]+)?\s*")
 
 _ARGUMENTS_ABOUT = {
     "uniform": lambda nominal, width: [nominal - width, nominal + width],
@@ -24,19 +27,12 @@ _ARGUMENTS_ABOUT = {
 
 
 def distribution_in_si(source: Source, path: Path, name: str, distribution: Any) -> Any:
-    """A distribution with its arguments in SI; as it is, and a mistake of the source, where it is none."""
+    """A distribution with its arguments in SI; an empty one and a mistake of the source where it is none."""
     try:
         return _in_si(source, path, name, distribution)
     except _MistakenError as mistake:
         source.mistakes.append(source.mistake(mistake.path, str(mistake)))
-        return _without_texts(distribution)
-
-
-def _without_texts(distribution: Any) -> Any:
-    """A mistaken distribution, so that its texts are not told a second time when the model is validated."""
-    if not isinstance(distribution, dict):
-        return distribution
-    return {kind: [] if isinstance(arguments, str) else arguments for kind, arguments in distribution.items()}
+        return {DISTRIBUTIONS[0]: []}  # it is not told a second time when the model is validated
 
 
 class _MistakenError(ValueError):
@@ -81,6 +77,9 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
         raise _MistakenError(
             path, f"± needs a nominal value: {name} has no number; state the values themselves"
         )
+    unit = parameter_unit(name)
+    if unit not in (None, "1") and _NUMBER.fullmatch(width):
+        raise _MistakenError(path, f"±{width} has no unit; write ±{width} % or ±{width} {unit}")
     try:
         is_share = width.endswith("%")
         size = abs(nominal) * parse_quantity(width, "1") if is_share else difference(name, width)
@@ -90,6 +89,8 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
         raise _MistakenError(
             path, f"±{width} of {name} = 0 is nothing; state a width, such as ± and a quantity"
         )
+    if not math.isfinite(size):
+        raise _MistakenError(path, f"what follows ± must be finite; found {width}")
     if not size > 0.0:
         raise _MistakenError(path, f"what follows ± must be greater than 0; found {width}")
     return _ARGUMENTS_ABOUT[kind](nominal, size)

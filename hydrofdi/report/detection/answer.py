@@ -8,10 +8,17 @@ from dataclasses import replace
 
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.ranking import ranking_note, ranking_sheet
-from hydrofdi.report.detection.selection import best_of_sensors, distinct, of_the_paper
+from hydrofdi.report.detection.selection import (
+    best_of_sensors,
+    distinct,
+    of_the_paper,
+    tested,
+    worth_its_sensors,
+)
 from hydrofdi.report.detection.wording import (
     false_alarms_in_words,
     found_sentence,
+    percent,
     probability_in_words,
     sensors_in_words,
     severity_unit,
@@ -57,20 +64,35 @@ def answer_block(detection: Detection, *, is_complete: bool = True, remark: str 
 def answer_sentence(detection: Detection) -> str:
     """The question, answered for each set of sensors; the best first."""
     unit, best = severity_unit(detection), best_of_sensors(detection)
-    found = [each for each in best if each.smallest["q90_95"].value is not None][:_MOST]
+    able = [each for each in best if each.smallest["q90_95"].value is not None]
+    found = [each for each in able if worth_its_sensors(detection, each)][:_MOST]
     asked = detection.rules
     terms = (
         f"{probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
-        f" at {false_alarms_in_words(asked.false_alarm_rate)}"
+        f" at thresholds set for {false_alarms_in_words(asked.false_alarm_rate)}"
     )
     if not found:
         return f"Nothing is found {terms}: {_why_nothing(detection, best)}."
     parts = [
-        f"{_with(each)} {found_sentence(each.smallest['q90_95'], unit)}{' ' + terms if first else ''}"
+        f"{_with(each)} {found_sentence(each.smallest['q90_95'], unit)}"
+        f"{' ' + terms if first else ''}"
+        f"{_measured_alarms(detection, each)}"
         for first, each in zip([True] + [False] * len(found), found, strict=False)
     ]
     sentence = "; ".join(parts)
     return f"{sentence[0].upper()}{sentence[1:]}."
+
+
+def _measured_alarms(detection: Detection, judgement: Judgement) -> str:
+    """The measured rate of false alarms with its interval, and whether that lies above the rate set."""
+    for population in tested(detection, Kind.HEALTHY)[:1]:
+        rate = judgement.false_alarms.get(population)
+        if rate is not None and rate.total and population not in judgement.counted:
+            asked = detection.rules.false_alarm_rate
+            more = f", more than the {100.0 * asked:g} % set" if rate.low > asked else ""
+            interval = f"{percent(rate.low)}–{percent(rate.high)} %"
+            return f" (measured false alarms {percent(rate.value)} %, {interval}{more})"
+    return ""
 
 
 def _with(judgement: Judgement) -> str:
@@ -86,7 +108,7 @@ def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
     if not any(judgement.threshold for judgement in detection.judgements):
         return "no score has a threshold"
     if not any(judgement.keeps_its_rate for judgement in detection.judgements):
-        return "no score keeps its false-alarm rate"
+        return "every score is shown to exceed its false-alarm rate"
     return "no severity can be stated"
 
 
@@ -94,7 +116,7 @@ def _paper_sentence(detection: Detection, paper: Sequence[Judgement]) -> str:
     unit = severity_unit(detection)
     rules = [
         f"{each.scored.name} {found_sentence(each.smallest.get('q90_95'), unit)}"
-        f"{'' if each.keeps_its_rate else ' (and does not keep its false-alarm rate)'}"
+        f"{'' if each.keeps_its_rate else ' (and is shown to exceed its false-alarm rate)'}"
         for each in paper
     ]
     return f"By the rules of the paper: {'; '.join(rules)}." if rules else ""
@@ -131,6 +153,6 @@ def _counts(detection: Detection) -> str:
     )  # fmt: skip
     return (
         f"{_records_sentence(detection)} {counted(len(judgements), 'score')} were tried;"
-        f" {n_kept} of them keep the false-alarm rate on healthy test records and in shifts, and {n_found} of"
-        " these find a tested leak."
+        f" {n_kept} of them are not shown to exceed the false-alarm rate on healthy test records and in"
+        f" shifts, and {n_found} of these find a tested leak."
     )

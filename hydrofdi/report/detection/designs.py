@@ -64,8 +64,9 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
         " each design, and the rules of the paper."
     )
     note = (
-        f"↑ and ↓: detects more or fewer of the same leaking actuators than the first design; =: no"
-        f" difference shown ({confidence} confidence for a column, thresholds drawn again)."
+        "↑ and ↓: detects more or fewer of the same leaking actuators than the first design, averaged over"
+        " all tested leaks; =: no difference shown, which is no proof that there is none"
+        f" ({confidence} confidence for a column, thresholds drawn again)."
     )
     found = _sheet("designs", f"q{share}/{100.0 * rules.confidence:g}{shown}", detections, _found_cell, note)
     alarms = _sheet(

@@ -24,9 +24,9 @@ _MARKS = {"rising": "↑", "falling": "↓", "both": "↕"}
 def ranking_block(detection: Detection) -> Block:
     """Every score that was tried."""
     order = (
-        "Scores that keep their false-alarm rate on healthy test records and in shifts come first, by q90/95;"
-        " the others, marked with !, follow. No score needs fewer sensors and finds less than one of the"
-        " Pareto set (strong q90/95, in the terminal *)."
+        "Scores not shown to exceed their false-alarm rate on healthy test records and in shifts come first,"
+        " by q90/95; the others, marked with !, follow. No score needs fewer sensors and finds less than one"
+        " of the Pareto set (strong q90/95, in the terminal *)."
     )
     return Block(
         "ranking",
@@ -99,6 +99,6 @@ def ranking_note(detection: Detection) -> str:
         " confidence; q90 and q50 are the estimates. ≤: at most the smallest tested; >: not detectable up to"
         f" the largest. {FROM_LEVELS}: from the tested levels, without a curve; estimates are interpolated"
         f" between them. False alarms of healthy test records, with {confidence} interval, at thresholds for"
-        f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: does not keep its rate.{area} Cost:"
-        " CPU time per record."
+        f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: is shown to exceed its rate.{area}"
+        " Cost: CPU time per record."
     )

@@ -20,6 +20,11 @@ def best_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
     return tuple(best.values())
 
 
+def worth_its_sensors(detection: Detection, judgement: Judgement) -> bool:
+    """Whether no other finds as small faults with fewer sensors; so of scores without named sensors."""
+    return not judgement.scored.channels or judgement.scored.name in detection.pareto
+
+
 def of_the_paper(detection: Detection) -> tuple[Judgement, ...]:
     """The rules of the paper, as detectors like the others."""
     return tuple(each for each in detection.judgements if _PAPER.fullmatch(each.scored.name))

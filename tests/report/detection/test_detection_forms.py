@@ -63,7 +63,8 @@ def test_the_answer_names_the_best_of_each_set_of_sensors(detection):
     sentence = answer_sentence(detection)
     assert sentence.startswith("With P1, P2, x and u, flow_balance.leakage_coefficient finds 0.0")
     assert (
-        "nine times in ten (95 % confidence) at one false alarm in a hundred; with P1, P2 and u," in sentence
+        "nine times in ten (95 % confidence) at thresholds set for one false alarm in a hundred (measured"
+        in sentence
     )
     assert "with P1 alone, " in sentence
 
@@ -99,7 +100,7 @@ def alarming(records):
     ("chosen", "answer"),
     [
         ({"scores": hopeless}, "no leakage up to 1 L/min with any score."),
-        ({"scores": alarming}, "no score keeps its false-alarm rate."),
+        ({"scores": alarming}, "every score is shown to exceed its false-alarm rate."),
         ({"n_healthy": 20}, "no score has a threshold."),
         ({"severities": ()}, "no severity can be stated."),
     ],
@@ -112,7 +113,8 @@ def test_where_nothing_is_found_the_answer_says_why(chosen, answer):
 
 def test_what_is_asked_is_said_in_its_own_numbers():
     detection = judged(rules=Rules(false_alarm_rate=0.05, confidence=0.9, probability=0.8))
-    assert "in 80 % of all cases (90 % confidence) at a false-alarm rate of 5 %" in answer_sentence(detection)
+    said = answer_sentence(detection)
+    assert "in 80 % of all cases (90 % confidence) at thresholds set for a false-alarm rate of 5 %" in said
 
 
 def test_the_smallest_tested_level_is_a_limit():
@@ -138,4 +140,18 @@ def test_a_name_is_no_part_of_the_verdict(detection):
     judgement = detection.judgements[0]
     renamed = replace(judgement, scored=replace(judgement.scored, name="other"))
     other = replace(detection, judgements=(renamed, *detection.judgements[1:]))
+    other = replace(other, pareto=detection.pareto - {judgement.scored.name} | {"other"})
     assert answer_sentence(other) == answer_sentence(detection).replace(judgement.scored.name, "other")
+
+
+def test_the_answer_names_no_sensors_that_are_not_needed(detection):
+    """Of two sets with the same bound the larger one is left out, and a rate above the set one is said."""
+    first = detection.judgements[0]
+    assert first.scored.name in answer_sentence(detection)
+    dominated = replace(detection, pareto=detection.pareto - {first.scored.name})
+    assert first.scored.name not in answer_sentence(dominated)
+    (population,) = (each for each in first.false_alarms if each.name == "healthy test")
+    rate = replace(first.false_alarms[population], low=0.012)
+    high = replace(first, false_alarms={**first.false_alarms, population: rate})
+    sentence = answer_sentence(replace(detection, judgements=(high, *detection.judgements[1:])))
+    assert "more than the 1 % set" in sentence

@@ -41,7 +41,7 @@ def ranked_by_control(judgements: Sequence[Judgement], pairs: Pairs) -> tuple[Ju
         spread = healthy_spread(own) if own else 0.0
         return (
             stands_clear(judgement, own) is False,
-            not judgement.keeps_its_rate,
+            judgement.keeps_its_rate is False,
             found_from(judgement),
             -round(area, 2),
             spread,

@@ -85,17 +85,21 @@ class Judgement:
     remarks: tuple[str, ...] = ()
 
     @property
-    def keeps_its_rate(self) -> bool:
+    def keeps_its_rate(self) -> bool | None:
         """Whether healthy test records and shifts are compatible with the threshold's own false-alarm rate.
 
         They are where no lower limit of their rates lies above the upper limit that the fit records allow.
-        Confusions do not count: what alarms there is a fault, if another one.
+        None where that is not known: without a threshold or healthy test records, and where any of these
+        populations has too few records for a rate. Confusions do not count: what alarms there is a fault, if
+        another one.
         """
-        return self.threshold is not None and all(
-            rate.low <= self.threshold.interval[1]
-            for population, rate in self.false_alarms.items()
-            if population.kind is not Kind.CONFUSION
-        )
+        if self.threshold is None:
+            return None
+        tested = {each: rate for each, rate in self.false_alarms.items() if each.kind is not Kind.CONFUSION}
+        if any(rate.low > self.threshold.interval[1] for rate in tested.values()):
+            return False
+        is_known = any(each.kind is Kind.HEALTHY for each in tested) and not tested.keys() & self.counted
+        return True if is_known else None
 
     @property
     def middle_area(self) -> float:

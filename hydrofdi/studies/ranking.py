@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 from hydrofdi.studies.judgement import Judgement
 
+_RANK_OF_KEEPING = {True: 0, None: 1, False: 2}
+
 
 def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
     """Best first: those not shown to exceed their false-alarm rate, by q90/95.
@@ -14,16 +16,18 @@ def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
     Of equal ones first that with fewer channels. Where nothing is found, by the rate of detection at the
     largest level; then by the area at the middle level.
 
-    A score that alarms on anything finds every leak, so those that do not keep their rate come last.
+    A score that alarms on anything finds every leak, so those that do not keep their rate come last, after
+    those of which it is not known.
     """
     return tuple(sorted(judgements, key=_place))
 
 
-def _place(judgement: Judgement) -> tuple[bool, float, float, float, str]:
+def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
     area, found = judgement.middle_area, found_from(judgement)
     suspicion = 0.0 if math.isnan(area) else area
     second = float(len(judgement.scored.channels)) if math.isfinite(found) else -_largest_rate(judgement)
-    return not judgement.keeps_its_rate, found, second, -suspicion, judgement.scored.name
+    kept = _RANK_OF_KEEPING[judgement.keeps_its_rate]
+    return kept, found, second, -suspicion, judgement.scored.name
 
 
 def _largest_rate(judgement: Judgement) -> float:

@@ -359,3 +359,21 @@ def test_faulty_fit_records_are_never_tested():
 def test_rows_of_a_population_are_its_own():
     records = StudyRecords((FIT, TEST), np.array([1, 0, 1]), np.zeros(3))
     assert records.rows(TEST).tolist() == [0, 2]
+
+
+@pytest.mark.parametrize("tested", [0, 1, 200])
+def test_a_rate_that_too_few_records_show_is_neither_kept_nor_broken(tested):
+    records = usual(healthy=1000)
+    few = records.rows(TEST)[tested:]
+    kept = np.setdiff1d(np.arange(records.of_record.size), few)
+    fewer = StudyRecords(records.populations, records.of_record[kept], records.severity[kept], "1")
+    assert judge(records, rising(records), Rules()).keeps_its_rate is True
+    assert judge(fewer, rising(fewer), Rules()).keeps_its_rate is None
+
+
+def test_a_shift_without_a_score_leaves_the_rate_unknown():
+    records = usual(healthy=1000)
+    scored = rising(records)
+    values = scored.values.copy()
+    values[records.rows(STIFFER)] = np.nan
+    assert judge(records, replace(scored, values=values), Rules()).keeps_its_rate is None

@@ -107,8 +107,11 @@ def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
         return f"no {unit.quantity} up to {unit.found(bound)} {unit.name}".rstrip() + " with any score"
     if not any(judgement.threshold for judgement in detection.judgements):
         return "no score has a threshold"
-    if not any(judgement.keeps_its_rate for judgement in detection.judgements):
+    kept = {judgement.keeps_its_rate for judgement in detection.judgements}
+    if kept == {False}:
         return "every score is shown to exceed its false-alarm rate"
+    if True not in kept:
+        return "too few healthy test records, or records in shifts, to know any false-alarm rate"
     return "no severity can be stated"
 
 
@@ -116,7 +119,7 @@ def _paper_sentence(detection: Detection, paper: Sequence[Judgement]) -> str:
     unit = severity_unit(detection)
     rules = [
         f"{each.scored.name} {found_sentence(each.smallest.get('q90_95'), unit)}"
-        f"{'' if each.keeps_its_rate else ' (and is shown to exceed its false-alarm rate)'}"
+        f"{' (and is shown to exceed its false-alarm rate)' if each.keeps_its_rate is False else ''}"
         for each in paper
     ]
     return f"By the rules of the paper: {'; '.join(rules)}." if rules else ""
@@ -145,9 +148,9 @@ def _records_sentence(detection: Detection) -> str:
 
 def _counts(detection: Detection) -> str:
     judgements = detection.judgements
-    n_kept = sum(judgement.keeps_its_rate for judgement in judgements)
+    n_kept = sum(judgement.keeps_its_rate is True for judgement in judgements)
     n_found = sum(
-        judgement.keeps_its_rate and (found := judgement.smallest.get("q90_95")) is not None
+        judgement.keeps_its_rate is True and (found := judgement.smallest.get("q90_95")) is not None
         and found.value is not None
         for judgement in judgements
     )  # fmt: skip

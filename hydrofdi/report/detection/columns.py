@@ -75,7 +75,7 @@ def _end(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         },
         "q90_95_place": None if found["q90_95"] is None else found["q90_95"].place,
         "q90_95_from": None if found["q90_95"] is None else found["q90_95"].source,
-        "keeps_false_alarm_rate": int(judgement.keeps_its_rate),
+        "keeps_false_alarm_rate": None if judgement.keeps_its_rate is None else int(judgement.keeps_its_rate),
         "is_in_pareto_set": int(judgement.scored.name in detection.pareto),
         "cost_ms_per_record": None if cost is None else finite(1e3 * cost),
     }

@@ -18,6 +18,7 @@ from hydrofdi.report.document import Block, Cell, Rows, Sheet
 from hydrofdi.report.wording import HOLE
 from hydrofdi.studies.judgement import Detection, Judgement
 
+_KEEPING = {True: "", None: " ?", False: " !"}
 _MARKS = {"rising": "↑", "falling": "↓", "both": "↕"}
 
 
@@ -68,7 +69,7 @@ def _row(
 ) -> tuple[Cell, ...]:
     unit, found = severity_unit(detection), judgement.smallest
     best = found_cell(found.get("q90_95"), unit)
-    name = f"{judgement.scored.name} {_MARKS[judgement.direction]}{'' if judgement.keeps_its_rate else ' !'}"
+    name = f"{judgement.scored.name} {_MARKS[judgement.direction]}{_KEEPING[judgement.keeps_its_rate]}"
     return (
         Cell(name),
         Cell(sensors(judgement)),
@@ -99,6 +100,7 @@ def ranking_note(detection: Detection) -> str:
         " confidence; q90 and q50 are the estimates. ≤: at most the smallest tested; >: not detectable up to"
         f" the largest. {FROM_LEVELS}: from the tested levels, without a curve; estimates are interpolated"
         f" between them. False alarms of healthy test records, with {confidence} interval, at thresholds for"
-        f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: is shown to exceed its rate.{area}"
-        " Cost: CPU time per record."
+        f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: is shown to exceed its rate;"
+        f" ?: too few records to know.{area} Cost:"
+        " CPU time per record."
     )

@@ -33,7 +33,8 @@ def made_up_records(n_healthy=400, n_other=60, seed=1, **chosen):
     """Records of made-up populations; the true leakage scatters by 5 % about the nominal one."""
     drawn = np.random.default_rng(seed)
     whole = populations(**chosen)
-    counts = [n_healthy if one.kind is Kind.HEALTHY else n_other for one in whole]
+    sizes = {Kind.HEALTHY: n_healthy, Kind.SHIFT: 340}
+    counts = [sizes.get(one.kind, n_other) for one in whole]
     of_record = np.repeat(np.arange(len(whole)), counts)
     nominal = np.array([one.severity for one in whole])[of_record]
     severity = nominal * drawn.normal(1.0, 0.05, nominal.size)

@@ -34,7 +34,7 @@ def judged(setting, noise, seed, n_fit=300, n=100):
         Population("healthy", Kind.HEALTHY),
         *(Population(f"{level:g} L/min", Kind.FAULT, severity=level * LITRES_PER_MINUTE) for level in levels),
     )
-    sizes = (n_fit, *[n] * 4)
+    sizes = (n_fit, 150, *[n] * 3)
     leak = np.repeat([0.0, 0.0, *levels], sizes)
     drawn = np.random.default_rng([seed, 9])
     plant = 0.3 * np.random.default_rng(4).standard_normal(leak.size)

@@ -69,9 +69,9 @@ def test_what_is_not_found_is_null_and_says_on_which_side_it_lies(record, detect
 
 
 def test_of_too_few_records_alarms_are_counted_and_no_rate_is_stated(record):
-    stiffer = {part["population"]: part for part in record["detection"][0]["false_alarms"]}["stiffer"]
-    assert [stiffer[key] for key in ("rate", "low", "high")] == [None] * 3
-    assert stiffer["n"] == 60
+    worn = {part["population"]: part for part in record["detection"][0]["false_alarms"]}["worn friction"]
+    assert [worn[key] for key in ("rate", "low", "high")] == [None] * 3
+    assert worn["n"] == 60
 
 
 def nothing(records):

@@ -84,7 +84,7 @@ def test_the_rules_of_the_paper_are_answered_by_name(detection):
 
 def test_the_counts_are_those_of_the_records(detection):
     text = " ".join(answer_block(detection).paragraphs)
-    assert "From 1,520 records: 400 healthy ones that set the thresholds" in text
+    assert "From 2,080 records: 400 healthy ones that set the thresholds" in text
     assert f"{len(detection.judgements)} scores were tried" in text
 
 
@@ -103,6 +103,10 @@ def alarming(records):
         ({"scores": alarming}, "every score is shown to exceed its false-alarm rate."),
         ({"n_healthy": 20}, "no score has a threshold."),
         ({"severities": ()}, "no severity can be stated."),
+        (
+            {"n_healthy": 200},
+            "too few healthy test records, or records in shifts, to know any false-alarm rate.",
+        ),
     ],
 )
 def test_where_nothing_is_found_the_answer_says_why(chosen, answer):

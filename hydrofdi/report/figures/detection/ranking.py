@@ -45,7 +45,7 @@ def draw_ranking(detection: Detection) -> Any:
 
 
 def _label(judgement: Judgement) -> str:
-    return judgement.scored.name if judgement.keeps_its_rate else f"({judgement.scored.name})"
+    return judgement.scored.name if judgement.keeps_its_rate is not False else f"({judgement.scored.name})"
 
 
 def _axis_label(detection: Detection, unit: SeverityUnit) -> str:

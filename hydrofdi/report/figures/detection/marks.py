@@ -21,14 +21,18 @@ LEVEL_COLORS = "viridis"
 """Colours of severities, from dark to light."""
 
 
-def sensor_marks(judgements: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
-    """Set of sensors → colour and marker; the largest set first, the last mark for all beyond six."""
-    found = {sensors(each): len(each.scored.channels) for each in judgements}
+def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
+    """Sets of sensors of the shown scores → colour and marker, which are the same in all figures.
+
+    The largest set of the study comes first; all beyond six have the last mark.
+    """
+    found = {sensors(each): len(each.scored.channels) for each in detection.judgements}
     ordered = sorted(found, key=lambda name: (-found[name], name))
     last = len(_COLORS) - 1
     return {
         name: {"color": _COLORS[min(place, last)], "marker": _MARKERS[min(place, last)]}
         for place, name in enumerate(ordered)
+        if name in {sensors(each) for each in shown}
     }
 
 

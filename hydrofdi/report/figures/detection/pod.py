@@ -36,7 +36,7 @@ def draw_pod(detection: Detection) -> Any:
     ]
     if not shown:
         raise ReportError("no faulty record is tested")
-    marks, unit = sensor_marks(shown), severity_unit(detection)
+    marks, unit = sensor_marks(detection, shown), severity_unit(detection)
     figure, axes = panels(len(shown), 3, width=3.0, height=2.5, sharex=True, sharey=True)
     for axis, judgement in zip(axes, shown, strict=True):
         _draw_one(axis, judgement, unit, marks[sensors(judgement)])

@@ -29,7 +29,7 @@ def draw_ranking(detection: Detection) -> Any:
     shown = [each for each in foremost(detection, _MOST) if each.smallest]
     if not shown:
         raise ReportError("of no score a severity can be stated that it finds")
-    marks, unit = sensor_marks(shown), severity_unit(detection)
+    marks, unit = sensor_marks(detection, shown), severity_unit(detection)
     figure = Figure(figsize=(8.0, 1.6 + 0.26 * len(shown)), layout="constrained")
     axis = figure.subplots()
     for row, judgement in enumerate(shown):

@@ -50,7 +50,7 @@ def draw_roc(detection: Detection) -> Any:
         _levels(detection, 3),
         severity_unit(detection),
     )
-    styles = _styles(shown)
+    styles = _styles(detection, shown)
     figure, axes = panels(len(levels), 3, width=3.0, height=3.0, sharex=True, sharey=True)
     for axis, level in zip(axes, levels, strict=True):
         for judgement, style in zip(shown, styles, strict=True):
@@ -136,9 +136,9 @@ def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: s
     axis.plot(*place, marker="o", markersize=4, color=color, clip_on=False)
 
 
-def _styles(shown: Sequence[Judgement]) -> list[dict[str, Any]]:
+def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, Any]]:
     """A colour for each set of sensors, a line style for each score with the same."""
-    marks, seen = sensor_marks(shown), Counter[str]()
+    marks, seen = sensor_marks(detection, shown), Counter[str]()
     styles = []
     for judgement in shown:
         own = sensors(judgement)

@@ -68,6 +68,11 @@ def detectability(
         notes.refusals.append("no faulty record has a score: no probability of detection is stated")
         return Detectability()
     tested = TestedLevels(known, threshold)
+    if floor >= 1.0:
+        notes.refusals.append(
+            "every healthy test record raises an alarm: no probability of detection is stated"
+        )
+        return Detectability()
     curves = _curves(tested, tested.outcomes, floor, rules)
     fit = lack_of_fit(curves[0])
     return Detectability(curves[0], fit, _smallest(curves, fit, tested, rules, notes))

@@ -92,7 +92,7 @@ def equal(records):
         {"scores": equal},
         {"n_healthy": 10, "n_other": 1},
     ],
-    ids=str,
+    ids=lambda chosen: " ".join(chosen),
 )
 def test_a_study_that_carries_little_is_drawn_as_far_as_it_goes(chosen, tmp_path):
     report = report_of(judged(**{"n_healthy": 120, "n_other": 20, **chosen}))

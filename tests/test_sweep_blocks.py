@@ -238,7 +238,7 @@ def test_files_that_extend_each_other_are_a_mistake(tmp_path):
     with pytest.raises(ConfigError, match="extend each other"):
         load_experiment(tmp_path / "a.yaml")
     (tmp_path / "b.yaml").write_text("extends: gone.yaml\n")
-    with pytest.raises(ConfigError, match=r"gone\.yaml: No such file"):
+    with pytest.raises(ConfigError, match=r"gone\.yaml: no such file"):
         load_experiment(tmp_path / "a.yaml")
 
 

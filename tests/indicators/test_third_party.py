@@ -96,7 +96,8 @@ def test_one_that_fails_is_named_and_stops_no_other(environment: dict[str, str],
     assert "raised AxisError" in record["reasons"]["swing"]
     (tmp_path / "swings.yaml").write_text("name: swings\nrecord: {duration: 1 s}\nindicators: [dwt, swing]\n")
     done = run_process("sweep", "swings.yaml", "--engine", "in-process", env=environment, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 1
+    assert "raised AxisError" in done.stderr
     with h5py.File(tmp_path / "results" / "swings" / "swings.h5") as file:
         assert set(file["status"].asstr()[:]) == {"ok"}
         assert np.isfinite(file["chamber_1_pressure"][:]).all()

@@ -5,6 +5,7 @@ What the real kernel, all options off, takes longer is what the options cost tho
 
 from __future__ import annotations
 
+from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
 from hydrofdi.physics.equation import equation
 from hydrofdi.physics.friction.threshold import friction_force
@@ -12,7 +13,6 @@ from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flo
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
 from hydrofdi.simulation.kernels.kernel import take_spools
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
-from hydrofdi.simulation.kernels.object_code import kernel
 
 
 @equation

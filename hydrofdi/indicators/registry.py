@@ -16,7 +16,7 @@ from pkgutil import iter_modules
 from typing import Any
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators import catalogue
+from hydrofdi.indicators import catalogue, models
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.faults import made_soundly
 from hydrofdi.settings.mistakes import nearest
@@ -31,7 +31,7 @@ Kind = type[Indicator[Any]]
 
 def indicator_names() -> list[str]:
     """Names of all indicators, sorted."""
-    return sorted({*_own_names(), *_added()})
+    return sorted({*_homes(), *_added()})
 
 
 @cache
@@ -43,7 +43,7 @@ def indicator_kind(name: str) -> Kind:
     ConfigError
         There is none of this name, or the package that adds it cannot be loaded.
     """
-    if name in _own_names():
+    if name in _homes():
         return _own(name)
     if name in _added():
         return _load(_added()[name])
@@ -66,12 +66,15 @@ def sound_indicator(name: str, options: Mapping[str, Any] | None = None) -> Indi
 
 
 @cache
-def _own_names() -> frozenset[str]:
-    return frozenset(module.name for module in iter_modules(catalogue.__path__))
+def _homes() -> dict[str, str]:
+    """Name of an indicator → its room."""
+    return {
+        module.name: room.__name__ for room in (catalogue, models) for module in iter_modules(room.__path__)
+    }
 
 
 def _own(name: str) -> Kind:
-    module = import_module(f"{catalogue.__name__}.{name}")
+    module = import_module(f"{_homes()[name]}.{name}")
     kinds = [kind for kind in vars(module).values() if getattr(kind, "name", None) == name]
     (kind,) = (kind for kind in kinds if isinstance(kind, type))
     return kind
@@ -82,7 +85,7 @@ def shadows() -> list[str]:
     return [
         f"indicator {point.name!r} of {point.value} has the name of one of hydrofdi; it is left out"
         for point in _points()
-        if point.name in _own_names()
+        if point.name in _homes()
     ]
 
 

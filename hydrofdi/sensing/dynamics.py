@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.compilation.compiling import strictly_compiled
 from hydrofdi.physics.settled import settled
-from hydrofdi.simulation.kernels.compilation import strictly_compiled
 
 
 class Lag(NamedTuple):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.compilation.compiling import strictly_compiled
 from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.physics.equation import equation
-from hydrofdi.simulation.kernels.compilation import strictly_compiled
 
 
 def sampling_instants(

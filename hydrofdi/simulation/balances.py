@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.compilation.object_code import kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.cylinder import end_stop_force
 from hydrofdi.physics.equation import equation
@@ -25,7 +26,6 @@ from hydrofdi.simulation.kernels.hydraulics import (
     port_flows,
 )
 from hydrofdi.simulation.kernels.lanes import pack_singles
-from hydrofdi.simulation.kernels.object_code import kernel
 from hydrofdi.simulation.kernels.options import ModelOptions, group_by_options
 from hydrofdi.simulation.trajectory import Trajectory
 

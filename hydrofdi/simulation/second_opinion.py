@@ -14,13 +14,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.compilation.compiling import compiled
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.valve import acting_voltage
 from hydrofdi.simulation.batch import ROWS, outcome_of
 from hydrofdi.simulation.drive import input_voltage, position_reference
 from hydrofdi.simulation.feedback import reading_errors, steps_per_control
-from hydrofdi.simulation.kernels.compilation import compiled
 from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, pack_singles
 from hydrofdi.simulation.kernels.options import ModelOptions

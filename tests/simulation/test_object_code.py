@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from hydrofdi.compilation import object_code
+from hydrofdi.compilation.object_code import kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation import simulate_batch
-from hydrofdi.simulation.kernels import object_code
-from hydrofdi.simulation.kernels.object_code import kernel
 
 
 class Choices(NamedTuple):
@@ -47,7 +47,7 @@ RECORD = np.dtype([("name", "i8"), ("level", "f8", (3,))])
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache."""
-    monkeypatch.setattr(object_code, "cache_directory", lambda: tmp_path)
+    monkeypatch.setattr(object_code, "cache_directory", lambda room: tmp_path)
     return tmp_path
 
 
@@ -100,7 +100,7 @@ def test_what_needs_the_runtime_of_numba_is_run_by_numba(folder: Path) -> None:
 def test_a_cache_that_cannot_be_written_costs_time_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(object_code, "cache_directory", lambda: tmp_path / "absent")
+    monkeypatch.setattr(object_code, "cache_directory", lambda room: tmp_path / "absent")
     total = np.zeros(3)
     record = np.array([(7, [0.0, 0.0, 0.0])], RECORD)
     kernel(mixed)(np.ones((3, 4)), record, 3, 2.0, Choices(None, None), total)

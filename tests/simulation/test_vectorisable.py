@@ -5,9 +5,9 @@ import re
 import numba
 import pytest
 
+from hydrofdi.compilation.compiling import dispatcher
 from hydrofdi.physics.equation import FAST_MATH
 from hydrofdi.physics.friction import choice_of_law
-from hydrofdi.simulation.kernels.compilation import dispatcher
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates
 from hydrofdi.simulation.kernels.options import ModelOptions
 

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.equation import equation
 from hydrofdi.physics.settled import settled
 from hydrofdi.simulation.kernels.control_loop import steer
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
-from hydrofdi.simulation.kernels.object_code import kernel
 from hydrofdi.simulation.kernels.options import ModelOptions
 
 

@@ -19,8 +19,8 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from hydrofdi.compilation.compiling import cache_directory, compiled, dispatcher, room_of
 from hydrofdi.physics.equation import FAST_MATH
-from hydrofdi.simulation.kernels.compilation import cache_directory, compiled, dispatcher
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., None])
 _Call = Callable[..., object]
@@ -55,7 +55,8 @@ def kernel(function: _Kernel) -> _Kernel:
 def _prepare(function: _Kernel, types: tuple[Any, ...], arguments: tuple[Any, ...]) -> _Call:
     if not _can_link():
         return compiled(function)
-    path = cache_directory() / f"{function.__name__}-{_digest(repr((types, *_machine())).encode()).hex()}.o"
+    folder = cache_directory(room_of(function))
+    path = folder / f"{function.__name__}-{_digest(repr((types, *_machine())).encode()).hex()}.o"
     code = _read(path)
     if code is None:
         code = _compile(function, arguments)

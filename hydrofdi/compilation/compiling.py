@@ -1,7 +1,7 @@
-"""Compilation of the kernel, cached on disk.
+"""Compilation of kernels, cached on disk.
 
 Numba's own cache watches only the file that holds a compiled function, not the equations that are inlined
-into it. So the cache folder is named by a hash of all sources that enter a kernel.
+into it. So the cache folder is named by a hash of all sources that enter the kernels of a room.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def dispatcher(function: Callable[..., object], **options: Any) -> Any:
 
     settings: Any = numba.config
     previous = settings.CACHE_DIR
-    settings.CACHE_DIR = str(cache_directory())
+    settings.CACHE_DIR = str(cache_directory(room_of(function)))
     try:
         _register_equations()
         compile_: Any = numba.njit(error_model="numpy", boundscheck=False, nogil=True, **options)
@@ -64,10 +64,19 @@ def _register_equations() -> None:
         register_jitable(forceinline=True, fastmath=FAST_MATH, error_model="numpy")(EQUATIONS.pop())
 
 
+def room_of(function: Callable[..., object]) -> str:
+    """The room of the package whose sources enter a function; another package has the simulation's."""
+    parts = function.__module__.split(".")
+    return parts[1] if parts[0] == "hydrofdi" and len(parts) > 1 else "simulation"
+
+
 @cache
-def cache_directory() -> Path:
-    """Folder of the compiled kernels of these sources; in the user's cache, or else in a temporary folder."""
-    name = f"kernel-{_source_hash()}"
+def cache_directory(room: str) -> Path:
+    """Folder of the compiled kernels of a room with its present sources.
+
+    It lies in the user's cache, or else in a temporary folder.
+    """
+    name = f"kernel-{_source_hash(room)}"
     for root in _cache_roots():
         folder = root / name
         try:
@@ -87,9 +96,10 @@ def _cache_roots() -> list[Path]:
     return [home / "hydrofdi"]
 
 
-def _source_hash() -> str:
-    package = Path(__file__).parents[2]
+def _source_hash(room: str) -> str:
+    package = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for file in sorted(file for room in ("physics", "simulation") for file in (package / room).rglob("*.py")):
+    rooms = sorted({"compilation", "physics", room})
+    for file in sorted(file for each in rooms for file in (package / each).rglob("*.py")):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

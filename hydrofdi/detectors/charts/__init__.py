@@ -1,0 +1,1 @@
+"""Control charts: what is asked of a score along the time."""

@@ -1,0 +1,141 @@
+"""Indicators that follow a stream of samples and need none of the earlier ones again."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.records import Array, RecordBatch
+from hydrofdi.settings.quantities import SI, Section
+
+State = Mapping[str, NDArray[Any]]
+"""All that a stream needs from one chunk to the next: arrays, so that it can be stored."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Estimates along records.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n_instant,)
+        Instants of the estimates, on the clock of the records [s].
+    values : mapping of str to ndarray, shape (n_record, n_instant)
+        In SI; NaN from the instant on at which an estimator diverged.
+    """
+
+    time: Array
+    values: Mapping[str, Array]
+
+    def since(self, instant: float) -> Trace:
+        """What comes at an instant [s] or later."""
+        later = self.time >= instant
+        return Trace(self.time[later], {name: values[:, later] for name, values in self.values.items()})
+
+
+class RecursiveOptions(Section):
+    """Options of every recursive indicator."""
+
+    interval: Annotated[float, SI("s", above=0)] = 0.1
+    """Time from one estimate of a trace to the next [s], rounded to whole samples."""
+
+    transient: Annotated[float, SI("s", least=0)] = 2.0
+    """Time at the start of a record that its numbers leave out [s]: estimates still follow the data sheet."""
+
+    trace_duration: Annotated[float, SI("s", least=0)] = 0.0
+    """Length of the records whose score is kept along the time as well [s], for charts; 0 keeps none."""
+
+
+Chosen = TypeVar("Chosen", bound=RecursiveOptions)
+
+
+class RecursiveIndicator(Indicator[Chosen]):
+    """An indicator of a stream. Subclass it; say how it starts, steps, and sums up a record.
+
+    The estimates of a stream are, to the bit, those of the record as a whole, whatever its chunks.
+    """
+
+    needs_scale = True
+
+    @property
+    @abstractmethod
+    def estimates(self) -> tuple[Output, ...]:
+        """What it gives of a whole record; the first one is the score that is traced."""
+
+    @abstractmethod
+    def start(self, records: RecordBatch) -> State:
+        """The state before the first sample. Records tell their number, channels and sampling; not more."""
+
+    @abstractmethod
+    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+        """The state behind a chunk, and the estimates that came with it; the old state stays as it was.
+
+        Estimates come every ``interval`` after the start of the stream. A chunk may be a single sample.
+        """
+
+    @abstractmethod
+    def of_record(self, trace: Trace) -> Mapping[str, Array]:
+        """`estimates` of whole records, each (n_record,), from what came after the transient."""
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Estimates, and the trace of the score where it is kept."""
+        score = self.estimates[0]
+        kept = Output(
+            f"{score.name}_trace", score.unit, f"{score.long_name}, along the time",
+            dims={"instant": self.n_instant}, is_score=False,
+        )  # fmt: skip
+        return (*self.estimates, kept) if self.n_instant else self.estimates
+
+    @property
+    def n_instant(self) -> int:
+        """Estimates in the trace that is kept."""
+        return int(self.options.trace_duration / self.options.interval + 1e-9)
+
+    def samples_per_estimate(self, sampling_frequency: float) -> int:
+        """Samples from one estimate to the next, at least one."""
+        return max(1, round(self.options.interval * sampling_frequency))
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record without an estimate after the transient, or one that is shorter than its trace."""
+        options = self.options
+        if records.duration < options.transient + options.interval:
+            return f"{records.duration:g} s are too few after a transient of {options.transient:g} s"
+        if records.duration < options.trace_duration * (1.0 - 1e-9):
+            return f"{records.duration:g} s are less than the trace of {options.trace_duration:g} s"
+        return None
+
+    def trace(self, records: RecordBatch) -> Trace:
+        """Estimates along whole records."""
+        return self.step(self.start(records), records)[1]
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """In SI."""
+        trace = self.trace(replace(records, start_time=0.0))
+        values = dict(self.of_record(trace.since(self.options.transient)))
+        if self.n_instant:
+            name = self.estimates[0].name
+            values[f"{name}_trace"] = trace.values[name][:, : self.n_instant]
+        return values
+
+
+def instants(n_before: int, n_sample: int, every: int) -> NDArray[np.intp]:
+    """Places in a chunk after whose sample an estimate is due.
+
+    Parameters
+    ----------
+    n_before : int
+        Samples of the stream before the chunk.
+    n_sample : int
+        Samples of the chunk.
+    every : int
+        Samples from one estimate to the next; the first estimate comes with sample number `every` − 1.
+    """
+    first = (-n_before - 1) % every
+    return np.arange(first, n_sample, every)

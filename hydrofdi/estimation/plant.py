@@ -1,0 +1,209 @@
+"""The nominal plant of state estimators: actuator and valve with what may differ from their data sheet.
+
+Units are mm, s, N, MPa and t (1 t·mm/s² = 1 N), so that all states are of the order of 1 to 100. They are
+consistent: the equations of `hydrofdi.physics` hold in them as in SI.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
+from hydrofdi.physics.equation import equation
+from hydrofdi.physics.friction.threshold import friction_force
+from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.physics.valve import edge_flow
+
+PER_MINUTE = 1e6 / 60.0
+"""1 L/min [mm³/s]."""
+
+
+class Moving(NamedTuple):
+    """What moves within a sample: P_1 and P_2 [MPa], x_p [mm], v_p [mm/s]."""
+
+    pressure_1: float
+    pressure_2: float
+    position: float
+    velocity: float
+
+
+class Held(NamedTuple):
+    """What is held within a sample, and walks from one to the next; zero where the plant is nominal.
+
+    Attributes
+    ----------
+    resistance : float
+        Force against the piston: friction and load, less friction by the model where there is one [N].
+    leakage : float
+        Internal leakage at the reference pressure [L/min].
+    bulk_modulus, supply : float
+        ln(β/β_nominal) and ln(P_s/P_s,nominal) [-].
+    flow_gain : float
+        Flow through the open valve over the nominal one, less 1 [-].
+    offset, lap : float
+        Spool position at which the valve is closed, and its lap [µm].
+    clearance : float
+        Conductance of the clearance over each edge [mm³/(s·MPa)].
+    """
+
+    resistance: float
+    leakage: float
+    bulk_modulus: float
+    supply: float
+    flow_gain: float
+    offset: float
+    lap: float
+    clearance: float
+
+
+STATES = Moving._fields + Held._fields
+"""Names of all states, in their order."""
+
+N_MOVING, N_STATE = len(Moving._fields), len(STATES)
+
+
+class Plant(NamedTuple):
+    """Nominal values.
+
+    Attributes
+    ----------
+    mass : float
+        [t]
+    area_1, area_2 : float
+        [mm²]
+    volume_1, volume_2 : float
+        At position zero [mm³].
+    stiffness : float
+        [N/mm]
+    bulk_modulus, ret, reference_pressure : float
+        β, P_r, and the pressure difference at which leakage is stated [MPa].
+    flow_gain, area_gradient : float
+        K_v [mm/(s·√MPa)] and w [mm].
+    coulomb, breakaway : float
+        [N]
+    viscous, transition, velocity_threshold : float
+        f [N·s/mm], c_v [s/mm] and v_th [mm/s].
+    has_friction_model : True or None
+        Whether friction is that of the paper's law; else it is part of the resistance alone.
+    """
+
+    mass: float
+    area_1: float
+    area_2: float
+    volume_1: float
+    volume_2: float
+    stiffness: float
+    bulk_modulus: float
+    ret: float
+    reference_pressure: float
+    flow_gain: float
+    area_gradient: float
+    coulomb: float
+    breakaway: float
+    viscous: float
+    transition: float
+    velocity_threshold: float
+    has_friction_model: bool | None
+
+
+class Actual(NamedTuple):
+    """What the held states make of the nominal values; lengths in mm, K_i in mm³/(s·√MPa)."""
+
+    bulk_modulus: float
+    supply: float
+    flow_gain: float
+    offset: float
+    lap: float
+    clearance: float
+    leakage_coefficient: float
+    resistance: float
+
+
+@equation
+def actual(held: Held, supply: float, plant: Plant) -> Actual:
+    """The plant as the held states have it; nominal supply pressure in MPa."""
+    return Actual(
+        plant.bulk_modulus * np.exp(held.bulk_modulus),
+        supply * np.exp(held.supply),
+        plant.flow_gain * (1.0 + held.flow_gain),
+        1e-3 * held.offset,
+        1e-3 * held.lap,
+        held.clearance,
+        held.leakage * PER_MINUTE / np.sqrt(plant.reference_pressure),
+        held.resistance,
+    )
+
+
+@equation
+def valve_flows(moving: Moving, spool: float, a: Actual, plant: Plant) -> tuple[float, float]:
+    """q_1 into chamber 1 and q_2 out of chamber 2 [mm³/s] at a spool position [mm]."""
+    x, p_1, p_2 = spool - a.offset, moving.pressure_1, moving.pressure_2
+    w, gain = plant.area_gradient, a.flow_gain
+    feed_1 = edge_flow(x, a.supply - p_1, gain, w, a.lap, a.clearance)
+    drain_1 = edge_flow(-x, p_1 - plant.ret, gain, w, a.lap, a.clearance)
+    feed_2 = edge_flow(-x, a.supply - p_2, gain, w, a.lap, a.clearance)
+    drain_2 = edge_flow(x, p_2 - plant.ret, gain, w, a.lap, a.clearance)
+    return feed_1 - drain_1, drain_2 - feed_2
+
+
+@equation
+def rates(moving: Moving, spool: float, a: Actual, plant: Plant) -> Moving:
+    """Rates of the moving states, per second. Equations (2), (5) to (8), (11) and (12)."""
+    q_1, q_2 = valve_flows(moving, spool, a, plant)
+    leak = internal_leakage_flow(moving.pressure_1 - moving.pressure_2, a.leakage_coefficient)
+    x, v, beta = moving.position, moving.velocity, a.bulk_modulus
+    net_1, net_2 = q_1 - leak - plant.area_1 * v, leak - q_2 + plant.area_2 * v
+    rate_1, _ = chamber_pressure_rates(x, net_1, net_2, beta, plant.volume_1, plant.area_1)
+    _, rate_2 = chamber_pressure_rates(x, net_1, net_2, beta, plant.volume_2, plant.area_2)
+    resistance = a.resistance
+    if plant.has_friction_model is not None:
+        resistance = resistance + friction_force(
+            v, plant.coulomb, plant.breakaway, plant.viscous, plant.transition, plant.velocity_threshold
+        )
+    acceleration = piston_acceleration(
+        x,
+        moving.pressure_1,
+        moving.pressure_2 * (plant.area_2 / plant.area_1),
+        resistance,
+        plant.mass,
+        plant.area_1,
+        plant.stiffness,
+    )
+    return Moving(rate_1, rate_2, v, acceleration)
+
+
+@equation
+def moved(moving: Moving, time: float, along: Moving) -> Moving:
+    """The states after going along rates for a time [s]."""
+    return Moving(
+        moving.pressure_1 + time * along.pressure_1,
+        moving.pressure_2 + time * along.pressure_2,
+        moving.position + time * along.position,
+        moving.velocity + time * along.velocity,
+    )
+
+
+@equation
+def mean_rates(first: Moving, second: Moving, third: Moving, fourth: Moving) -> Moving:
+    """Mean rates over a step of classic Runge-Kutta."""
+    s = 1.0 / 6.0
+    return Moving(
+        s * (first.pressure_1 + 2.0 * (second.pressure_1 + third.pressure_1) + fourth.pressure_1),
+        s * (first.pressure_2 + 2.0 * (second.pressure_2 + third.pressure_2) + fourth.pressure_2),
+        s * (first.position + 2.0 * (second.position + third.position) + fourth.position),
+        s * (first.velocity + 2.0 * (second.velocity + third.velocity) + fourth.velocity),
+    )
+
+
+@equation
+def step_of(
+    moving: Moving, step: float, start: float, middle: float, end: float, a: Actual, plant: Plant
+) -> Moving:
+    """The states one Runge-Kutta step [s] later; spool positions at its start, middle and end [mm]."""
+    first = rates(moving, start, a, plant)
+    second = rates(moved(moving, 0.5 * step, first), middle, a, plant)
+    third = rates(moved(moving, 0.5 * step, second), middle, a, plant)
+    fourth = rates(moved(moving, step, third), end, a, plant)
+    return moved(moving, step, mean_rates(first, second, third, fourth))

@@ -1,0 +1,108 @@
+"""What state estimators take as known of the moving actuator beside its data sheet."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from hydrofdi.estimation.plant import Plant
+from hydrofdi.estimation.spool_path import Array, spool_transition
+from hydrofdi.indicators.uncertain_actuator import UncertainActuator
+from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.settings.quantities import SI
+
+
+class NominalPlant(UncertainActuator):
+    """An uncertain actuator whose motion is predicted from one sample to the next."""
+
+    spool: Literal["command", "measured"] = "command"
+    """Where the spool is: where the nominal valve puts it under the input voltage, held between samples; or
+    on straight lines between its measured positions."""
+
+    supply: Literal["auto", "measured", "nominal"] = "auto"
+    """Supply pressure that the estimate starts from. ``measured``: its channel. ``nominal``:
+    ``supply_pressure``. ``auto``: measured where it is, else nominal."""
+
+    mass: Annotated[float, SI("kg", above=0)] = 12.3
+    """Mass m of piston and load [kg]."""
+
+    friction: Literal["random_walk", "model"] = "random_walk"
+    """What brakes the piston. ``random_walk``: a force that is estimated, friction and load together.
+    ``model``: that force beside the nominal friction."""
+
+    coulomb_friction: Annotated[float, SI("N", least=0)] = 200.0
+    """Coulomb friction F_c [N], for ``friction: model``."""
+
+    breakaway_friction: Annotated[float, SI("N", least=0)] = 250.0
+    """Breakaway friction F_brk [N], for ``friction: model``."""
+
+    viscous_friction: Annotated[float, SI("N*s/m", least=0)] = 50.0
+    """Coefficient f of viscous friction [N·s/m], for ``friction: model``."""
+
+    friction_transition: Annotated[float, SI("s/m", least=0)] = 40.0
+    """Coefficient c_v of the fall from breakaway to Coulomb friction [s/m], for ``friction: model``."""
+
+    velocity_threshold: Annotated[float, SI("m/s", above=0)] = 10e-3
+    """Speed v_th below which dry friction is linear [m/s], for ``friction: model``; wider than that of an
+    actuator, so that the steps can follow it."""
+
+    substeps: Annotated[int, Field(strict=True, ge=1)] = 4
+    """Runge-Kutta steps from one sample to the next; at 500 Hz four of 0.5 ms."""
+
+    reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
+    """Pressure difference at which leakage flows are stated [Pa]."""
+
+    @model_validator(mode="after")
+    def _breakaway_is_largest(self) -> NominalPlant:
+        if self.breakaway_friction < self.coulomb_friction:
+            raise ValueError("breakaway_friction is less than coulomb_friction")
+        return self
+
+    @property
+    def plant(self) -> Plant:
+        """Its nominal values in the units of estimators."""
+        (area_1, area_2), (volume_1, volume_2) = self.areas, self.volumes
+        return Plant(
+            mass=1e-3 * self.mass,
+            area_1=1e6 * area_1,
+            area_2=1e6 * area_2,
+            volume_1=1e9 * volume_1,
+            volume_2=1e9 * volume_2,
+            stiffness=1e-3 * self.load_stiffness,
+            bulk_modulus=1e-6 * self.bulk_modulus,
+            ret=1e-6 * self.return_pressure,
+            reference_pressure=1e-6 * self.reference_pressure,
+            flow_gain=1e6 * self.flow_gain,
+            area_gradient=1e3 * self.area_gradient,
+            coulomb=self.coulomb_friction,
+            breakaway=self.breakaway_friction,
+            viscous=1e-3 * self.viscous_friction,
+            transition=1e-3 * self.friction_transition,
+            velocity_threshold=1e3 * self.velocity_threshold,
+            has_friction_model=True if self.friction == "model" else None,
+        )
+
+    def spool_transition(self, sampling_frequency: float) -> Array:
+        """How the spool moves on within half a Runge-Kutta step, (2, 2)."""
+        half_step = 0.5 / (sampling_frequency * self.substeps)
+        return spool_transition(2.0 * np.pi * self.natural_frequency, self.damping_ratio, half_step)
+
+    def spool_drive(self, records: RecordBatch) -> Array:
+        """Where the command would have the spool, or where it was measured [mm], (n_record, n_time)."""
+        if self.spool == "measured":
+            return 1e3 * records[Channel.SPOOL_POSITION]
+        return 1e3 * self.spool_gain * records[Channel.INPUT_VOLTAGE]
+
+    def supply_of(self, records: RecordBatch) -> Array:
+        """Supply pressure that is measured, or the nominal one [MPa], (n_record, n_time)."""
+        if self.measures_supply(records):
+            return 1e-6 * records[Channel.SUPPLY_PRESSURE]
+        any_channel = next(iter(records.channels.values()))
+        return np.full(any_channel.shape, 1e-6 * self.supply_pressure)
+
+    def measures_supply(self, records: RecordBatch) -> bool:
+        """Whether the supply pressure is measured."""
+        has_it = Channel.SUPPLY_PRESSURE in records.channels.keys() - records.relative
+        return self.supply == "measured" or (self.supply == "auto" and has_it)

@@ -21,8 +21,8 @@ _REWEIGHTING = 4
 """Rounds of weights where the estimate is robust."""
 
 
-class BalanceOptions(UncertainActuator):
-    """Options of `Balance`: what is known of the actuator, how well, and which samples count."""
+class WindowOptions(UncertainActuator):
+    """What is known of the actuator, how well, and which samples count in windows."""
 
     chambers: Literal["both", 1] = "both"
     """Whose pressures are used. ``1``: that of chamber 1 alone; a matched valve gives the other."""
@@ -42,11 +42,15 @@ class BalanceOptions(UncertainActuator):
     """Standard deviation of what the balance of a window leaves [m³]; it weighs the record against the
     deviations of the actuator."""
 
-    robust: bool = False
-    """Whether windows that fit badly count less: those in which a force on the piston jumps."""
-
     reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
+
+
+class BalanceOptions(WindowOptions):
+    """Options of `Balance`."""
+
+    robust: bool = False
+    """Whether windows that fit badly count less: those in which a force on the piston jumps."""
 
 
 Chosen = TypeVar("Chosen", bound=BalanceOptions)

@@ -91,13 +91,32 @@ class NominalActuator(Section):
         if self.spool == "square":
             size = self.spool_gain * self.drive_amplitude
             return size * alternating_side(records, records[Channel.CHAMBER_1_PRESSURE])
+        command = records[Channel.INPUT_VOLTAGE]
+        return self.follow_command(command, command[:, :1], None, records.sampling_frequency)[0]
+
+    def follow_command(
+        self, command: Array, rest: Array, state: Array | None, sampling_frequency: float
+    ) -> tuple[Array, Array]:
+        """x_v [m] under a command [V], and the state of the spool (n_record, 2) behind it.
+
+        Parameters
+        ----------
+        command : ndarray, shape (n_record, n_time)
+            Held between samples [V].
+        rest : ndarray, shape (n_record, 1)
+            Command under which the spool rests, where there is no state [V].
+        state : ndarray, shape (n_record, 2), or None
+        sampling_frequency : float
+            [Hz]
+        """
         from scipy.signal import cont2discrete, lfilter, lfilter_zi
 
-        rate, command = 2.0 * np.pi * self.natural_frequency, records[Channel.INPUT_VOLTAGE]
+        rate = 2.0 * np.pi * self.natural_frequency
         continuous = np.array([rate**2]), np.array([1.0, 2.0 * self.damping_ratio * rate, rate**2])
-        numerator, denominator, _ = cont2discrete(continuous, 1.0 / records.sampling_frequency)
-        at_rest = lfilter_zi(numerator[0], denominator) * command[:, :1]
-        return self.spool_gain * np.asarray(lfilter(numerator[0], denominator, command, zi=at_rest)[0])
+        numerator, denominator, _ = cont2discrete(continuous, 1.0 / sampling_frequency)
+        before = lfilter_zi(numerator[0], denominator) * rest if state is None else state
+        position, after = lfilter(numerator[0], denominator, command, zi=before)
+        return self.spool_gain * np.asarray(position), np.asarray(after)
 
     def supply_known_by(self, records: RecordBatch) -> Literal["measured", "nominal", "sum"]:
         """What `supply` means for these records."""

@@ -40,12 +40,12 @@ def weak_integrals(signal: Array, sampling_frequency: float, half: int, *kinds: 
     """
     n_block = signal.shape[1] // half
     blocks = np.ascontiguousarray(signal[:, : n_block * half]).reshape(-1, n_block, half)
-    parts = blocks @ _kernels(half, sampling_frequency, kinds)
+    parts = blocks @ weak_weights(half, sampling_frequency, kinds)
     return np.moveaxis(parts[:, :-1, : len(kinds)] + parts[:, 1:, len(kinds) :], -1, 0)
 
 
 @lru_cache(maxsize=64)
-def _kernels(half: int, sampling_frequency: float, kinds: tuple[Kind, ...]) -> Array:
+def weak_weights(half: int, sampling_frequency: float, kinds: tuple[Kind, ...]) -> Array:
     """Weights (half, 2 n_kind) of the samples in the first and in the second half of a window.
 
     φ' is scaled so that the sums are exact for a ramp: the tangent stands for its argument.

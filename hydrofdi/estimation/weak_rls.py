@@ -1,0 +1,336 @@
+"""Recursive least squares in information form, whose prior is not forgotten.
+
+The moments of the equations fade with the memory; the prior is added anew at each estimate. So the matrix is
+symmetric and positive by construction, and what the equations do not tell returns to its prior.
+
+The errors of a window come from noise under an antisymmetric weight, φ'. Two windows that overlap by half
+share half of it with opposite signs, so their covariance is that of differences of independent block errors.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.compilation.object_code import kernel
+from hydrofdi.estimation.chamber_balance import N_UNKNOWN
+from hydrofdi.physics.equation import equation
+
+Array = NDArray[np.float64]
+
+_WIDTH = N_UNKNOWN + 1
+"""Columns and target of an equation."""
+
+EQUATIONS, DIFFERENCES = 0, 1
+"""Which moments: of the equations, and of their differences from window to window."""
+
+
+class RlsState(NamedTuple):
+    """What is carried from window to window.
+
+    Attributes
+    ----------
+    moments : ndarray, shape (n_record, n_memory, n_kind, 2, _WIDTH, _WIDTH)
+        Lower triangles of sums of products, of `EQUATIONS` and `DIFFERENCES`.
+    counts : ndarray, shape (n_record, n_memory)
+        Windows that count, faded.
+    last : ndarray, shape (n_record, n_kind, _WIDTH)
+        The latest equations.
+    is_sound : ndarray, shape (n_record,)
+        1 until the estimate has diverged, then 0.
+    """
+
+    moments: Array
+    counts: Array
+    last: Array
+    is_sound: Array
+
+
+class Scratch(NamedTuple):
+    """Memory of one estimate.
+
+    Attributes
+    ----------
+    row : ndarray, shape (_WIDTH,)
+        Equation of a window.
+    normal, factor, inverse, spread, covariance : ndarray, shape (N_UNKNOWN, N_UNKNOWN)
+    right, values : ndarray, shape (N_UNKNOWN,)
+    """
+
+    row: Array
+    normal: Array
+    factor: Array
+    inverse: Array
+    spread: Array
+    covariance: Array
+    right: Array
+    values: Array
+
+
+N_ESTIMATE = 2 * N_UNKNOWN + 2
+"""Numbers of an estimate: values, standard deviations, that of the combination, condition."""
+
+
+def new_state(n_record: int, n_memory: int, n_chamber: int) -> RlsState:
+    """The state before the first window."""
+    return RlsState(
+        np.zeros((n_record, n_memory, n_chamber, 2, _WIDTH, _WIDTH)),
+        np.zeros((n_record, n_memory)),
+        np.zeros((n_record, n_chamber, _WIDTH)),
+        np.ones(n_record),
+    )
+
+
+def new_scratch() -> Scratch:
+    """Memory for `follow_windows`."""
+    square, row = (N_UNKNOWN, N_UNKNOWN), N_UNKNOWN
+    return Scratch(
+        np.zeros(_WIDTH), np.zeros(square), np.zeros(square), np.zeros(square), np.zeros(square),
+        np.zeros(square), np.zeros(row), np.zeros(row),
+    )  # fmt: skip
+
+
+@equation
+def fade_in(moments: Any, decay: float, row: Any, share: float, last: Any) -> None:
+    """Fade moments, and add the products of a row less a share of the last one."""
+    for i in range(_WIDTH):
+        factor = row[i] - share * last[i]
+        for j in range(i + 1):
+            moments[i, j] = decay * moments[i, j] + factor * (row[j] - share * last[j])
+
+
+@equation
+def factorise(matrix: Any, factor: Any) -> bool:
+    """Cholesky factor of a symmetric matrix, from its lower triangle; False where it is not positive."""
+    for j in range(N_UNKNOWN):
+        for i in range(j, N_UNKNOWN):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= factor[i, k] * factor[j, k]
+            if i > j:
+                factor[i, j] = total / factor[j, j]
+            elif total > 0.0 and total < math.inf:
+                factor[j, j] = math.sqrt(total)
+            else:
+                return False
+    return True
+
+
+@equation
+def invert(factor: Any, inverse: Any) -> None:
+    """Inverse of the matrix with a Cholesky factor L: of L in place first, then L⁻ᵀ L⁻¹."""
+    for j in range(N_UNKNOWN):
+        factor[j, j] = 1.0 / factor[j, j]
+        for i in range(j + 1, N_UNKNOWN):
+            total = 0.0
+            for k in range(j, i):
+                total -= factor[i, k] * factor[k, j]
+            factor[i, j] = total / factor[i, i]
+    for i in range(N_UNKNOWN):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(i, N_UNKNOWN):
+                total += factor[k, i] * factor[k, j]
+            inverse[i, j] = inverse[j, i] = total
+
+
+@equation
+def left_over(moments: Any, values: Any) -> float:
+    """Sum of the squares that estimates leave of the equations with these moments."""
+    total = moments[N_UNKNOWN, N_UNKNOWN]
+    for i in range(N_UNKNOWN):
+        product = -2.0 * moments[N_UNKNOWN, i] + moments[i, i] * values[i]
+        for j in range(i):
+            product += 2.0 * moments[i, j] * values[j]
+        total += values[i] * product
+    least: float = max(total, 0.0)
+    return least
+
+
+@equation
+def spread_of_products(moments: Any, count: float, last: Any, values: Any, spread: Any) -> None:
+    """Covariance of the sum of equations times errors, prior included; symmetric, in full."""
+    n_kind = moments.shape[0]
+    for i in range(N_UNKNOWN):
+        for j in range(i + 1):
+            spread[i, j] = 1.0 if i == j else 0.0
+    for kind in range(n_kind):
+        variance = (left_over(moments[kind, EQUATIONS], values) + N_UNKNOWN) / (count + N_UNKNOWN)
+        for i in range(N_UNKNOWN):
+            for j in range(i + 1):
+                ends = last[kind, i] * last[kind, j]
+                spread[i, j] += 0.5 * variance * (moments[kind, DIFFERENCES, i, j] + ends)
+    for i in range(N_UNKNOWN):
+        for j in range(i):
+            spread[j, i] = spread[i, j]
+
+
+@equation
+def sandwich(inverse: Any, spread: Any, product: Any, covariance: Any) -> None:
+    """Covariance of the estimates: inverse · spread · inverse."""
+    for i in range(N_UNKNOWN):
+        for j in range(N_UNKNOWN):
+            total = 0.0
+            for k in range(N_UNKNOWN):
+                total += inverse[i, k] * spread[k, j]
+            product[i, j] = total
+    for i in range(N_UNKNOWN):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(N_UNKNOWN):
+                total += product[i, k] * inverse[k, j]
+            covariance[i, j] = covariance[j, i] = total
+
+
+@equation
+def condition_number(normal: Any, inverse: Any) -> float:
+    """Root of the condition number of the normal matrix with columns of equal length, in the 1-norm."""
+    largest, largest_inverse = 0.0, 0.0
+    for i in range(N_UNKNOWN):
+        total, total_inverse = 0.0, 0.0
+        for j in range(N_UNKNOWN):
+            size = math.sqrt(normal[i, i] * normal[j, j])
+            entry = normal[i, j] if j <= i else normal[j, i]
+            total += abs(entry) / size
+            total_inverse += abs(inverse[i, j]) * size
+        largest, largest_inverse = max(largest, total), max(largest_inverse, total_inverse)
+    return math.sqrt(largest * largest_inverse)
+
+
+@equation
+def write_estimate(
+    moments: Any, count: float, last: Any, prior: Any, deviations: Any, combination: Any, s: Scratch, out: Any
+) -> bool:
+    """The most probable unknowns, with standard deviations; False where there is none."""
+    n_kind = moments.shape[0]
+    for i in range(N_UNKNOWN):
+        s.right[i] = prior[i]
+        for j in range(i + 1):
+            s.normal[i, j] = 1.0 if i == j else 0.0
+        for kind in range(n_kind):
+            s.right[i] += moments[kind, EQUATIONS, N_UNKNOWN, i]
+            for j in range(i + 1):
+                s.normal[i, j] += moments[kind, EQUATIONS, i, j]
+    if not factorise(s.normal, s.factor):
+        return False
+    invert(s.factor, s.inverse)
+    for i in range(N_UNKNOWN):
+        total = 0.0
+        for j in range(N_UNKNOWN):
+            total += s.inverse[i, j] * s.right[j]
+        s.values[i] = total
+    spread_of_products(moments, count, last, s.values, s.spread)
+    sandwich(s.inverse, s.spread, s.factor, s.covariance)
+    variance = 0.0
+    for i in range(N_UNKNOWN):
+        out[i] = deviations[i] * s.values[i]
+        out[N_UNKNOWN + i] = deviations[i] * math.sqrt(s.covariance[i, i])
+        for j in range(N_UNKNOWN):
+            variance += combination[i] * deviations[i] * s.covariance[i, j] * combination[j] * deviations[j]
+    out[2 * N_UNKNOWN] = math.sqrt(max(variance, 0.0))
+    out[2 * N_UNKNOWN + 1] = condition_number(s.normal, s.inverse)
+    is_finite = True
+    for i in range(N_ESTIMATE):
+        is_finite = is_finite and abs(out[i]) < math.inf
+    return is_finite
+
+
+@equation
+def take_window(
+    state: RlsState, r: int, columns: Any, targets: Any, counts: float, deviations: Any, error: float,
+    decays: Any, row: Any,
+) -> None:  # fmt: skip
+    """Add the equations of a window to the moments of a record: of two chambers, their sum and difference."""
+    n_kind = targets.shape[0]
+    scale = math.sqrt(1.0 / n_kind) / error
+    for kind in range(n_kind):
+        sign, last = (1.0 if kind == 0 else -1.0), state.last[r, kind]
+        for i in range(_WIDTH):
+            row[i] = 0.0
+        if counts > 0.0:
+            for i in range(N_UNKNOWN):
+                second = columns[1, i] if n_kind == 2 else 0.0
+                row[i] = scale * deviations[i] * (columns[0, i] + sign * second)
+            second = targets[1] if n_kind == 2 else 0.0
+            row[N_UNKNOWN] = scale * (targets[0] + sign * second)
+        for memory in range(decays.shape[0]):
+            decay, moments = decays[memory], state.moments[r, memory, kind]
+            fade_in(moments[EQUATIONS], decay, row, 0.0, last)
+            fade_in(moments[DIFFERENCES], decay * decay, row, decay, last)
+        for i in range(_WIDTH):
+            last[i] = row[i]
+    for memory in range(decays.shape[0]):
+        state.counts[r, memory] = decays[memory] * state.counts[r, memory] + counts
+
+
+@kernel
+def follow_windows(
+    columns: Array,
+    targets: Array,
+    counts: Array,
+    due: NDArray[np.int64],
+    priors: Array,
+    deviations: Array,
+    error: float,
+    decays: Array,
+    combination: Array,
+    least_compressibility: float,
+    state: RlsState,
+    scratch: Scratch,
+    estimates: Array,
+) -> None:
+    """Estimates along streams.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n_record, n_window, n_chamber, N_UNKNOWN)
+    targets : ndarray, shape (n_record, n_window, n_chamber)
+        [m³]
+    counts : ndarray, shape (n_record, n_window)
+        1 where a window counts, else 0; time passes all the same.
+    due : ndarray of int, shape (n_instant,)
+        How many of these windows are complete at each instant of an estimate.
+    priors : ndarray, shape (n_record, n_instant, N_UNKNOWN)
+        Where the unknowns are expected, over their deviations.
+    deviations : ndarray, shape (N_UNKNOWN,)
+        Standard deviations of the unknowns beforehand; zero where they are known.
+    error : float
+        Standard deviation of what the equation of a window leaves [m³].
+    decays : ndarray, shape (n_memory,)
+        Weight of a window over that of the next one, for each memory.
+    combination : ndarray, shape (N_UNKNOWN,)
+        Factors of the unknowns in a sum whose standard deviation is wanted as well.
+    least_compressibility : float
+        Estimates of the second unknown at or below this have diverged [1/Pa].
+    state : RlsState
+        Updated in place.
+    scratch : Scratch
+    estimates : ndarray, shape (n_record, n_memory, n_instant, N_ESTIMATE)
+        Filled; NaN once an estimate has diverged.
+    """
+    for r in range(estimates.shape[0]):
+        n_taken = 0
+        for instant in range(due.shape[0] + 1):
+            n_due = due[instant] if instant < due.shape[0] else columns.shape[1]
+            while n_taken < n_due:
+                take_window(
+                    state, r, columns[r, n_taken], targets[r, n_taken], counts[r, n_taken], deviations,
+                    error, decays, scratch.row,
+                )  # fmt: skip
+                n_taken += 1
+            if instant < due.shape[0]:
+                for memory in range(decays.shape[0]):
+                    out = estimates[r, memory, instant]
+                    is_found = write_estimate(
+                        state.moments[r, memory], state.counts[r, memory], state.last[r], priors[r, instant],
+                        deviations, combination, scratch, out,
+                    )  # fmt: skip
+                    if not is_found or out[1] <= least_compressibility:
+                        state.is_sound[r] = 0.0
+                if state.is_sound[r] == 0.0:
+                    for memory in range(decays.shape[0]):
+                        for k in range(N_ESTIMATE):
+                            estimates[r, memory, instant, k] = math.nan

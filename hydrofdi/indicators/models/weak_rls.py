@@ -1,0 +1,278 @@
+"""Internal leakage, bulk modulus and valve from the volume balance of the chambers, as a stream."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, Balance
+from hydrofdi.estimation.valve_use import (
+    count_windows,
+    follow_means,
+    mark_unclear,
+    new_counts,
+    new_gate,
+    new_means,
+)
+from hydrofdi.estimation.weak_rls import N_ESTIMATE, RlsState, follow_windows, new_scratch, new_state
+from hydrofdi.estimation.weak_windows import new_sums, window_equations, windows_before
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.balancing import WindowOptions
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI
+from hydrofdi.transforms.weak_form import weak_weights
+
+P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
+
+
+class WeakRlsOptions(WindowOptions, RecursiveOptions):
+    """Options of `WeakRls`."""
+
+    spool: Literal["measured", "command"] = "measured"
+    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
+
+    supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
+    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the mean of
+    P_1 + P_2 so far, over the memory, less the return pressure; of one pressure twice its mean, less what the
+    spring needs. ``auto``: measured, else ``sum`` with equal areas, else nominal."""
+
+    memory: Annotated[float, SI("s", above=0)] | Literal["none"] = 5.0
+    """Time in which what was seen fades to 1/e in the trace [s]; ``none`` keeps all. The numbers of a record
+    are those of all of it."""
+
+    start_up: Annotated[float, SI("s", least=0)] = 0.5
+    """Time at the start of a stream that is left out [s]: where the spool was before is not known."""
+
+    least_jump: Annotated[float, SI("m", above=0)] = 8e-6
+    """Travel of the spool from one sample to the next that is a jump [m]."""
+
+    leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 1e-3 / 60.0
+    """Standard deviation of the leakage flow beforehand, about zero [m³/s]."""
+
+
+class WeakRls(RecursiveIndicator[WeakRlsOptions]):
+    """K_i, β and valve that explain where the volume goes, followed along the time."""
+
+    name = "weak_rls"
+    version = 1
+    summary = "Internal leakage, bulk modulus and valve by recursive least squares of the volume balance."
+    source = (
+        "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
+        " Recursive Identification (1983), chapter 2; a prior that stays: a choice of hydrofdi"
+    )
+    equation = (
+        "flow_balance's; θ = (Σ λ^(n−k) a_k a_kᵀ/e² + D⁻²)⁻¹ (Σ λ^(n−k) a_k y_k/e² + D⁻² θ_0), λ ="
+        " exp(−hop/memory)"
+    )
+    caution = (
+        "A leak in proportion to ΔP looks like the clearance of the valve: cross_port_leakage holds both."
+        " Noise of the pressures biases β upwards."
+    )
+    absence = "the estimate diverged: it was not finite, or the bulk modulus not positive"
+    Options = WeakRlsOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Pressures, position, and what moves the valve."""
+        return frozenset({P1, P2} if self._both else {P1}) | {X} | self.options.valve_channels
+
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The supply pressure."""
+        return frozenset({Channel.SUPPLY_PRESSURE}) if self.options.supply == "auto" else frozenset()
+
+    @property
+    def estimates(self) -> tuple[Output, ...]:
+        """Estimates with their standard deviations."""
+        at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
+        return (
+            Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
+            Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
+            Output(
+                "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
+                direction=rising, is_score=False,
+            ),
+            Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
+            Output(
+                "cross_port_leakage", "m^3/s", f"flow past piston and closed valve, of any law, {at}",
+                direction=rising,
+            ),
+            Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow past both"),
+            Output("bulk_modulus", "Pa", "effective bulk modulus β"),
+            Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
+            Output("flow_gain", "1", "flow gain of the valve over its nominal value", is_score=False),
+            Output("supply_pressure", "Pa", "supply pressure", is_score=False),
+            Output("offset", "m", "spool position at which the valve is closed", is_score=False),
+            Output("lap", "m", "lap of the valve", is_score=False),
+            Output(
+                "clearance", "m^3/(s*Pa)", "conductance of the clearance over an edge of the valve",
+                is_score=False,
+            ),
+            Output.quality("condition", "1", "condition number of the equations and deviations, 1-norm"),
+        )  # fmt: skip
+
+    def start(self, records: RecordBatch) -> State:
+        """Nothing is known yet but the priors."""
+        n_record, n_chamber = records.n_record, 2 if self._both else 1
+        rls = new_state(n_record, len(self._decays(records)), n_chamber)
+        return {
+            "n_sample": np.array(0),
+            "start_time": np.array(records.start_time),
+            "spool": np.full((n_record, 2), np.nan),
+            "gate": new_gate(n_record),
+            "unclear": new_counts(n_record),
+            "means": new_means(n_record, self.options.supply_pressure),
+            "sums": new_sums(n_record, n_chamber),
+            **rls._asdict(),
+        }
+
+    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+        """Estimates with the memory, and under ``whole_…`` those of all that was seen."""
+        options, frequency, half = self.options, chunk.sampling_frequency, self.options.half_window
+        n_before, after = int(state["n_sample"]), {name: array.copy() for name, array in state.items()}
+        after["n_sample"] += chunk.n_time
+        spool = self._spool(chunk, n_before, after)
+        unclear = np.zeros(spool.shape, dtype=np.bool_)
+        mark_unclear(
+            spool, n_before, round(options.start_up * frequency), options.least_opening, options.least_jump,
+            round(options.settling * frequency), after["gate"], unclear,
+        )  # fmt: skip
+        supply, reference = self._supply(chunk, unclear, n_before, after["means"])
+        first = np.ascontiguousarray(chunk[P1])
+        second = chunk[P2] if self._both else supply + options.return_pressure - first
+        columns, targets = window_equations(
+            spool, np.ascontiguousarray(chunk[X]), np.stack((first, second)), supply, reference,
+            self._weights(frequency), n_before, self._balance(chunk), after["sums"],
+        )  # fmt: skip
+        counts = np.zeros(columns.shape[:2])
+        count_windows(unclear, n_before, half, after["unclear"], counts)
+        places = instants(n_before, chunk.n_time, self.samples_per_estimate(frequency))
+        due = np.array(
+            [windows_before(n_before + place + 1, half) for place in places], dtype=np.int64
+        ) - windows_before(n_before, half)
+        deviations = self._deviations(chunk)
+        priors = np.zeros((chunk.n_record, len(places), N_UNKNOWN))
+        if deviations[_SUPPLY] > 0.0:
+            shift = supply[:, places] / reference[:, places] - 1.0
+            priors[:, :, _SUPPLY] = shift / deviations[_SUPPLY]
+        decays = self._decays(chunk)
+        found = np.zeros((chunk.n_record, len(decays), len(places), N_ESTIMATE))
+        follow_windows(
+            columns, targets, counts, due, priors, deviations, options.error, decays,
+            self._cross_port(), -1.0 / options.bulk_modulus,
+            RlsState(*(after[name] for name in RlsState._fields)), new_scratch(), found,
+        )  # fmt: skip
+        values = self._named(found[:, 0], reference[:, places])
+        whole = self._named(found[:, -1], reference[:, places])
+        time = state["start_time"] + (n_before + places) / frequency
+        return after, Trace(time, values | {f"whole_{name}": array for name, array in whole.items()})
+
+    def of_record(self, trace: Trace) -> Mapping[str, Array]:
+        """What all of the record tells."""
+        return {each.name: trace.values[f"whole_{each.name}"][:, -1] for each in self.estimates}
+
+    @property
+    def _both(self) -> bool:
+        return self.options.chambers == "both"
+
+    def _spool(self, chunk: RecordBatch, n_before: int, after: dict[str, NDArray[np.float64]]) -> Array:
+        """x_v [m]; the spool rests under the first command of a stream."""
+        if self.options.spool == "measured":
+            return np.ascontiguousarray(chunk[Channel.SPOOL_POSITION])
+        command = chunk[Channel.INPUT_VOLTAGE]
+        if not command.shape[1]:
+            return command
+        before = None if n_before == 0 else after["spool"]
+        spool, after["spool"] = self.options.follow_command(
+            command, command[:, :1], before, chunk.sampling_frequency
+        )
+        return np.ascontiguousarray(spool)
+
+    def _supply(
+        self, chunk: RecordBatch, unclear: NDArray[np.bool_], n_before: int, means: Array
+    ) -> tuple[Array, Array]:
+        """P_s at which the equations are linear, and about which its deviation is stated [Pa]."""
+        options, shape = self.options, unclear.shape
+        match options.supply_known_by(chunk):
+            case "measured":
+                measured = np.ascontiguousarray(chunk[Channel.SUPPLY_PRESSURE])
+                return measured, measured
+            case "nominal":
+                nominal = np.full(shape, options.supply_pressure)
+                return nominal, nominal
+        if self._both:
+            total = chunk[P1] + chunk[P2]
+        else:
+            total = 2.0 * chunk[P1] - options.load_stiffness / options.areas[0] * chunk[X]
+        total = np.ascontiguousarray(total - options.return_pressure)
+        supply, gain = np.zeros(shape), 1.0 - self._decays(chunk)[0]
+        follow_means(total, unclear, n_before, options.half_window, gain, means, supply)
+        return supply, np.full(shape, options.supply_pressure)
+
+    def _weights(self, frequency: float) -> Array:
+        half = self.options.half_window
+        weights = weak_weights(half, frequency, ("value", "rate", "late_rate"))
+        return np.ascontiguousarray(weights.reshape(half, 2, 3).transpose(1, 2, 0))
+
+    def _decays(self, records: RecordBatch) -> Array:
+        """Of the trace and of whole records, or of both at once."""
+        memory = self.options.memory
+        if memory == "none":
+            return np.ones(1)
+        return np.array([math.exp(-self.options.half_window / records.sampling_frequency / memory), 1.0])
+
+    def _balance(self, records: RecordBatch) -> Balance:
+        options = self.options
+        gives_supply = options.supply_known_by(records) == "sum"
+        own, other = (-1.0, 0.0) if not gives_supply else (0.0, 1.0) if self._both else (1.0, 0.0)
+        return Balance(
+            *options.areas, *options.volumes, options.flow_gain * options.area_gradient,
+            options.return_pressure, 1.0 / options.bulk_modulus, own, other,
+            options.half_window / records.sampling_frequency,
+        )  # fmt: skip
+
+    def _deviations(self, records: RecordBatch) -> Array:
+        options = self.options
+        known = options.prior_deviations(records, 2 if self._both else 1)
+        known["internal_coefficient"] = options.leakage_deviation / math.sqrt(options.reference_pressure)
+        return np.array([known.get(name, 0.0) for name in UNKNOWNS])
+
+    def _cross_port(self) -> Array:
+        """Flow at the reference pressure by K_i and by the clearance."""
+        pressure = self.options.reference_pressure
+        factors = {"internal_coefficient": math.sqrt(pressure), "clearance": pressure}
+        return np.array([factors.get(name, 0.0) for name in UNKNOWNS])
+
+    def _named(self, found: Array, reference: Array) -> dict[str, Array]:
+        """Outputs from numbers (n_record, n_instant, N_ESTIMATE)."""
+        options = self.options
+        of = {name: found[:, :, place] for place, name in enumerate(UNKNOWNS)}
+        error = {name: found[:, :, N_UNKNOWN + place] for place, name in enumerate(UNKNOWNS)}
+        root = math.sqrt(options.reference_pressure)
+        modulus = 1.0 / (1.0 / options.bulk_modulus + of["compressibility"])
+        return {
+            "leakage": root * of["internal_coefficient"],
+            "leakage_error": root * error["internal_coefficient"],
+            "internal_coefficient": of["internal_coefficient"],
+            "internal_coefficient_error": error["internal_coefficient"],
+            "cross_port_leakage": root * of["internal_coefficient"]
+            + options.reference_pressure * of["clearance"],
+            "cross_port_leakage_error": found[:, :, -2],
+            "bulk_modulus": modulus,
+            "bulk_modulus_error": error["compressibility"] * modulus**2,
+            "flow_gain": 1.0 + of["flow_gain"],
+            "supply_pressure": reference * (1.0 + of["supply"]),
+            "offset": of["offset"],
+            "lap": of["lap"],
+            "clearance": of["clearance"],
+            "condition": found[:, :, -1],
+        }
+
+
+_SUPPLY = UNKNOWNS.index("supply")

@@ -26,7 +26,7 @@ _Kernel = TypeVar("_Kernel", bound=Callable[..., None])
 _Call = Callable[..., object]
 
 _SYMBOL = "kernel"
-_LIBRARY_FUNCTIONS = {"exp", "log", "pow", "sin", "cos", "tanh", "fmod", "memset", "memcpy"}
+_LIBRARY_FUNCTIONS = {"exp", "log", "pow", "sqrt", "sin", "cos", "tanh", "fmod", "memset", "memcpy"}
 """What machine code may call: functions of the C library, which every process has."""
 
 _TYPE_FLAGS = 0x1 | 0x2 | 0x100 | 0x400

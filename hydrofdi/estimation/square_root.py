@@ -1,0 +1,141 @@
+"""Covariances as a root S with P = S Sᵀ: symmetric and positive whatever is rounded.
+
+Source: Kaminski, Bryson & Schmidt 1971, *Discrete square root filtering: a survey of current techniques*,
+IEEE Transactions on Automatic Control 16.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.physics.equation import equation
+
+Array = NDArray[np.float64]
+
+
+@equation
+def find_gain(root: Array, k: int, variance: float, gain: Array) -> float:
+    """Gain of a measurement of one state.
+
+    Parameters
+    ----------
+    root : ndarray, shape (n, n)
+        S.
+    k : int
+        The state.
+    variance : float
+        R > 0 of the measurement.
+    gain : ndarray, shape (n,)
+        Filled with K, the column k of P over s.
+
+    Returns
+    -------
+    float
+        Variance s = P_kk + R of the innovation.
+    """
+    total = variance
+    for j in range(gain.size):
+        total += root[k, j] * root[k, j]
+    for i in range(gain.size):
+        covariance = 0.0
+        for j in range(gain.size):
+            covariance += root[i, j] * root[k, j]
+        gain[i] = covariance / total
+    return total
+
+
+@equation
+def shrink(root: Array, k: int, ratio: float, gain: Array) -> None:
+    """Take in a measurement of state k by its gain, in place: S −= K φᵀ/(1 + √(R/s)), where φ is row k of S.
+
+    Potter's update (Battin 1964, *Astronautical guidance*); no eigenvalue of its factor is below √(R/s).
+
+    Parameters
+    ----------
+    root : ndarray, shape (n, n)
+    k : int
+    ratio : float
+        R/s.
+    gain : ndarray, shape (n,)
+        As `find_gain` has it.
+    """
+    share = 1.0 / (1.0 + np.sqrt(ratio))
+    for i in range(gain.size):
+        if i != k:
+            for j in range(gain.size):
+                root[i, j] -= share * gain[i] * root[k, j]
+    for j in range(gain.size):
+        root[k, j] -= share * gain[k] * root[k, j]
+
+
+@equation
+def grow(root: Array, error: Array, rows: Array) -> None:
+    """Add the square of a vector to a covariance, in place.
+
+    The covariance behind a measurement with a gain that is not K but K − e grows by s e eᵀ.
+
+    Parameters
+    ----------
+    root : ndarray, shape (n, n)
+        A lower triangle afterwards.
+    error : ndarray, shape (n,)
+        √s e.
+    rows : ndarray, shape (at least n + 2, n)
+        Scratch.
+    """
+    n = error.size
+    for i in range(n):
+        for j in range(n):
+            rows[j, i] = root[i, j]
+        rows[n, i] = error[i]
+    triangularise(rows, n + 1)
+    take_triangle(rows, root)
+
+
+@equation
+def take_triangle(rows: Array, root: Array) -> None:
+    """Fill a root with the transpose of the triangle in the first rows."""
+    for i in range(root.shape[0]):
+        for j in range(root.shape[0]):
+            root[i, j] = rows[j, i] if j <= i else 0.0
+
+
+@equation
+def triangularise(rows: Array, n_row: int) -> None:
+    """Turn rows A by Householder's reflections into an upper triangle R with Rᵀ R = Aᵀ A.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (at least n_row + 1, n)
+        A, whose first n rows become R above the diagonal and scratch below; the row behind A is scratch, too.
+    n_row : int
+        Rows of A, at least n.
+    """
+    n = rows.shape[1]
+    for k in range(n):
+        square = 0.0
+        for i in range(k, n_row):
+            square += rows[i, k] * rows[i, k]
+        if square > 0.0:
+            diagonal = -np.copysign(np.sqrt(square), rows[k, k])
+            head = rows[k, k] - diagonal
+            rows[k, k] = head
+            reflect(rows, n_row, k, 1.0 / (diagonal * head))
+            rows[k, k] = diagonal
+
+
+@equation
+def reflect(rows: Array, n_row: int, k: int, scale: float) -> None:
+    """Add `scale` times v vᵀ A to the columns of A behind column k, in which v begins on the diagonal."""
+    n = rows.shape[1]
+    for j in range(k + 1, n):
+        rows[n_row, j] = 0.0
+    for i in range(k, n_row):
+        for j in range(k + 1, n):
+            rows[n_row, j] += rows[i, k] * rows[i, j]
+    for j in range(k + 1, n):
+        rows[n_row, j] *= scale
+    for i in range(k, n_row):
+        for j in range(k + 1, n):
+            rows[i, j] += rows[i, k] * rows[n_row, j]

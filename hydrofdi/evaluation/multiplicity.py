@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,3 +68,10 @@ def simultaneous_confidence(confidence: float, n_tried: int) -> float:
         All indicators that were looked at.
     """
     return 1.0 - (1.0 - confidence) / n_tried
+
+
+def confidence_text(confidence: float) -> str:
+    """A confidence in percent, with two digits of what is left to 100: 95, 99.29, 99.9988."""
+    rest = 100.0 * (1.0 - confidence)
+    digits = max(1 - math.floor(math.log10(rest)), 0) if rest > 0.0 else 0
+    return f"{round(100.0 * confidence, digits):.10g}"

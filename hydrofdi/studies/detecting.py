@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from hydrofdi.evaluation.multiplicity import simultaneous_confidence
+from hydrofdi.evaluation.multiplicity import confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.judging import judge
@@ -45,7 +45,8 @@ def _remarks(records: StudyRecords, n_tried: int, rules: Rules) -> list[str]:
         together = simultaneous_confidence(rules.confidence, n_tried)
         remarks.append(
             f"{n_tried} scores were tried. A bound holds for a score that was named beforehand; of the best"
-            f" of {n_tried} take the bound at {100.0 * together:.5g} % confidence, at which all hold together"
+            f" of {n_tried} take the bound at {confidence_text(together)} % confidence, at which all hold"
+            " together"
         )
     if records.groups is not None:
         n_group = len(set(records.groups))

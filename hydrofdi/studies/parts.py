@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from hydrofdi.evaluation.multiplicity import confidence_text
 from hydrofdi.evaluation.pod.curve import PodCurve
 from hydrofdi.evaluation.pod.detectable import DetectableSeverity
 from hydrofdi.evaluation.pod.monotone import last_shown
@@ -181,4 +182,4 @@ class Notes:
 
 def quantile_name(probability: float, confidence: float) -> str:
     """Such as ``q90/95``: found with 90 % probability and 95 % confidence."""
-    return f"q{100.0 * probability:.5g}/{100.0 * confidence:.5g}"
+    return f"q{100.0 * probability:.5g}/{confidence_text(confidence)}"

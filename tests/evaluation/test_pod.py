@@ -37,6 +37,11 @@ def hits(draw, severity, location=-1.2, spread=0.15, floor=0.01, link="logit"):
     return (draw.random(severity.size) < pod(severity, location, spread, floor, link)).astype(float)
 
 
+def test_a_curve_that_is_impossibly_unlikely_has_a_likelihood_of_zero():
+    counted = tally(SEVERITY, np.ones_like(SEVERITY))
+    assert log_likelihood(np.full(LEVELS.size, -1.5e154), counted, 0.0, "probit") == -np.inf
+
+
 @LINKS
 @pytest.mark.parametrize("floor", [0.0, 0.05])
 def test_a_known_curve_is_recovered(link, floor):

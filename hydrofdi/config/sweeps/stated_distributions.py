@@ -6,10 +6,12 @@ import math
 import re
 from typing import Any
 
-from hydrofdi.config.request import parameter_names, parameter_unit
-from hydrofdi.config.sweeps.distributions import ARGUMENTS, DISTRIBUTIONS, require_order
+from pydantic import ValidationError
+
+from hydrofdi.config.request import parameter_names, parameter_unit, validate_parameter
+from hydrofdi.config.sweeps.distributions import ARGUMENTS, DISTRIBUTIONS, argument_values, require_order
 from hydrofdi.config.sweeps.values import difference, nominal_value, parameter_value, require_numbers
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.mistakes import describe_error, nearest
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
 
@@ -93,7 +95,14 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
         raise _MistakenError(path, f"what follows ± must be finite; found {width}")
     if not size > 0.0:
         raise _MistakenError(path, f"what follows ± must be greater than 0; found {width}")
-    return _ARGUMENTS_ABOUT[kind](nominal, size)
+    arguments = _ARGUMENTS_ABOUT[kind](nominal, size)
+    try:
+        for value in argument_values({kind: arguments}):
+            validate_parameter(name, value)
+    except ValidationError as error:
+        reason = describe_error(error.errors()[0])
+        raise _MistakenError(path, f"±{width} reaches what it cannot be: {reason}") from None
+    return arguments
 
 
 def _argument(source: Source, path: Path, name: str, role: str, argument: Any) -> Any:

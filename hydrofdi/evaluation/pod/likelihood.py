@@ -111,5 +111,6 @@ def _score(predictor: Array, tally: Tally, floor: float, link: Link) -> tuple[Ar
 
 
 def _times(counts: Array, logarithms: Array) -> Array:
-    """Sum of products in which 0 · -∞ is 0."""
-    return np.asarray(np.sum(counts * np.where(counts > 0.0, logarithms, 0.0)))
+    """Sum of products in which 0 · -∞ is 0; beyond all numbers it is -∞."""
+    with np.errstate(over="ignore"):
+        return np.asarray(np.sum(counts * np.where(counts > 0.0, logarithms, 0.0)))

@@ -67,7 +67,7 @@ def _population_record(
 
 def _end(detection: Detection, judgement: Judgement) -> dict[str, Any]:
     unit, cost = severity_unit(detection), judgement.scored.cost
-    found = {name: judgement.smallest.get(name) for name in ("q50", "q90", "q90_95")}
+    found = {name: judgement.smallest.get(name) for name in ("q50", "q90", "q90_95", "q90_95_of_all")}
     return {
         **{
             f"{name}{unit.suffix}": None if one is None or one.value is None else unit.value(one.value)

@@ -74,9 +74,14 @@ def _in_one_unit(name: str, values: list[Any]) -> tuple[list[str], str]:
     numbers = [abs(value) for value in values if isinstance(value, int | float)]
     if len(numbers) < len(values) or not numbers:
         return [str(value) for value in values], ""
-    unit = next((unit for unit, least in _READABLE.get(own, ()) if max(numbers) >= least), own)
+    unit = readable_unit(own, max(numbers))
     shown = [_four_digits(convert(value, unit) if unit != own else value) for value in values]
     return shown, "" if unit == "1" else unit.replace("*", "·")
+
+
+def readable_unit(own: str, largest: float) -> str:
+    """The unit that a person reads numbers up to `largest`, in SI, in; their own where there is none."""
+    return next((unit for unit, least in _READABLE.get(own, ()) if largest >= least), own)
 
 
 def _four_digits(value: float) -> str:

@@ -108,6 +108,9 @@ def test_csv_holds_one_line_per_score_and_tested_population_with_the_numbers_of_
         assert [float(line["auc"]) for line in faults] == [part["value"] for part in one["auc"]]
         found = next(iter(own.values()))["q90_95_L_per_min"]
         assert found == ("" if one["q90_95_L_per_min"] is None else str(one["q90_95_L_per_min"]))
+        of_all = next(iter(own.values()))["q90_95_of_all_L_per_min"]
+        assert of_all == str(one["q90_95_of_all_L_per_min"] or "")
+    assert any(line["q90_95_of_all_L_per_min"] for line in lines)
 
 
 def test_parquet_holds_the_same_columns_as_csv(detection):

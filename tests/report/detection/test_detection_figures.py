@@ -1,13 +1,16 @@
 """Figures of a judged study, also of one that carries little."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
 from hydrofdi.report.figures import draw_all, draw_figure
 from hydrofdi.report.figures.style import figure_bytes
 from hydrofdi.report.publication import write_page
-from tests.report.detection.made_up import judged, made_up_score, report_of
+from hydrofdi.studies.detecting import detect
+from hydrofdi.studies.rules import Rules
+from tests.report.detection.made_up import judged, made_up_records, made_up_score, report_of
 
 FIGURES = {"ranking", "pod", "roc", "det", "false_alarms", "densities"}
 
@@ -49,6 +52,17 @@ def test_the_ranking_shows_what_is_found(detection):
     drawn = {float(x) for line in axis.lines for x in line.get_xdata()}
     for name in ("q90", "q90_95"):
         assert any(x == pytest.approx(first[name].severity * 6e4) for x in drawn)
+
+
+def test_densities_of_flows_are_drawn_in_litres_per_minute():
+    records = made_up_records()
+    score = made_up_score(records, "leak", gain=200.0, unit="m^3/s")
+    scaled = replace(score, values=score.values * 1e-3 / 60.0)
+    detection = detect(records, [scaled], Rules())
+    (axis,) = draw_figure(report_of(detection), "densities").axes
+    assert axis.get_xlabel() == "score [L/min]"
+    threshold = 6e4 * detection.judgements[0].threshold.high
+    assert any(line.get_xdata()[0] == pytest.approx(threshold) for line in axis.lines)
 
 
 def test_the_figure_of_false_alarms_shows_rates_and_intervals(detection):

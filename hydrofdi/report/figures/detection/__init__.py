@@ -46,8 +46,8 @@ def _captions(detection: Detection) -> dict[str, str]:
     return {
         "ranking": f"The {quantity} that each score finds with {share} probability: the estimate (open) and"
         f" the bound with {confidence} confidence (filled), at thresholds for {rate} false alarms; an arrow"
-        " where nothing is found up to the largest tested; in brackets where the score does not keep its"
-        " rate",
+        " where nothing is found up to the largest tested; in brackets where the score is shown to"
+        " exceed its rate",
         "pod": f"Share of records detected over their {quantity}: tested levels with {confidence} intervals,"
         f" the fitted curve with {confidence} bounds (dashed, without bounds: it does not describe the"
         f" levels; none: hits and misses are apart), q90/95 (vertical line), {share} (horizontal line), and"

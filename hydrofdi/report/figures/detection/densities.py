@@ -9,9 +9,11 @@ import numpy as np
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.selection import chosen_levels
+from hydrofdi.report.detection.varied import readable_unit
 from hydrofdi.report.figures.detection.marks import panels, titled, with_threshold
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE
 from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.units import convert
 
 _MOST, _EDGE = 6, 0.5
 _MOST_BINS, _WIDEST = 60, 3.0
@@ -51,19 +53,20 @@ def _populations(detection: Detection) -> tuple[Population, ...]:
 def _draw_one(
     axis: Any, detection: Detection, judgement: Judgement, populations: tuple[Population, ...]
 ) -> None:
-    unit = judgement.scored.unit
     scores = [_finite(judgement.scored.values[detection.records.rows(each)]) for each in populations]
     healthy = [own for own, each in zip(scores, populations, strict=True) if each.kind is Kind.HEALTHY]
     edges = _edges(_limits(judgement), healthy, scores)
+    unit = readable_unit(judgement.scored.unit, float(np.abs(edges).max()))
+    scale = 1.0 if unit == judgement.scored.unit else convert(1.0, unit)
     for row, (population, own) in enumerate(zip(populations, scores, strict=True)):
         counts, _ = np.histogram(np.clip(own, edges[0], edges[-1]), edges)
         if counts.any():
             ridge, color = row - 0.95 * counts / counts.max(), _COLORS[population.kind]
-            axis.stairs(ridge, edges, baseline=row, fill=True, color=color, alpha=0.35)
-            axis.stairs(ridge, edges, baseline=row, color=color, linewidth=0.7)
+            axis.stairs(ridge, edges * scale, baseline=row, fill=True, color=color, alpha=0.35)
+            axis.stairs(ridge, edges * scale, baseline=row, color=color, linewidth=0.7)
     for limit in _limits(judgement):
-        axis.axvline(limit, color=INK, linewidth=0.9)
-    axis.set_xlim(edges[0], edges[-1])
+        axis.axvline(limit * scale, color=INK, linewidth=0.9)
+    axis.set_xlim(edges[0] * scale, edges[-1] * scale)
     axis.set_xlabel("score" if unit == "1" else f"score [{unit}]", fontsize=8)
     axis.locator_params(axis="x", nbins=5)
 

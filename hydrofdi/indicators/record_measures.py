@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
@@ -64,6 +65,8 @@ class RecordMeasures:
         Whether it is no record that anything could be measured of.
     faults : mapping of str to str
         Label of an indicator that failed → what is wrong with it; that is also its reason.
+    digest : bytes
+        Of its samples: equal for records with the same ones. Empty where it is rejected.
     """
 
     record_id: str
@@ -75,6 +78,7 @@ class RecordMeasures:
     reasons: dict[str, str]
     is_rejected: bool = False
     faults: Mapping[str, str] = field(default_factory=dict)
+    digest: bytes = b""
 
     @property
     def has_numbers(self) -> bool:
@@ -152,7 +156,16 @@ def _record(batch: RecordBatch, measures: Measures, row: int) -> RecordMeasures:
         {name: values[row] for name, values in measures.values.items()},
         {label: reason for label, rows in measures.obstacles.items() if (reason := rows[row]) is not None},
         faults=measures.faults,
+        digest=_digest(batch, row),
     )
+
+
+def _digest(batch: RecordBatch, row: int) -> bytes:
+    digest = hashlib.blake2b(digest_size=16)
+    for channel in sorted(batch.channels):
+        digest.update(channel.encode())
+        digest.update(np.ascontiguousarray(batch[channel][row]))
+    return digest.digest()
 
 
 def _rejected(batch: RecordBatch, columns: Sequence[Column]) -> Iterator[RecordMeasures]:

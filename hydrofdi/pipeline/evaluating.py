@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
@@ -34,9 +35,9 @@ class Left:
     ----------
     n_record : int
         All that were read.
-    n_rejected, n_unlabelled, n_empty : int
-        Rejected, without a label, without a number of any indicator.
-    first_rejection : str
+    n_rejected, n_repeated, n_unlabelled, n_empty : int
+        Rejected, repeats of another, without a label, without a number of any indicator.
+    first_rejection, first_repeat : str
     faults : dict of str to None
         What is wrong with indicators that failed.
     labels : set of str
@@ -45,14 +46,23 @@ class Left:
 
     n_record: int = 0
     n_rejected: int = 0
+    n_repeated: int = 0
     n_unlabelled: int = 0
     n_empty: int = 0
     first_rejection: str = ""
+    first_repeat: str = ""
     faults: dict[str, None] = field(default_factory=dict)
     labels: set[str] = field(default_factory=set)
+    _seen: dict[bytes, RecordMeasures] = field(default_factory=dict)
 
     def count(self, records: Iterator[RecordMeasures]) -> Iterator[RecordMeasures]:
-        """The records as they come, counted."""
+        """The records as they come, counted; without those that repeat the samples of another.
+
+        Raises
+        ------
+        ConfigError
+            Records with the same samples have different labels.
+        """
         for record in records:
             self.n_record += 1
             self.labels |= {record.label} - {""}
@@ -60,10 +70,25 @@ class Left:
             if record.is_rejected:
                 self.n_rejected += 1
                 self.first_rejection = self.first_rejection or f"{record.record_id}: {_reason(record)}"
+            elif record.has_numbers and self._is_repeat(record):
+                continue
             else:
                 self.n_unlabelled += not record.label
                 self.n_empty += not record.has_numbers
             yield record
+
+    def _is_repeat(self, record: RecordMeasures) -> bool:
+        first = self._seen.setdefault(record.digest, record)
+        if first is record:
+            return False
+        if record.label and first.label and record.label != first.label:
+            raise ConfigError(
+                f"{first.record_id} ({first.label}) and {record.record_id} ({record.label}) have the same"
+                " samples; one of the labels is wrong"
+            )
+        self.n_repeated += 1
+        self.first_repeat = self.first_repeat or f"{record.record_id} repeats {first.record_id}"
+        return True
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +141,8 @@ def evaluate(
     Raises
     ------
     ConfigError
-        No record is known to be healthy, or a score needs an extra that is not installed.
+        No record is known to be healthy, records with the same samples have different labels, or a score
+        needs an extra that is not installed.
     DataError, StoreError
         A source cannot be read.
     """

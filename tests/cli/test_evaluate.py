@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -82,6 +83,27 @@ def test_healthy_groups_are_tested_at_the_threshold_of_the_others(tmp_path: Path
     assert score["false_alarms"][0]["high"] > 0.5
     areas = [pair["value"] for pair in score["healthy_against_healthy"]]
     assert max(areas) == 1.0 - min(areas) == 1.0
+
+
+def test_records_with_the_samples_of_another_are_left_out(tmp_path: Path) -> None:
+    write_records(tmp_path, n_unit=2, n_run=3)
+    (tmp_path / "rig.yaml").write_text(GROUPED)
+    for number in range(3):
+        shutil.copy(tmp_path / f"unit 0/sound {number}.csv", tmp_path / f"unit 1/sound {number + 9}.csv")
+    done = run("evaluate", tmp_path / "rig.yaml", "--json", check=1)
+    record = json.loads(done.stdout)
+    assert (record["records"], record["repeated"]) == (21, 3)
+    assert {each["label"]: each["n"] for each in record["populations"]}["healthy"] == 6
+    assert "3 of 21 records have the samples of another" in done.stderr
+    assert "unit 1/sound 9.csv repeats unit 0/sound 0.csv" in done.stderr
+
+
+def test_the_same_samples_under_two_labels_are_refused(tmp_path: Path) -> None:
+    write_records(tmp_path, n_unit=2, n_run=2)
+    (tmp_path / "rig.yaml").write_text(GROUPED)
+    shutil.copy(tmp_path / "unit 0/sound 0.csv", tmp_path / "unit 0/small 9.csv")
+    done = run("evaluate", tmp_path / "rig.yaml", check=2)
+    assert "have the same samples; one of the labels is wrong" in done.stderr
 
 
 def test_known_severities_give_the_severity_that_is_found(rig: Path) -> None:

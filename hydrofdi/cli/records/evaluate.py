@@ -52,8 +52,8 @@ def evaluate(
     Labels and groups come from the descriptions. Healthy groups are tested at the threshold of the other
     healthy groups, and set against each other as if they were faulty. What the records do not carry is
     refused with the number that would. Scores made of several numbers are cross-fitted: no record is scored
-    by a model that saw it or its group. Exit code 1 where records are rejected or have no number of any
-    indicator, or an indicator fails.
+    by a model that saw it or its group. Exit code 1 where records are rejected, repeat the samples of
+    another or have no number of any indicator, or an indicator fails.
     """
     from hydrofdi.cli.records.evaluation_record import evaluation_record
     from hydrofdi.cli.records.evaluation_table import print_evaluation
@@ -101,8 +101,13 @@ def _tell(left: Left) -> int:
         tell(f"failed: {fault}")
     if left.n_rejected:
         tell(f"rejected: {left.n_rejected:,} of {left.n_record:,} records; {left.first_rejection}")
+    if left.n_repeated:
+        tell(
+            f"left out: {left.n_repeated:,} of {left.n_record:,} records have the samples of another, e.g."
+            f" {left.first_repeat}; no threshold may be tested on what it was set on"
+        )
     if left.n_empty:
         tell(f"without any number: {left.n_empty:,} of {left.n_record:,} records")
     if left.n_unlabelled:
         tell(f"without a label, left out: {left.n_unlabelled:,} of {left.n_record:,} records")
-    return 1 if left.n_rejected or left.n_empty or left.faults else 0
+    return 1 if left.n_rejected or left.n_repeated or left.n_empty or left.faults else 0

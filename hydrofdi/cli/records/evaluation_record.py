@@ -26,6 +26,7 @@ def evaluation_record(evaluation: Evaluation) -> dict[str, Any]:
         "probability": rules.probability,
         "records": evaluation.left.n_record,
         "rejected": evaluation.left.n_rejected,
+        "repeated": evaluation.left.n_repeated,
         "groups": None if records.groups is None else sorted(set(records.groups)),
         "populations": [
             {"label": each.name, "is_healthy": each.kind == "healthy", "n": records.rows(each).size}

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from hydrofdi.cli.folding import Folded
 from hydrofdi.cli.terminal import tell, terminal
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.idle_parameters import idle_parameters
@@ -132,8 +133,13 @@ def _grid(sheet: Sheet, headers: Sequence[str], gap: int) -> Table:
     for position, row in enumerate(sheet.rows):
         if position in sheet.breaks:
             grid.add_row()
-        grid.add_row(*(Text(_marked(cell), style="bold" if cell.is_strong else "") for cell in row))
+        grid.add_row(*(_shown_cell(cell, column in sheet.text_columns) for column, cell in enumerate(row)))
     return grid
+
+
+def _shown_cell(cell: Cell, is_text: bool) -> Text | Folded:
+    style = "bold" if cell.is_strong else ""
+    return Folded(_marked(cell), style) if is_text else Text(_marked(cell), style=style)
 
 
 def _marked(cell: Cell) -> str:

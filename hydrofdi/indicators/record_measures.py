@@ -164,7 +164,7 @@ def _digest(batch: RecordBatch, row: int) -> bytes:
     digest = hashlib.blake2b(digest_size=16)
     for channel in sorted(batch.channels):
         digest.update(channel.encode())
-        digest.update(np.ascontiguousarray(batch[channel][row]))
+        digest.update(batch[channel][row].tobytes())
     return digest.digest()
 
 

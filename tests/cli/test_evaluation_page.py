@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.cli.records.evaluation_columns import _folded
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.groups import healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind, Population
@@ -104,11 +103,6 @@ def test_no_number_is_cut(rig: Path, width: int, monkeypatch: pytest.MonkeyPatch
     for line in page.splitlines():
         assert line.count("[") == line.count("]")
     assert len(re.findall(r"\d\.\d\d \[\d\.\d\d, \d\.\d\d\]", page)) >= 20
-
-
-def test_long_names_fold_at_their_joints() -> None:
-    assert _folded("cross_correlation.peak_coefficient", 20) == "cross_correlation.\n  peak_coefficient"
-    assert _folded("a" * 30, 16).replace("\n  ", "") == "a" * 30
 
 
 def test_a_severity_of_a_label_that_no_record_has_is_a_mistake(rig: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -10,6 +9,7 @@ from functools import partial
 from rich.console import Console
 from rich.table import Table
 
+from hydrofdi.cli.folding import folded
 from hydrofdi.evaluation.auc import Area
 from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.evaluation.populations import Population
@@ -54,18 +54,8 @@ def print_scores(console: Console, evaluation: Evaluation, judgements: Sequence[
         for column in part:
             table.add_column(column.heading, no_wrap=True, min_width=column.width)
         for name, mark, *row in zip(names, marks, *(column.texts for column in part), strict=True):
-            table.add_row(f"{mark:2}{_folded(name, room)}", *row)
+            table.add_row(mark.ljust(2) + "\n  ".join(folded(name, room)), *row)
         console.print(table)
-
-
-def _folded(name: str, room: int) -> str:
-    """A name in lines that fit, broken behind a point, an underscore or a blank where it has one."""
-    lines = [""]
-    for piece in re.findall(rf"[^._ ]{{1,{room - 1}}}[._ ]?|[._ ]", name):
-        if len(lines[-1]) + len(piece) > room:
-            lines.append("")
-        lines[-1] += piece
-    return "\n  ".join(lines)
 
 
 def _columns(evaluation: Evaluation, judgements: Sequence[Judgement]) -> list[_Column]:

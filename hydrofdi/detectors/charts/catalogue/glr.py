@@ -1,0 +1,68 @@
+"""The generalised likelihood ratio: a change of unknown size at an unknown instant."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from hydrofdi.compilation.object_code import kernel
+from hydrofdi.detectors.charts.contract import Chart, ChartOptions
+from hydrofdi.evaluation.scores import Array
+
+
+class GlrOptions(ChartOptions):
+    """Options of `Glr`."""
+
+    window: Annotated[int, Field(ge=1)] = 100
+    """Number of newest scores in which a change is looked for."""
+
+
+class Glr(Chart[GlrOptions]):
+    """Logarithm of the likelihood of the best change of the mean in the window, against that of none."""
+
+    name = "glr"
+    summary = "The most likely change of the mean, whatever its size and instant within a window."
+    source = (
+        "Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108;"
+        " Lai, Journal of the Royal Statistical Society B 57 (1995) 613"
+    )
+    equation = "statistic max over j ≤ window of S²/(2 j), S the sum of the j newest scores"
+    Options = GlrOptions
+
+    @property
+    def n_memory(self) -> int:
+        """How many scores there are, where the next one goes, and the scores."""
+        return 2 + self.options.window
+
+    def advance(
+        self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
+    ) -> None:
+        """The ratio of each stream."""
+        _glr(scores, memory, statistic, limit, is_two_sided)
+
+
+@kernel
+def _glr(scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool) -> None:
+    window = memory.shape[1] - 2
+    for stream in range(scores.shape[0]):
+        count, place = int(memory[stream, 0]), int(memory[stream, 1])
+        for instant in range(scores.shape[1]):
+            score = scores[stream, instant]
+            if score != score:
+                statistic[stream, instant] = score
+                continue
+            memory[stream, 2 + place] = score
+            count = count + 1 if count < window else window
+            total, largest, back = 0.0, 0.0, place
+            for length in range(1, count + 1):
+                total += memory[stream, 2 + back]
+                counted = total if is_two_sided or total > 0.0 else 0.0
+                ratio = counted * counted / (2.0 * length)
+                largest = ratio if ratio > largest else largest
+                back = back - 1 if back else window - 1
+            place = place + 1 if place + 1 < window else 0
+            statistic[stream, instant] = largest
+            if largest >= limit:
+                count = 0
+        memory[stream, 0], memory[stream, 1] = count, place

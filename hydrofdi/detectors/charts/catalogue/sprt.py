@@ -1,0 +1,87 @@
+"""Wald's sequential test, repeated: healthy or changed by a known amount."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from hydrofdi.compilation.object_code import kernel
+from hydrofdi.detectors.charts.contract import Chart, ChartOptions
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.settings.quantities import SI
+
+
+class SprtOptions(ChartOptions):
+    """Options of `Sprt`."""
+
+    shift: Annotated[float, SI("1", above=0)] = 1.0
+    """Mean of the changed scores, in healthy standard deviations [-]."""
+
+    false_alarms: Annotated[float, SI("1", above=0, most=0.5)] = 1e-3
+    """α, the share of single tests of healthy scores that may end in an alarm [-]."""
+
+    missed: Annotated[float, SI("1", above=0, most=0.5)] = 1e-2
+    """β, the share of single tests of changed scores that may end without one [-]."""
+
+
+class Sprt(Chart[SprtOptions]):
+    """The logarithm of the likelihood ratio; a test that decides for health is followed by the next."""
+
+    name = "sprt"
+    summary = "Tests healthy against changed by a known amount, again and again; rates hold for each test."
+    source = "Wald, Annals of Mathematical Statistics 16 (1945) 117"
+    equation = "L ← L + shift (x − shift/2), L ← 0 where L ≤ ln(β/(1 − α)), statistic L"
+    Options = SprtOptions
+
+    @property
+    def n_memory(self) -> int:
+        """The logarithms of both directions."""
+        return 2
+
+    @property
+    def limit(self) -> float:
+        """Wald's limit for α and β of a single test in one direction: ln((1 − β)/α)."""
+        return math.log((1.0 - self.options.missed) / self.options.false_alarms)
+
+    @property
+    def lower_limit(self) -> float:
+        """Where a test decides for health."""
+        return math.log(self.options.missed / (1.0 - self.options.false_alarms))
+
+    def advance(
+        self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
+    ) -> None:
+        """Both logarithms of each stream."""
+        _sprt(scores, memory, statistic, limit, is_two_sided, self.options.shift, self.lower_limit)
+
+
+@kernel
+def _sprt(
+    scores: Array,
+    memory: Array,
+    statistic: Array,
+    limit: float,
+    is_two_sided: bool,
+    shift: float,
+    lower_limit: float,
+) -> None:
+    for stream in range(scores.shape[0]):
+        rising, falling = memory[stream, 0], memory[stream, 1]
+        for instant in range(scores.shape[1]):
+            score = scores[stream, instant]
+            if score != score:
+                statistic[stream, instant] = score
+                continue
+            rising += shift * (score - 0.5 * shift)
+            if rising <= lower_limit:
+                rising = 0.0
+            largest = rising
+            if is_two_sided:
+                falling -= shift * (score + 0.5 * shift)
+                if falling <= lower_limit:
+                    falling = 0.0
+                largest = rising if rising > falling else falling
+            statistic[stream, instant] = largest
+            if largest >= limit:
+                rising = falling = 0.0
+        memory[stream, 0], memory[stream, 1] = rising, falling

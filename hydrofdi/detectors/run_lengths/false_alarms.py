@@ -1,0 +1,198 @@
+"""Mean time between false alarms, from healthy scores that depend on each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.detectors.charts import Chart
+from hydrofdi.detectors.run_lengths.operation import members, operations
+from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+
+HOUR = 3600.0
+
+PRECISION = 1e-4
+"""Relative width at which the search for a limit ends."""
+
+
+@dataclass(frozen=True)
+class AlarmLimit:
+    """A limit of a chart, and how often healthy operation reaches it.
+
+    Attributes
+    ----------
+    value : float
+        An alarm where statistic >= value.
+    mean_time : float
+        Mean time between false alarms [s]; infinite where there was none.
+    low, high : float
+        Where the true mean time lies, with `confidence` [s].
+    confidence : float
+    n_alarm : float
+        False alarms per draw of healthy operation that is as long as the data.
+    duration : float
+        Scored time that it rests on [s].
+    n_group : int
+        Number of groups of records that do not depend on each other.
+    not_measurable : int
+        Number of scores beside them that are NaN and were passed over.
+    """
+
+    value: float
+    mean_time: float
+    low: float
+    high: float
+    confidence: float
+    n_alarm: float
+    duration: float
+    n_group: int
+    not_measurable: int
+
+
+class FalseAlarms:
+    """False alarms of a chart in healthy operation.
+
+    Healthy records are drawn with replacement, whole, and joined; the chart runs on over the joints and
+    starts anew after each alarm. So dependence within records counts in full; there is none between them.
+
+    Parameters
+    ----------
+    chart : Chart
+    streams : array_like, shape (n_stream, n_time)
+        Standardised scores of healthy records [-]; cut a long one into pieces that hardly depend on each
+        other. Leave out what comes before a record is scored in earnest (NaN is passed over).
+    interval : float
+        Time from one score to the next [s].
+    groups : sequence of str, length n_stream, optional
+        Streams of a group are drawn together.
+    n_draw : int
+        Draws that an interval rests on; the search for a limit takes a tenth.
+    seed : int
+
+    Raises
+    ------
+    NotStatedError
+        Fewer than five groups, or no score at all.
+    """
+
+    def __init__(
+        self,
+        chart: Chart[Any],
+        streams: ArrayLike,
+        interval: float,
+        *,
+        groups: Sequence[str] | None = None,
+        n_draw: int = 100,
+        seed: int = 0,
+    ) -> None:
+        self.chart = chart
+        self.streams: Array = np.ascontiguousarray(streams, dtype=float)
+        self.groups = members(groups, self.streams.shape[0])
+        self.n_draw, self.seed = n_draw, seed
+        self.not_measurable = int(np.isnan(self.streams).sum())
+        self.duration = (self.streams.size - self.not_measurable) * interval
+        if len(self.groups) < FEWEST_GROUPS:
+            raise NotStatedError(
+                f"a time between false alarms needs {FEWEST_GROUPS} independent healthy records,"
+                f" not {len(self.groups)}",
+                FEWEST_GROUPS,
+            )
+        if not self.duration:
+            raise NotStatedError("no healthy record has a score along the time")
+        self._searched: dict[float, float] = {}
+
+    def at(self, limit: float, *, confidence: float = 0.95) -> AlarmLimit:
+        """The mean time between false alarms at a limit.
+
+        The interval is that of a Poisson count (Garwood, Biometrika 28 (1936) 437) whose effective number of
+        alarms follows from their variance over the draws, and is never more than their number. A percentile
+        bootstrap would not do: with few alarms it knows nothing beyond the largest score.
+
+        Parameters
+        ----------
+        limit : float
+        confidence : float
+        """
+        from scipy.special import gammaincinv
+
+        n_group = len(self.groups)
+        counts = np.array(self._counts(limit, self.n_draw))
+        mean = float(counts.mean())
+        variance = max(float(counts.var(ddof=1)) * n_group / (n_group - 1), mean)
+        scale = variance / mean if mean else 1.0
+        effective, each = mean / scale, (1.0 - confidence) / 2.0
+        least = float(gammaincinv(effective, each)) * scale if mean else 0.0
+        most = float(gammaincinv(effective + 1.0, 1.0 - each)) * scale
+        low, value, high = (self.duration / n if n else math.inf for n in (most, mean, least))
+        return AlarmLimit(
+            limit, value, low, high, confidence, mean, self.duration, n_group, self.not_measurable
+        )
+
+    def limit(self, mean_time: float, *, confidence: float = 0.95) -> AlarmLimit:
+        """The limit for a wanted mean time between false alarms.
+
+        The largest one that ⌊duration/mean_time⌋ alarms reach, as `quantile_threshold` does for records: the
+        mean time is at least the wanted one on average over healthy data.
+
+        Parameters
+        ----------
+        mean_time : float
+            Wanted mean time between false alarms [s].
+        confidence : float
+
+        Raises
+        ------
+        NotStatedError
+            The healthy records are shorter, together, than the wanted time.
+        """
+        wanted = math.floor(self.duration / mean_time + 1e-9)
+        if not wanted:
+            needed = math.ceil(mean_time / self.duration * self.streams.shape[0])
+            hours = f"{mean_time / HOUR:.3g} h"
+            raise NotStatedError(
+                f"a mean time of {hours} between false alarms needs {hours} of healthy scores,"
+                f" not {self.duration / HOUR:.3g} h",
+                needed,
+            )
+        return self.at(self._search(wanted), confidence=confidence)
+
+    def _search(self, wanted: float) -> float:
+        low, high = 0.0, self._highest
+        while self._mean_count(high) >= wanted:
+            low, high = high, 2.0 * high
+        if self._mean_count(low) < wanted:
+            raise NotStatedError("even a limit of 0 raises fewer alarms: no limit for so short a time")
+        low = max(limit for limit, count in self._searched.items() if count >= wanted and limit < high)
+        high = min(limit for limit, count in self._searched.items() if count < wanted and limit > low)
+        while high - low > PRECISION * high:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._mean_count(middle) >= wanted else (low, middle)
+        return low
+
+    @cached_property
+    def _highest(self) -> float:
+        """Above the statistic of all draws that the search looks at."""
+        drawn = operations(self.streams, self.groups, self._n_search, self.seed)
+        return max(float(np.nanmax(self.chart.follow(row), initial=1e-9)) for row in drawn) * (1.0 + 1e-9)
+
+    @property
+    def _n_search(self) -> int:
+        return max(1, self.n_draw // 10)
+
+    def _mean_count(self, limit: float) -> float:
+        if limit not in self._searched:
+            self._searched[limit] = float(np.mean(self._counts(limit, self._n_search)))
+        return self._searched[limit]
+
+    def _counts(self, limit: float, n_draw: int) -> list[int]:
+        """False alarms of each draw."""
+        drawn = operations(self.streams, self.groups, n_draw, self.seed)
+        return [int(np.sum(self.chart.follow(row, limit) >= limit)) for row in drawn]

@@ -1,0 +1,117 @@
+"""Mean time between false alarms, from healthy scores that depend on each other."""
+
+import numpy as np
+import pytest
+
+from hydrofdi.detectors.charts import make_chart
+from hydrofdi.detectors.run_lengths import FalseAlarms
+from hydrofdi.detectors.run_lengths.independent import cusum_run_length, limit_for
+from hydrofdi.detectors.run_lengths.operation import members, operations
+from hydrofdi.evaluation.refusal import NotStatedError
+from tests.detectors.streams import autoregressive, true_mean_time
+
+INTERVAL = 0.1
+
+
+@pytest.mark.parametrize(
+    ("memory", "between", "n_stream", "wanted"),
+    [(0.5, 0.0, 60, 60.0), (0.8, 0.5, 60, 200.0), (0.5, 0.5, 300, 600.0)],
+    ids=["dependent", "records that differ", "few alarms"],
+)
+def test_the_interval_of_the_mean_time_covers_it(memory, between, n_stream, wanted):
+    """The truth is counted over 60,000 seconds of the same kind."""
+    chart = make_chart("cusum")
+    long = autoregressive(999, 600_000 // 100, 100, memory, between)
+    held, inverse = 0, []
+    for seed in range(60):
+        healthy = FalseAlarms(
+            chart, autoregressive(seed, n_stream, 100, memory, between), INTERVAL, n_draw=40
+        )
+        limit = healthy.limit(wanted)
+        truth = true_mean_time(chart, limit.value, long, INTERVAL)
+        held += limit.low <= truth <= limit.high
+        inverse.append(wanted / truth)
+    assert held >= 54
+    assert np.mean(inverse) < 1.3, "the limits are too low on average"
+
+
+def test_independent_tables_do_not_hold_for_dependent_scores():
+    wanted = 1000.0
+    limit = limit_for(wanted, cusum_run_length)
+    healthy = FalseAlarms(make_chart("cusum"), autoregressive(1, 200, 500, 0.8), 1.0)
+    assert healthy.at(limit).high < wanted / 5.0
+    independent = FalseAlarms(make_chart("cusum"), autoregressive(1, 200, 500, 0.0), 1.0)
+    found = independent.at(limit)
+    assert found.low < wanted < found.high
+
+
+def test_records_shorter_than_the_memory_of_the_chart_are_joined():
+    """A CUSUM that needs some 10 scores for an alarm, from records of 5: the run length of the table."""
+    limit = limit_for(200.0, cusum_run_length)
+    found = FalseAlarms(make_chart("cusum"), autoregressive(2, 4000, 5, 0.0), 1.0).at(limit)
+    assert found.mean_time == pytest.approx(200.0, rel=0.15)
+
+
+def test_a_mean_time_beyond_the_data_is_refused_with_what_is_needed():
+    healthy = FalseAlarms(make_chart("cusum"), autoregressive(3, 100, 360, 0.5), 1.0)
+    with pytest.raises(
+        NotStatedError, match="24 h between false alarms needs 24 h of healthy scores, not 10 h"
+    ) as refusal:
+        healthy.limit(24 * 3600.0)
+    assert refusal.value.records_needed == 240
+    limit = healthy.limit(10 * 3600.0)
+    assert limit.n_alarm == pytest.approx(1.0, abs=0.2)
+    assert limit.low < 36000.0 < limit.high
+
+
+def test_without_an_alarm_the_mean_time_has_a_lower_end_alone():
+    found = FalseAlarms(make_chart("cusum"), autoregressive(4, 50, 100, 0.5), 1.0).at(1e6)
+    assert found.mean_time == found.high == np.inf
+    assert found.low == pytest.approx(5000.0 / 3.689, rel=1e-3)
+
+
+def test_alarms_of_one_record_count_as_one():
+    scores = np.zeros((40, 100))
+    scores[7] = 3.0
+    found = FalseAlarms(make_chart("cusum"), scores, 1.0, n_draw=400).at(10.0)
+    assert found.n_alarm == pytest.approx(25.0)
+    assert found.high / found.low > 100.0
+
+
+def test_records_of_a_group_are_drawn_together():
+    scores = autoregressive(5, 10, 50, 0.5)
+    scores[::2] += 2.0
+    groups = [f"unit {stream % 2 + 2 * (stream // 4)}" for stream in range(10)]
+    apart = FalseAlarms(make_chart("cusum"), scores, 1.0).at(8.0)
+    together = FalseAlarms(make_chart("cusum"), scores, 1.0, groups=groups).at(8.0)
+    assert together.n_group == len(set(groups)) < apart.n_group == 10
+    assert together.high / together.low > apart.high / apart.low
+    with pytest.raises(NotStatedError, match="5 independent healthy records, not 2"):
+        FalseAlarms(make_chart("cusum"), scores, 1.0, groups=["a"] * 5 + ["b"] * 5)
+
+
+def test_scores_that_are_missing_are_counted_and_take_no_time():
+    scores = autoregressive(6, 20, 100, 0.0)
+    scores[:, :20] = np.nan
+    found = FalseAlarms(make_chart("cusum"), scores, 0.5).at(3.0)
+    assert (found.not_measurable, found.duration) == (400, 800.0)
+    with pytest.raises(NotStatedError, match="no healthy record has a score"):
+        FalseAlarms(make_chart("cusum"), np.full((6, 10), np.nan), 1.0)
+
+
+def test_every_group_comes_equally_often_and_whole():
+    streams = np.arange(12.0).reshape(6, 2)
+    groups = members(["a", "a", "", "b", "", "b"], 6)
+    drawn = np.hstack(list(operations(streams, groups, 7, 0)))
+    assert sorted(len(each) for each in groups) == [1, 1, 2, 2]
+    np.testing.assert_array_equal(np.bincount(drawn[0].astype(int)), 7)
+    np.testing.assert_array_equal(drawn[0, 1::2] - drawn[0, ::2], 1.0)
+    assert (drawn[0, np.flatnonzero(drawn[0] == 1.0) + 1] == 2.0).all()
+
+
+def test_a_larger_mean_time_has_a_larger_limit():
+    healthy = FalseAlarms(make_chart("ewma"), autoregressive(7, 50, 400, 0.7), 1.0)
+    limits = [healthy.limit(wanted).value for wanted in (5000.0, 100.0, 1000.0)]
+    assert limits[1] < limits[2] < limits[0]
+    again = FalseAlarms(make_chart("ewma"), autoregressive(7, 50, 400, 0.7), 1.0)
+    assert again.limit(100.0).value == pytest.approx(limits[1], rel=2e-4)

@@ -34,9 +34,10 @@ class Trace:
     values: Mapping[str, Array]
 
     def since(self, instant: float) -> Trace:
-        """What comes at an instant [s] or later."""
+        """What comes at an instant [s] or later; rows in one piece, so that sums over them round alike."""
         later = self.time >= instant
-        return Trace(self.time[later], {name: values[:, later] for name, values in self.values.items()})
+        values = {name: np.ascontiguousarray(values[:, later]) for name, values in self.values.items()}
+        return Trace(self.time[later], values)
 
 
 class RecursiveOptions(Section):

@@ -1,0 +1,146 @@
+"""Internal leakage by an observer of the chamber pressures that adapts it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator
+
+from hydrofdi.estimation import adaptive_observer as observer
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.nominal_signals import ObserverOptions, follow_signals, start_of_signals
+from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI
+
+_MOST_RATIO = 10.0
+"""β over its nominal value, or the reverse, beyond which nothing is physical."""
+
+_MOST_OPENING = 1e-3
+"""Travel of the spool whose flow no leak reaches [m]."""
+
+Estimated = Literal["leakage", "compressibility"]
+
+
+def _with_leakage(estimated: tuple[Estimated, ...]) -> tuple[Estimated, ...]:
+    if "leakage" not in estimated:
+        raise ValueError("leakage is always estimated: [leakage], or [leakage, compressibility]")
+    return estimated
+
+
+class AdaptiveObserverOptions(ObserverOptions):
+    """Options of `AdaptiveObserver`."""
+
+    estimate: Annotated[tuple[Estimated, ...], AfterValidator(_with_leakage)] = ("leakage", "compressibility")
+    """What is adapted: ``[leakage]``, or ``[leakage, compressibility]``, which is 1/β."""
+
+    injection: Annotated[float, SI("1/s", above=0)] = 200.0
+    """Rate at which measured pressures draw the observed ones to them [1/s]."""
+
+    leakage_time: Annotated[float, SI("s", above=0)] = 1.5
+    """Time constant of K_i where the pressures differ by ``reference_pressure`` [s]."""
+
+    compressibility_time: Annotated[float, SI("s", above=0)] = 3.0
+    """Time constant of 1/β where the pressures change at ``reference_rate`` [s]."""
+
+    reference_rate: Annotated[float, SI("Pa/s", above=0)] = 20e6
+    """Root mean square of the rates of the pressures [Pa/s], of what is slower than the injection."""
+
+    transient: Annotated[float, SI("s", least=0)] = 3.0
+    """Time at the start of a record that its numbers leave out [s]: the observer still adapts."""
+
+
+class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
+    """K_i, and 1/β where wanted, by laws under which a Lyapunov function falls."""
+
+    name = "adaptive_observer"
+    version = 1
+    summary = "Internal leakage and bulk modulus by pressure observers that adapt them."
+    source = "Garimella and Yao, Proc. American Control Conference (2005) 484; laws: Lyapunov's direct method"
+    equation = (
+        "V_1 P̂_1'/β̂ = q_1 − A v − K̂_i S + V_1 L e_1/β̂, chamber 2 alike, e = P − P̂, S = sgn(ΔP) √abs(ΔP);"
+        " K̂_i' = −γ S (e_1 − e_2), (1/β̂)' = −γ_c Σ V r e with r the rate of P̂ without L"
+    )
+    caution = "Errors of supply pressure, flow gain and valve null count as leakage."
+    absence = "the observer diverged: K_i or β left what is physical, or a sample is missing"
+    Options = AdaptiveObserverOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Pressures, position, and what moves the valve."""
+        return self.options.needed
+
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The supply pressure."""
+        return frozenset({Channel.SUPPLY_PRESSURE}) if self.options.supply == "auto" else frozenset()
+
+    @property
+    def estimates(self) -> tuple[Output, ...]:
+        """Leakage, and what is estimated with it."""
+        at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
+        coefficient = Output(
+            "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
+            direction=rising, is_score=False,
+        )  # fmt: skip
+        modulus = Output("bulk_modulus", "Pa", "effective bulk modulus β", is_score=False)
+        return (
+            Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
+            Output.quality("leakage_spread", "m^3/s", "standard deviation of that flow along the record"),
+            coefficient,
+            *([modulus] if self._adapts_compressibility else []),
+        )
+
+    @property
+    def _adapts_compressibility(self) -> bool:
+        return "compressibility" in self.options.estimate
+
+    def start(self, records: RecordBatch) -> State:
+        """A sealed actuator of the nominal compressibility."""
+        own = np.zeros((records.n_record, observer.N_STATE))
+        own[:, observer.COMPRESSIBILITY] = 1.0 / self.options.bulk_modulus
+        return start_of_signals(self.options, records) | {"observer": own}
+
+    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+        """Flow of K_i at the reference pressure [m³/s], and 1/β [1/Pa]."""
+        every, n_before = self.samples_per_estimate(chunk.sampling_frequency), int(state["n_sample"])
+        due = instants(n_before, chunk.n_time, every)
+        after, signals, unclear = follow_signals(self.options, state, chunk)
+        estimates, law = np.empty((2, chunk.n_record, due.size)), self._law(1.0 / chunk.sampling_frequency)
+        observer.adapt(
+            signals, unclear, self.options.cylinder, law, n_before, every, after["observer"], estimates
+        )
+        time = state["start_time"] + (n_before + due) / chunk.sampling_frequency
+        flow = np.sqrt(self.options.reference_pressure) * estimates[0]
+        return after, Trace(time, {"leakage": flow, "compressibility": estimates[1]})
+
+    def of_record(self, trace: Trace) -> Mapping[str, Array]:
+        """Means after the transient."""
+        flow = trace.values["leakage"]
+        leakage = flow.mean(axis=1)
+        values = {
+            "leakage": leakage,
+            "leakage_spread": flow.std(axis=1),
+            "internal_coefficient": leakage / np.sqrt(self.options.reference_pressure),
+        }
+        if self._adapts_compressibility:
+            values["bulk_modulus"] = 1.0 / trace.values["compressibility"].mean(axis=1)
+        return values
+
+    def _law(self, interval: float) -> observer.Law:
+        """Gains that give the time constants, about the nominal actuator at the middle of its stroke."""
+        options = self.options
+        compressibility, volume = 1.0 / options.bulk_modulus, sum(options.volumes)
+        drawn = compressibility * options.injection
+        leakage_gain = drawn * volume / (4.0 * options.reference_pressure * options.leakage_time)
+        rate = options.reference_rate**2
+        compressibility_gain = drawn / (volume * rate * options.compressibility_time)
+        opened = options.flow_gain * options.area_gradient * _MOST_OPENING
+        return observer.Law(
+            interval, options.injection, leakage_gain,
+            compressibility_gain if self._adapts_compressibility else 0.0,
+            compressibility / _MOST_RATIO, compressibility * _MOST_RATIO, opened,
+        )  # fmt: skip

@@ -1,0 +1,108 @@
+"""Streams of what observers need: measured where records have it, else as the nominal valve gives it."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.estimation.nominal_valve import N_SIGNAL, P1, P2, POSITION, SPOOL, SUPPLY, Cylinder
+from hydrofdi.estimation.valve_use import follow_means, mark_unclear, new_gate, new_means
+from hydrofdi.indicators.nominal_actuator import NominalActuator
+from hydrofdi.indicators.recursive import RecursiveOptions, State
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI
+
+_MEASURED = {
+    P1: Channel.CHAMBER_1_PRESSURE,
+    P2: Channel.CHAMBER_2_PRESSURE,
+    POSITION: Channel.PISTON_POSITION,
+}
+
+_BLOCK = 16
+"""Samples of P_1 + P_2 that count together, where the valve is open at all of them."""
+
+
+class ObserverOptions(NominalActuator, RecursiveOptions):
+    """Options of observers of the chamber pressures."""
+
+    spool: Literal["measured", "command"] = "measured"
+    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
+
+    supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
+    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the
+    mean of P_1 + P_2 so far, less the return pressure, as a matched valve and equal areas have it. ``auto``:
+    measured, else ``sum`` with equal areas, else nominal."""
+
+    supply_memory: Annotated[float, SI("s", above=0)] = 5.0
+    """Time constant of the mean of P_1 + P_2, for ``supply: sum`` [s]."""
+
+    least_opening: Annotated[float, SI("m", least=0)] = 5e-6
+    """Nothing is learned while the spool is closer to its centre than this [m]: lap and offset decide there
+    what flows."""
+
+    reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
+    """Pressure difference at which leakage flows are stated [Pa]."""
+
+    @property
+    def needed(self) -> frozenset[Channel]:
+        """Pressures, position, and what moves the valve."""
+        return frozenset(_MEASURED.values()) | self.valve_channels
+
+    @property
+    def cylinder(self) -> Cylinder:
+        """What kernels know of the actuator."""
+        return Cylinder(*self.areas, *self.volumes, self.flow_gain, self.area_gradient, self.return_pressure)
+
+
+def start_of_signals(options: ObserverOptions, records: RecordBatch) -> dict[str, NDArray[Any]]:
+    """The state before the first sample."""
+    return {
+        "n_sample": np.array(0),
+        "start_time": np.array(records.start_time),
+        "spool": np.zeros((records.n_record, 2)),
+        "gate": new_gate(records.n_record),
+        "supply": new_means(records.n_record, options.supply_pressure),
+    }
+
+
+def follow_signals(
+    options: ObserverOptions, state: State, chunk: RecordBatch
+) -> tuple[dict[str, NDArray[Any]], Array, NDArray[np.bool_]]:
+    """The state behind a chunk, its signals, and the samples that teach nothing.
+
+    Returns
+    -------
+    state : dict of str to ndarray
+    signals : ndarray, shape (5, n_record, n_time)
+        In SI, in the order of `hydrofdi.estimation.nominal_valve`.
+    unclear : ndarray of bool, shape (n_record, n_time)
+    """
+    after = {name: array.copy() for name, array in state.items()}
+    n_before, frequency = int(state["n_sample"]), chunk.sampling_frequency
+    after["n_sample"] += chunk.n_time
+    signals, unclear = np.empty((N_SIGNAL, *_shape(chunk))), np.zeros(_shape(chunk), dtype=np.bool_)
+    for place, channel in _MEASURED.items():
+        signals[place] = chunk[channel]
+    if options.spool == "measured":
+        signals[SPOOL] = chunk[Channel.SPOOL_POSITION]
+    elif chunk.n_time:
+        command, before = chunk[Channel.INPUT_VOLTAGE], state["spool"] if n_before else None
+        signals[SPOOL], after["spool"] = options.follow_command(command, command[:, :1], before, frequency)
+    mark_unclear(signals[SPOOL], n_before, 0, options.least_opening, math.inf, 0, after["gate"], unclear)
+    match options.supply_known_by(chunk):
+        case "measured":
+            signals[SUPPLY] = chunk[Channel.SUPPLY_PRESSURE]
+        case "nominal":
+            signals[SUPPLY] = options.supply_pressure
+        case "sum":
+            total = signals[P1] + signals[P2] - options.return_pressure
+            gain = -math.expm1(-_BLOCK / frequency / options.supply_memory)
+            follow_means(total, unclear, n_before, _BLOCK, gain, after["supply"], signals[SUPPLY])
+    return after, signals, unclear
+
+
+def _shape(chunk: RecordBatch) -> tuple[int, int]:
+    return chunk.n_record, chunk.n_time

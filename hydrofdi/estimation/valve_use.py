@@ -49,7 +49,7 @@ def mark_unclear(
     unclear : ndarray of bool, shape (n_record, n_time)
         Filled.
     """
-    n_after = max(n_settling, 1)
+    n_after = n_settling if n_settling > 1 else 1
     for r in range(spool.shape[0]):
         for i in range(spool.shape[1]):
             x, last = spool[r, i], state[r, 0]
@@ -127,6 +127,6 @@ def follow_means(
             if (n_before + i) % every == every - 1:
                 if state[r, 1] == every:
                     state[r, 2] += 1.0
-                    gain = max(least_gain, 1.0 / state[r, 2])
+                    gain = 1.0 / state[r, 2] if least_gain * state[r, 2] < 1.0 else least_gain
                     state[r, 3] += gain * (state[r, 0] / every - state[r, 3])
                 state[r, 0] = state[r, 1] = 0.0

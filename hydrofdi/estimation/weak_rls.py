@@ -103,8 +103,8 @@ def fade_in(moments: Any, decay: float, row: Any, share: float, last: Any) -> No
 
 
 @equation
-def factorise(matrix: Any, factor: Any) -> bool:
-    """Cholesky factor of a symmetric matrix, from its lower triangle; False where it is not positive."""
+def factorise(matrix: Any, factor: Any) -> None:
+    """Cholesky factor of a symmetric matrix, from its lower triangle; NaN where it is not positive."""
     for j in range(N_UNKNOWN):
         for i in range(j, N_UNKNOWN):
             total = matrix[i, j]
@@ -112,11 +112,9 @@ def factorise(matrix: Any, factor: Any) -> bool:
                 total -= factor[i, k] * factor[j, k]
             if i > j:
                 factor[i, j] = total / factor[j, j]
-            elif total > 0.0 and total < math.inf:
-                factor[j, j] = math.sqrt(total)
             else:
-                return False
-    return True
+                root = np.sqrt(abs(total))
+                factor[j, j] = root if total > 0.0 else math.nan
 
 
 @equation
@@ -192,30 +190,33 @@ def condition_number(normal: Any, inverse: Any) -> float:
     for i in range(N_UNKNOWN):
         total, total_inverse = 0.0, 0.0
         for j in range(N_UNKNOWN):
-            size = math.sqrt(normal[i, i] * normal[j, j])
+            size = np.sqrt(abs(normal[i, i] * normal[j, j]))
             entry = normal[i, j] if j <= i else normal[j, i]
             total += abs(entry) / size
             total_inverse += abs(inverse[i, j]) * size
         largest, largest_inverse = max(largest, total), max(largest_inverse, total_inverse)
-    return math.sqrt(largest * largest_inverse)
+    condition: float = np.sqrt(abs(largest * largest_inverse))
+    return condition
 
 
 @equation
-def write_estimate(
-    moments: Any, count: float, last: Any, prior: Any, deviations: Any, combination: Any, s: Scratch, out: Any
-) -> bool:
-    """The most probable unknowns, with standard deviations; False where there is none."""
-    n_kind = moments.shape[0]
+def add_prior(moments: Any, prior: Any, s: Scratch) -> None:
+    """Normal equations of the moments of all kinds and of the prior."""
     for i in range(N_UNKNOWN):
         s.right[i] = prior[i]
         for j in range(i + 1):
             s.normal[i, j] = 1.0 if i == j else 0.0
-        for kind in range(n_kind):
+        for kind in range(moments.shape[0]):
             s.right[i] += moments[kind, EQUATIONS, N_UNKNOWN, i]
             for j in range(i + 1):
                 s.normal[i, j] += moments[kind, EQUATIONS, i, j]
-    if not factorise(s.normal, s.factor):
-        return False
+
+
+@equation
+def write_estimate(
+    moments: Any, count: float, last: Any, deviations: Any, combination: Any, s: Scratch, out: Any
+) -> None:
+    """The most probable unknowns, from factorised normal equations, with standard deviations."""
     invert(s.factor, s.inverse)
     for i in range(N_UNKNOWN):
         total = 0.0
@@ -227,15 +228,21 @@ def write_estimate(
     variance = 0.0
     for i in range(N_UNKNOWN):
         out[i] = deviations[i] * s.values[i]
-        out[N_UNKNOWN + i] = deviations[i] * math.sqrt(s.covariance[i, i])
+        out[N_UNKNOWN + i] = deviations[i] * np.sqrt(abs(s.covariance[i, i]))
         for j in range(N_UNKNOWN):
-            variance += combination[i] * deviations[i] * s.covariance[i, j] * combination[j] * deviations[j]
-    out[2 * N_UNKNOWN] = math.sqrt(max(variance, 0.0))
+            factor = combination[i] * deviations[i] * combination[j] * deviations[j]
+            variance += factor * s.covariance[i, j]
+    out[2 * N_UNKNOWN] = np.sqrt(abs(variance))
     out[2 * N_UNKNOWN + 1] = condition_number(s.normal, s.inverse)
-    is_finite = True
+
+
+@equation
+def soundness(estimate: Any, least_compressibility: float) -> float:
+    """1 where all of an estimate is finite and the fluid can be compressed, else 0."""
+    sound = 1.0 if estimate[1] > least_compressibility else 0.0
     for i in range(N_ESTIMATE):
-        is_finite = is_finite and abs(out[i]) < math.inf
-    return is_finite
+        sound *= 1.0 if abs(estimate[i]) < math.inf else 0.0
+    return sound
 
 
 @equation
@@ -245,7 +252,7 @@ def take_window(
 ) -> None:  # fmt: skip
     """Add the equations of a window to the moments of a record: of two chambers, their sum and difference."""
     n_kind = targets.shape[0]
-    scale = math.sqrt(1.0 / n_kind) / error
+    scale = np.sqrt(abs(1.0 / n_kind)) / error
     for kind in range(n_kind):
         sign, last = (1.0 if kind == 0 else -1.0), state.last[r, kind]
         for i in range(_WIDTH):
@@ -264,6 +271,19 @@ def take_window(
             last[i] = row[i]
     for memory in range(decays.shape[0]):
         state.counts[r, memory] = decays[memory] * state.counts[r, memory] + counts
+
+
+@equation
+def estimate(
+    state: RlsState, r: int, memory: int, prior: Any, deviations: Any, combination: Any,
+    least_compressibility: float, scratch: Scratch, out: Any,
+) -> None:  # fmt: skip
+    """Write an estimate of a record, and whether it has diverged."""
+    moments = state.moments[r, memory]
+    add_prior(moments, prior, scratch)
+    factorise(scratch.normal, scratch.factor)
+    write_estimate(moments, state.counts[r, memory], state.last[r], deviations, combination, scratch, out)
+    state.is_sound[r] *= soundness(out, least_compressibility)
 
 
 @kernel
@@ -323,13 +343,10 @@ def follow_windows(
                 n_taken += 1
             if instant < due.shape[0]:
                 for memory in range(decays.shape[0]):
-                    out = estimates[r, memory, instant]
-                    is_found = write_estimate(
-                        state.moments[r, memory], state.counts[r, memory], state.last[r], priors[r, instant],
-                        deviations, combination, scratch, out,
+                    estimate(
+                        state, r, memory, priors[r, instant], deviations, combination, least_compressibility,
+                        scratch, estimates[r, memory, instant],
                     )  # fmt: skip
-                    if not is_found or out[1] <= least_compressibility:
-                        state.is_sound[r] = 0.0
                 if state.is_sound[r] == 0.0:
                     for memory in range(decays.shape[0]):
                         for k in range(N_ESTIMATE):

@@ -100,8 +100,12 @@ def _compile(function: _Kernel, arguments: tuple[Any, ...]) -> bytes | None:
     from llvmlite import binding
 
     signature = tuple(map(numba.typeof, arguments))
-    compiling = dispatcher(function, fastmath=FAST_MATH, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-    compiling.compile(signature)
+    bare = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+    compiling = dispatcher(function, fastmath=FAST_MATH, **bare)
+    try:
+        compiling.compile(signature)
+    except numba.errors.NumbaError:
+        return None
     module = binding.parse_assembly(compiling.inspect_llvm(signature))
     needed = {item.name for item in (*module.functions, *module.global_variables) if item.is_declaration}
     if {name for name in needed if not name.startswith("llvm.")} - _LIBRARY_FUNCTIONS:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hydrofdi.compilation import object_code
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.config import RunParameters
+from hydrofdi.physics.equation import equation
 from hydrofdi.simulation import simulate_batch
 
 
@@ -39,6 +40,26 @@ def with_memory_of_its_own(values: NDArray[Any]) -> None:
     copy = np.sort(values)
     for k in range(values.size):
         values[k] = copy[values.size - 1 - k]
+
+
+@equation
+def deflate(matrix: NDArray[Any], row: NDArray[Any], scratch: NDArray[Any]) -> None:
+    for i in range(scratch.size):
+        scratch[i] = 0.0
+        for j in range(scratch.size):
+            scratch[i] += matrix[i, j] * row[j]
+    for i in range(scratch.size):
+        for j in range(scratch.size):
+            matrix[i, j] -= scratch[i] * scratch[j]
+
+
+def with_views(matrices: NDArray[Any], rows: NDArray[Any], scratch: NDArray[Any]) -> None:
+    for k in range(matrices.shape[0]):
+        for row in range(rows.shape[0]):
+            if rows[row, 0] > 0.0:
+                deflate(matrices[k], rows[row], scratch)
+            else:
+                deflate(matrices[k], rows[0], scratch)
 
 
 RECORD = np.dtype([("name", "i8"), ("level", "f8", (3,))])
@@ -95,6 +116,15 @@ def test_what_needs_the_runtime_of_numba_is_run_by_numba(folder: Path) -> None:
     kernel(with_memory_of_its_own)(values)
     assert values.tolist() == [3.0, 2.0, 1.0]
     assert not list(folder.iterdir())
+
+
+def test_views_of_arrays_need_no_runtime(folder: Path) -> None:
+    matrices, rows = np.ones((2, 3, 3)), np.array([[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0]])
+    expected = matrices.copy()
+    with_views(expected, rows, np.zeros(3))
+    kernel(with_views)(matrices, rows, np.zeros(3))
+    np.testing.assert_allclose(matrices, expected)
+    assert len(list(folder.glob("with_views-*.o"))) == 1
 
 
 def test_a_cache_that_cannot_be_written_costs_time_alone(

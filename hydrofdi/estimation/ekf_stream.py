@@ -1,0 +1,230 @@
+"""The extended Kalman filter along streams: what it keeps from chunk to chunk, and its estimates."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrofdi.compilation.object_code import kernel
+from hydrofdi.estimation.ekf import (
+    N_MEASURED,
+    Array,
+    find_gain,
+    is_sound,
+    learn,
+    make_symmetric,
+    spread,
+)
+from hydrofdi.estimation.plant import N_MOVING, N_STATE, Plant
+from hydrofdi.estimation.prediction import TANGENT_SHAPE, advance_with_transition
+from hydrofdi.estimation.spool_path import between_samples, follow_command
+from hydrofdi.physics.equation import equation
+
+LEAKAGE = 5
+"""Place of the leakage among the states."""
+
+N_SUM = 4
+"""Sums over the samples since the last estimate: ν²/s; ν² of the pressures [MPa²]; dν/s and d²/s of the
+signature d, with which a leak of 1 L/min from the start on would move the innovation ν."""
+
+
+class Streams(NamedTuple):
+    """State of the filters of all streams.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (n_stream, N_STATE)
+        NaN in a stream whose filter diverged.
+    covariance : ndarray, shape (n_stream, N_STATE, N_STATE)
+    signature : ndarray, shape (n_stream, N_STATE)
+        By how much the filter's estimates are off for each L/min that it does not know of.
+    sums : ndarray, shape (n_stream, N_SUM)
+    spool : ndarray, shape (n_stream, 2)
+        Position and velocity of the nominal spool [mm, mm/s].
+    held : ndarray, shape (n_stream, 2)
+        Drive of the spool [mm] and supply pressure [MPa] of the last sample.
+    """
+
+    mean: Array
+    covariance: Array
+    signature: Array
+    sums: Array
+    spool: Array
+    held: Array
+
+
+class Tuning(NamedTuple):
+    """What a filter takes as known of plant and sensors.
+
+    Attributes
+    ----------
+    plant : Plant
+    step : float
+        Runge-Kutta step [s].
+    spool_transition : ndarray, shape (2, 2)
+        Of half a step.
+    follows_command : bool
+        Whether the spool is driven by the command, or else measured.
+    prior, walk : ndarray, shape (N_STATE,)
+        Variance of each state at the start, and what a sample adds.
+    sensors : ndarray, shape (N_MEASURED,)
+        Variances of P_1, P_2 and x_p [MPa², MPa², mm²].
+    limits : ndarray, shape (N_STATE,)
+        Largest size of each estimate.
+    null_zone : float
+        Distance of the spool from its centre within which parameters learn nothing [mm].
+    largest_travel : float
+        Travel of the spool within a sample above which they learn nothing [mm].
+    """
+
+    plant: Plant
+    step: float
+    spool_transition: Array
+    follows_command: bool
+    prior: Array
+    walk: Array
+    sensors: Array
+    limits: Array
+    null_zone: float
+    largest_travel: float
+
+
+class Workspace(NamedTuple):
+    """Arrays that a filter works in."""
+
+    path: Array
+    transition: Array
+    tangents: Array
+    rows: Array
+    gain: Array
+    row: Array
+
+
+def workspace(n_step: int) -> Workspace:
+    """For so many Runge-Kutta steps in a sample."""
+    moving = (N_MOVING, N_STATE)
+    shapes = ((2 * n_step + 1,), moving, TANGENT_SHAPE, moving, (N_STATE,), (N_STATE,))
+    return Workspace(*map(np.empty, shapes))
+
+
+@equation
+def begin(streams: Streams, k: int, measured: Array, tuning: Tuning) -> None:
+    """Start a filter at its first sample: at rest where it was measured, with the spool at its command."""
+    for i in range(N_STATE):
+        streams.mean[k, i] = measured[i] if i < N_MEASURED else 0.0
+        for j in range(N_STATE):
+            streams.covariance[k, i, j] = tuning.prior[i] if i == j else 0.0
+
+
+@equation
+def predict_sample(streams: Streams, k: int, drive: float, tuning: Tuning, work: Workspace) -> bool:
+    """Carry a filter to the next sample; whether the valve was open all the way."""
+    if tuning.follows_command:
+        follow_command(streams.spool[k], streams.held[k, 0], tuning.spool_transition, work.path)
+    else:
+        between_samples(streams.held[k, 0], drive, work.path)
+    advance_with_transition(
+        streams.mean[k],
+        work.path,
+        tuning.step,
+        streams.held[k, 1],
+        tuning.plant,
+        work.transition,
+        work.tangents,
+    )
+    spread(streams.covariance[k], work.transition, tuning.walk, work.rows)
+    carry_signature(streams.signature[k], work.transition)
+    least = min(work.path[0], work.path[-1])
+    most = max(work.path[0], work.path[-1])
+    is_open: bool = least > tuning.null_zone or most < -tuning.null_zone
+    return is_open and most - least <= tuning.largest_travel
+
+
+@equation
+def carry_signature(signature: Array, transition: Array) -> None:
+    """Let what the filter is off by move on with the plant, and the leak act for another sample."""
+    first, second, third, fourth = (
+        transition[0, LEAKAGE], transition[1, LEAKAGE], transition[2, LEAKAGE], transition[3, LEAKAGE],
+    )  # fmt: skip
+    for j in range(LEAKAGE):
+        first += transition[0, j] * signature[j]
+        second += transition[1, j] * signature[j]
+        third += transition[2, j] * signature[j]
+        fourth += transition[3, j] * signature[j]
+    signature[0], signature[1], signature[2], signature[3] = first, second, third, fourth
+
+
+@equation
+def take_in(
+    streams: Streams, k: int, measured: Array, is_open: bool, tuning: Tuning, work: Workspace
+) -> None:
+    """Correct a filter by the measurements of a sample, and add up what they differ by."""
+    mean, covariance, signature, sums = (
+        streams.mean[k], streams.covariance[k], streams.signature[k], streams.sums[k],
+    )  # fmt: skip
+    for place in range(N_MEASURED):
+        innovation = measured[place] - mean[place]
+        total = covariance[place, place] + tuning.sensors[place]
+        find_gain(covariance, place, total, is_open, work.gain)
+        learn(covariance, place, total, work.gain, work.row)
+        offset = signature[place]
+        for j in range(N_STATE):
+            mean[j] += work.gain[j] * innovation
+            signature[j] -= work.gain[j] * offset
+        sums[0] += innovation * innovation / total
+        sums[1] += innovation * innovation if place < 2 else 0.0
+        if is_open:
+            sums[2] += offset * innovation / total
+            sums[3] += offset * offset / total
+    make_symmetric(covariance)
+    if not is_sound(mean, covariance, tuning.limits):
+        for j in range(N_STATE):
+            mean[j] = np.nan
+
+
+@kernel
+def follow(
+    streams: Streams, n_before: int, measured: Array, drive: Array, supply: Array, tuning: Tuning, every: int,
+    means: Array, variances: Array, sums: Array, work: Workspace,
+) -> None:  # fmt: skip
+    """Follow streams through a chunk.
+
+    Parameters
+    ----------
+    streams : Streams
+        Moved on in place.
+    n_before : int
+        Samples of the streams before the chunk.
+    measured : ndarray, shape (n_stream, n_sample, N_MEASURED)
+        P_1, P_2 [MPa] and x_p [mm].
+    drive : ndarray, shape (n_stream, n_sample)
+        Where the command would have the spool, or where it was measured [mm].
+    supply : ndarray, shape (n_stream, n_sample)
+        [MPa]
+    tuning : Tuning
+    every : int
+        Samples from one estimate to the next.
+    means, variances : ndarray, shape (n_stream, n_estimate, N_STATE)
+        Filled with the estimates behind the samples that `indicators.recursive.instants` names.
+    sums : ndarray, shape (n_stream, n_estimate, N_SUM)
+        Filled with the sums over the samples up to each estimate.
+    work : Workspace
+    """
+    for k in range(measured.shape[0]):
+        n_estimate = 0
+        for t in range(measured.shape[1]):
+            if n_before + t == 0:
+                begin(streams, k, measured[k, t], tuning)
+                streams.spool[k, 0], streams.spool[k, 1] = drive[k, t], 0.0
+            else:
+                is_open = predict_sample(streams, k, drive[k, t], tuning, work)
+                take_in(streams, k, measured[k, t], is_open, tuning, work)
+            streams.held[k, 0], streams.held[k, 1] = drive[k, t], supply[k, t]
+            if (n_before + t + 1) % every == 0:
+                for j in range(N_STATE):
+                    means[k, n_estimate, j] = streams.mean[k, j]
+                    variances[k, n_estimate, j] = streams.covariance[k, j, j]
+                for j in range(N_SUM):
+                    sums[k, n_estimate, j], streams.sums[k, j] = streams.sums[k, j], 0.0
+                n_estimate += 1

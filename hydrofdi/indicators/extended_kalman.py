@@ -1,0 +1,123 @@
+"""What indicators by an extended Kalman filter share: the filter of all records of a stream."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
+from hydrofdi.estimation.plant import N_STATE
+from hydrofdi.indicators.kalman import KalmanOptions, measured_states
+from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
+from hydrofdi.records import Array, Channel, RecordBatch
+
+Chosen = TypeVar("Chosen", bound=KalmanOptions)
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """What a filter has at some instants, in the units of estimators.
+
+    Attributes
+    ----------
+    means, variances : ndarray, shape (n_record, n_instant, N_STATE)
+    sums : ndarray, shape (n_record, n_instant, N_SUM)
+        Over the samples since the instant before.
+    supply : ndarray, shape (n_record, n_instant)
+        Nominal or measured supply pressure [MPa].
+    n_sample : int
+        Samples from one instant to the next.
+    """
+
+    means: Array
+    variances: Array
+    sums: Array
+    supply: Array
+    n_sample: int
+
+
+class ExtendedKalman(RecursiveIndicator[Chosen]):
+    """An indicator that reads the estimates, variances and innovations of an extended Kalman filter."""
+
+    absence = "the filter diverged, or a sample is no number"
+    is_cheap = False
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Pressures, position, and what moves the valve."""
+        options = self.options
+        spool = Channel.SPOOL_POSITION if options.spool == "measured" else Channel.INPUT_VOLTAGE
+        seen = {Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION, spool}
+        return frozenset(seen | ({Channel.SUPPLY_PRESSURE} if options.supply == "measured" else set()))
+
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The supply pressure."""
+        return frozenset({Channel.SUPPLY_PRESSURE} if self.options.supply == "auto" else set())
+
+    def start(self, records: RecordBatch) -> State:
+        """Streams that have seen no sample."""
+        n = records.n_record
+        return {
+            "n_seen": np.zeros(1, dtype=np.int64),
+            "mean": np.zeros((n, N_STATE)),
+            "covariance": np.zeros((n, N_STATE, N_STATE)),
+            "signature": np.zeros((n, N_STATE)),
+            "sums": np.zeros((n, N_SUM)),
+            "spool": np.zeros((n, 2)),
+            "held": np.zeros((n, 2)),
+        }
+
+    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+        """Follow the streams through a chunk."""
+        moved: dict[str, NDArray[Any]] = {name: array.copy() for name, array in state.items()}
+        n_before, frequency = int(moved["n_seen"][0]), chunk.sampling_frequency
+        every = self.samples_per_estimate(frequency)
+        due = instants(n_before, chunk.n_time, every)
+        means, variances = (np.empty((chunk.n_record, due.size, N_STATE)) for _ in range(2))
+        sums = np.empty((chunk.n_record, due.size, N_SUM))
+        supply = self.options.supply_of(chunk)
+        follow(
+            Streams(**{name: moved[name] for name in Streams._fields}),
+            n_before,
+            measured_states(chunk),
+            self.options.spool_drive(chunk),
+            supply,
+            self._tuning(chunk),
+            every,
+            means,
+            variances,
+            sums,
+            workspace(self.options.substeps),
+        )
+        moved["n_seen"] += chunk.n_time
+        found = Estimates(means, variances, sums, supply[:, due], every)
+        lost = np.isnan(means[:, :, 0])
+        return moved, Trace(
+            chunk.time[due],
+            {name: np.where(lost, np.nan, values) for name, values in self.read(found).items()},
+        )
+
+    @abstractmethod
+    def read(self, found: Estimates) -> Mapping[str, Array]:
+        """`estimates` along the time, each (n_record, n_instant)."""
+
+    def _tuning(self, chunk: RecordBatch) -> Tuning:
+        options, frequency = self.options, chunk.sampling_frequency
+        return Tuning(
+            options.plant,
+            1.0 / (frequency * options.substeps),
+            options.spool_transition(frequency),
+            options.spool == "command",
+            options.prior_variances(chunk),
+            options.walk_variances(frequency),
+            options.sensor_variances,
+            options.limits,
+            1e3 * options.null_zone,
+            1e3 * options.largest_travel,
+        )

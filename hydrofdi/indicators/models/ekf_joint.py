@@ -1,0 +1,114 @@
+"""Internal leakage among the states of an extended Kalman filter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydantic import model_validator
+
+from hydrofdi.estimation.plant import STATES
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.extended_kalman import Estimates, ExtendedKalman
+from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, KalmanOptions
+from hydrofdi.indicators.recursive import Trace
+from hydrofdi.records import Array
+
+
+class JointOptions(KalmanOptions):
+    """Options of filters that estimate the leakage jointly with the motion."""
+
+    @model_validator(mode="after")
+    def _leakage_is_estimated(self) -> JointOptions:
+        if "leakage" not in self.states:
+            raise ValueError("states do not hold leakage")
+        return self
+
+
+class EkfJoint(ExtendedKalman[JointOptions]):
+    """K_i, β and valve as states of the plant."""
+
+    name = "ekf_joint"
+    version = 1
+    summary = "Internal leakage, bulk modulus and valve by an extended Kalman filter with them as states."
+    source = (
+        "An & Sepehri, Int. J. Fluid Power 6(2) (2005); Sepasi & Sassani, IJCAS 8 (2010); considered"
+        " parameters: Schmidt, Advances in Control Systems 3 (1966)"
+    )
+    equation = (
+        "(P_1, P_2, x_p, v_p, F, q_i, ln β, ln P_s, gain, offset, lap, clearance) by the equations of the"
+        " actuator, Runge-Kutta and its exact derivative; corrected by P_1, P_2 and x_p"
+    )
+    caution = (
+        "Stated deviations hold for the nominal plant with noise; what the plant lacks (a friction or a"
+        " sensor error of another kind) is not in them."
+    )
+    Options = JointOptions
+
+    @property
+    def estimates(self) -> tuple[Output, ...]:
+        """The leakage first, then what else is estimated."""
+        at, chosen = f"at {self.options.reference_pressure / 1e6:g} MPa", self.options.states
+        return (
+            Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=Direction.RISING),
+            Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
+            Output(
+                "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
+                direction=Direction.RISING, is_score=False,
+            ),
+            Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
+            *(output for name, outputs in _BESIDE.items() if name in chosen for output in outputs),
+            Output.quality("nis", "1", "mean normalised innovation squared, 1 for a filter that fits"),
+        )  # fmt: skip
+
+    def read(self, found: Estimates) -> Mapping[str, Array]:
+        """In SI."""
+        mean = {name: found.means[:, :, place] for place, name in enumerate(STATES)}
+        error = {name: np.sqrt(found.variances[:, :, place]) for place, name in enumerate(STATES)}
+        options, per_root = self.options, 1.0 / np.sqrt(self.options.reference_pressure)
+        modulus = options.bulk_modulus * np.exp(mean["bulk_modulus"])
+        leakage, leakage_error = LITRE_PER_MINUTE * mean["leakage"], LITRE_PER_MINUTE * error["leakage"]
+        values = {
+            "leakage": leakage,
+            "leakage_error": leakage_error,
+            "internal_coefficient": per_root * leakage,
+            "internal_coefficient_error": per_root * leakage_error,
+            "bulk_modulus": modulus,
+            "bulk_modulus_error": modulus * error["bulk_modulus"],
+            "supply_pressure": 1e6 * found.supply * np.exp(mean["supply"]),
+            "flow_gain": 1.0 + mean["flow_gain"],
+            "offset": 1e-6 * mean["offset"],
+            "lap": 1e-6 * mean["lap"],
+            "clearance": 1e-15 * mean["clearance"],
+            "nis": found.sums[:, :, 0] / (3 * found.n_sample),
+        }
+        return {each.name: values[each.name] for each in self.estimates}
+
+    def of_record(self, trace: Trace) -> Mapping[str, Array]:
+        """The last estimates, and the mean of what tells how well they fit."""
+        means = {"nis"}
+        return {
+            name: values.mean(axis=1) if name in means else values[:, -1]
+            for name, values in trace.values.items()
+        }
+
+
+_BESIDE = {
+    "bulk_modulus": (
+        Output("bulk_modulus", "Pa", "effective bulk modulus β"),
+        Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
+    ),
+    "supply": (Output("supply_pressure", "Pa", "supply pressure", is_score=False),),
+    "flow_gain": (Output("flow_gain", "1", "flow gain of the valve over its nominal value", is_score=False),),
+    "offset": (Output("offset", "m", "spool position at which the valve is closed", is_score=False),),
+    "lap": (Output("lap", "m", "lap of the valve", is_score=False),),
+    "clearance": (
+        Output(
+            "clearance",
+            "m^3/(s*Pa)",
+            "conductance of the clearance over an edge of the valve",
+            is_score=False,
+        ),
+    ),
+}

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from detectors.streams import autoregressive
 from hydrofdi.detectors.charts import make_chart
 from hydrofdi.detectors.run_lengths import Delays, FalseAlarms, delay_curve, delays
 from hydrofdi.detectors.run_lengths.independent import cusum_run_length
-from tests.detectors.streams import autoregressive
 
 
 def shewhart():

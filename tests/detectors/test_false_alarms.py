@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from detectors.streams import autoregressive, true_mean_time
 from hydrofdi.detectors.charts import make_chart
 from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.run_lengths.independent import cusum_run_length, limit_for
 from hydrofdi.detectors.run_lengths.operation import members, operations
 from hydrofdi.evaluation.refusal import NotStatedError
-from tests.detectors.streams import autoregressive, true_mean_time
 
 INTERVAL = 0.1
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.assessment.observability import Observability, observability
 from hydrofdi.assessment.plan_warnings import (
     NEAR_BAND_EDGE,
     few_of,
@@ -100,6 +101,8 @@ class Inspection:
         Distinct runs of the experiment that are not among the modes.
     sampling_frequency : float
         Of the record [Hz].
+    observability : tuple of Observability
+        What the first run, without a leak, tells each indicator that estimates unknowns.
     """
 
     step: float
@@ -113,6 +116,7 @@ class Inspection:
     folding: tuple[str, ...]
     n_left_out: int = 0
     sampling_frequency: float = RecordConfig().sampling_frequency
+    observability: tuple[Observability, ...] = ()
 
     @property
     def binding(self) -> str:
@@ -158,6 +162,7 @@ def inspect_experiment(selection: Selection) -> Inspection:
         folding=tuple(folding_warnings(distinct)),
         n_left_out=selection.n_left_out,
         sampling_frequency=record.sampling_frequency,
+        observability=observability(jobs[0]),
     )
 
 

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from hydrofdi.assessment import Convergence, Inspection, LeakageTarget
 from hydrofdi.cli.mode_table import cell, print_modes, table
+from hydrofdi.cli.observability_table import print_observability
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.units import convert
 
@@ -37,6 +38,9 @@ def print_inspection(found: Inspection) -> None:
     if found.noise:
         console.print(Text("Noise of the chamber-1 pressure sensor", style="bold"))
         console.print(_noise_table(found))
+        console.print()
+    for estimator in found.observability:
+        print_observability(estimator)
         console.print()
     for problem in found.problems:
         console.print(Text(f"problem: {problem}", style="bold red"))

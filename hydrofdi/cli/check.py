@@ -25,7 +25,8 @@ def check(
 ) -> int:
     """Look at an experiment before running it.
 
-    Step, hydraulic mode and bands, record, leakage, stroke, sensor noise.
+    Step, hydraulic mode and bands, record, leakage, stroke, sensor noise; what a healthy record tells of the
+    unknowns of model-based indicators.
 
     All runs that differ in more than their sensors are simulated, up to 60; step limits are those of all
     runs. Exit code 1 where results would be wrong.

@@ -60,7 +60,7 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
     for label, indicator in indicators.items():
         start = process_time()
         try:
-            seen = _seen_by(indicator, blinded)
+            seen = seen_by(indicator, blinded)
             reasons = _obstacles(seen, records.remarks, indicator)
             numbers = _numbers(seen, indicator, reasons)
         except FaultyIndicatorError as fault:
@@ -101,7 +101,7 @@ def _handed_out(records: RecordBatch) -> RecordBatch:
     return replace(records, channels=handed)
 
 
-def _seen_by(indicator: Indicator[Any], records: RecordBatch) -> RecordBatch:
+def seen_by(indicator: Indicator[Any], records: RecordBatch) -> RecordBatch:
     """Records with the channels of an indicator."""
     seen = indicator.channels | indicator.optional_channels
     return replace(records, channels={each: records[each] for each in records.channels if each in seen})

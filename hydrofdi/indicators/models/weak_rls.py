@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, Balance
+from hydrofdi.estimation.observability import covariance_with_prior
 from hydrofdi.estimation.valve_use import (
     count_windows,
     follow_means,
@@ -18,11 +19,19 @@ from hydrofdi.estimation.valve_use import (
     new_gate,
     new_means,
 )
-from hydrofdi.estimation.weak_rls import N_ESTIMATE, RlsState, follow_windows, new_scratch, new_state
+from hydrofdi.estimation.weak_rls import (
+    EQUATIONS,
+    N_ESTIMATE,
+    RlsState,
+    follow_windows,
+    new_scratch,
+    new_state,
+)
 from hydrofdi.estimation.weak_windows import new_sums, window_equations, windows_before
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.balancing import WindowOptions
 from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.information import Information, Unknown
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -177,6 +186,24 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         """What all of the record tells."""
         return {each.name: trace.values[f"whole_{each.name}"][:, -1] for each in self.estimates}
 
+    def information(self, records: RecordBatch) -> Information:
+        """What the whole first record tells of the unknowns, by the weights of the options."""
+        state, _ = self.step(self.start(records), records)
+        moments = state["moments"][0, -1, :, EQUATIONS].sum(axis=0)[:N_UNKNOWN, :N_UNKNOWN]
+        deviations = self._deviations(records)
+        (open_,) = np.nonzero(deviations)
+        gramian = (np.tril(moments) + np.tril(moments, -1).T)[np.ix_(open_, open_)]
+        scales = {
+            "internal_coefficient": math.sqrt(self.options.reference_pressure),
+            "compressibility": self.options.bulk_modulus,
+        }
+        unknowns = tuple(
+            Unknown(*_IN_WORDS[name], deviations[place] * scales.get(name, 1.0))
+            for place, name in enumerate(UNKNOWNS)
+            if deviations[place]
+        )
+        return Information(unknowns, gramian, covariance_with_prior(gramian))
+
     @property
     def _both(self) -> bool:
         return self.options.chambers == "both"
@@ -276,3 +303,16 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
 
 _SUPPLY = UNKNOWNS.index("supply")
+
+_IN_WORDS = {
+    "internal_coefficient": ("leakage", "m^3/s"),
+    "compressibility": ("bulk modulus", "1"),
+    "flow_gain": ("flow gain", "1"),
+    "supply": ("supply pressure", "1"),
+    "offset": ("valve null", "m"),
+    "lap": ("lap", "m"),
+    "clearance": ("clearance", "m^3/(s*Pa)"),
+    "bias_1": ("error of P1", "Pa"),
+    "bias_2": ("error of P2", "Pa"),
+}
+"""Unknown → its name and unit where a person reads what records tell of it."""

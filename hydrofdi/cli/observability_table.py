@@ -1,0 +1,49 @@
+"""What records tell model-based indicators, on the terminal."""
+
+from __future__ import annotations
+
+import math
+
+from rich.text import Text
+
+from hydrofdi.assessment.observability import KnownUnknown, Observability
+from hydrofdi.cli.mode_table import table
+from hydrofdi.cli.terminal import terminal
+from hydrofdi.report.detection.varied import readable_unit
+from hydrofdi.units import convert
+
+
+def print_observability(found: Observability) -> None:
+    """Each unknown before and after a record, the direction that it tells least of, and collinear pairs."""
+    console = terminal()
+    console.print(Text(f"What {found.duration:g} s without a leak tell {found.indicator}", style="bold"))
+    shown = table("", "before", "after", "unit")
+    shown.columns[0].justify = shown.columns[-1].justify = "left"
+    for each in found.unknowns:
+        shown.add_row(each.name, *_row(each))
+    console.print(shown)
+    console.print(_singular_values(found))
+    console.print(f"told least of: {found.weakest} (in deviations beforehand); {_least(found)}")
+    pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
+    console.print(f"collinear: {pairs}" if pairs else "no two unknowns are collinear")
+
+
+def _row(each: KnownUnknown) -> tuple[str, str, str]:
+    unit = "%" if each.unit == "1" else readable_unit(each.unit, each.before)
+    scale = 100.0 if unit == "%" else 1.0 if unit == each.unit else convert(1.0, unit)
+    return f"{each.before * scale:.3g}", f"{each.after * scale:.2g}", unit.replace("*", "·")
+
+
+def _singular_values(found: Observability) -> str:
+    values = ", ".join(f"{value:.2g}" for value in found.singular_values)
+    condition = f"{found.condition:.2g}" if math.isfinite(found.condition) else "infinite"
+    return f"singular values of the Gramian: {values}; condition number {condition}"
+
+
+def _least(found: Observability) -> str:
+    least = found.singular_values[-1]
+    if least == 0.0:
+        return "the record says nothing of it"
+    if least < 1.0:
+        return "the data sheet says more of it than the record"
+    return f"the record knows it {math.sqrt(1.0 + least):.2g} times as well as the data sheet"

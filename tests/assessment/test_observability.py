@@ -1,0 +1,79 @@
+"""What a motion tells model-based indicators, and how ``hydrofdi check`` says it."""
+
+import pytest
+
+from hydrofdi.assessment.observability import observability
+from hydrofdi.assessment.selection import select_runs
+from hydrofdi.config import load_experiment
+from tests.commands import run, run_json
+
+FREE = ("actuator.load_stiffness=0 N/m",)
+SHORT = ("record.duration=8 s",)
+OTHERS_KNOWN = (
+    "indicators={weak_rls: {spool: command, supply_deviation: 0, lap_deviation: 0 m, clearance_deviation:"
+    " 0 m^3/(s*Pa), offset_deviation: 0 m, pressure_bias: 0 Pa}}"
+)
+
+
+def observed(*settings):
+    (found,) = observability(select_runs(load_experiment(None, (*SHORT, *settings))).jobs[0])
+    return found
+
+
+def correlation(found, *names):
+    return {frozenset(pair[:2]): pair[2] for pair in found.collinear}.get(frozenset(names))
+
+
+def test_flow_gain_and_leakage_are_collinear_at_one_amplitude_against_no_spring():
+    found = observed(*FREE, "input.amplitude=0.5 V", OTHERS_KNOWN)
+    assert correlation(found, "leakage", "flow gain") > 0.99
+    leakage, gain = (
+        next(each for each in found.unknowns if each.name == name) for name in ("leakage", "flow gain")
+    )
+    assert leakage.after > 0.05 * leakage.before
+    assert gain.after > 0.9 * gain.before
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [(*FREE, "input.shape=steps", "input.period=1 s", "input.amplitude=1 V"), ()],
+    ids=["several amplitudes", "one amplitude against the spring"],
+)
+def test_several_amplitudes_or_a_load_tell_them_apart(settings):
+    found = observed(*settings, OTHERS_KNOWN)
+    assert correlation(found, "leakage", "flow gain") is None
+    leakage = next(each for each in found.unknowns if each.name == "leakage")
+    assert leakage.after < 0.01 * leakage.before
+
+
+def test_at_one_amplitude_a_lap_is_a_flow_gain():
+    found = observed("indicators={weak_rls: {spool: command}}")
+    assert correlation(found, "lap", "flow gain") > 0.98
+    assert found.weakest.startswith("lap")
+    assert "flow gain" in found.weakest
+    assert found.singular_values == tuple(sorted(found.singular_values, reverse=True))
+
+
+def test_a_leak_of_the_run_is_left_aside():
+    healthy, leaking = (
+        observed("indicators=[weak_rls]", *more) for more in ((), ("leakage.internal_coefficient=2e-8",))
+    )
+    assert healthy == leaking
+
+
+def test_check_prints_what_a_record_tells(tmp_path):
+    (tmp_path / "estimating.yaml").write_text(
+        "name: estimating\nrecord: {duration: 4 s}\nindicators: {weak_rls: {spool: command}}\n"
+    )
+    shown = run("check", tmp_path / "estimating.yaml", check=0).stdout
+    assert "What 4 s without a leak tell weak_rls" in shown
+    assert "told least of: lap" in shown
+    (record,) = run_json("check", tmp_path / "estimating.yaml")["observability"]
+    assert {each["name"] for each in record["unknowns"]} >= {"leakage", "bulk modulus", "flow gain"}
+    assert all(0.0 < each["after"] <= each["before"] for each in record["unknowns"])
+
+
+def test_check_of_other_indicators_says_nothing_of_it(tmp_path):
+    (tmp_path / "plain.yaml").write_text("name: plain\nrecord: {duration: 2 s}\ninput: {period: 1 s}\n")
+    assert "without a leak tell" not in run("check", tmp_path / "plain.yaml", check=0).stdout
+    assert run_json("check", tmp_path / "plain.yaml")["observability"] == []

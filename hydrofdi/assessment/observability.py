@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from hydrofdi.estimation.observability import Spectrum, correlations, spectrum, without_first
+from hydrofdi.estimation.observability import Spectrum, correlations, spectrum
 from hydrofdi.execution import Job
 from hydrofdi.indicators.information import Information, Informative
 from hydrofdi.indicators.measuring import seen_by
@@ -47,14 +47,12 @@ class Observability:
     duration : float
         Of the record [s].
     singular_values : tuple of float
-        Of the Gramian of states and parameters, in units of the deviations beforehand, the largest first:
-        along its direction the record alone leaves 1/√s of them.
+        Of the information of the record, in units of the deviations beforehand, the largest first: along
+        its direction the record alone leaves 1/√s of them.
     condition : float
         The largest over the smallest; infinite where the record tells nothing of a direction.
     weakest : str
-        The direction of the parameters that the record tells least of, the motion being unknown as well.
-    weakest_value : float
-        The singular value that belongs to it.
+        The direction that the record tells least of.
     unknowns : tuple of KnownUnknown
     collinear : tuple of (str, str, float)
         Pairs whose errors behind the record are correlated, and how.
@@ -65,7 +63,6 @@ class Observability:
     singular_values: tuple[float, ...]
     condition: float
     weakest: str
-    weakest_value: float
     unknowns: tuple[KnownUnknown, ...]
     collinear: tuple[tuple[str, str, float], ...]
 
@@ -108,15 +105,14 @@ def _healthy_record(job: Job) -> RecordBatch | None:
 
 
 def _described(label: str, duration: float, found: Information) -> Observability:
-    told, rest = spectrum(found.gramian), spectrum(without_first(found.gramian, found.n_motion))
+    told = spectrum(found.gramian)
     shares = np.sqrt(np.diag(found.covariance))
     return Observability(
         label,
         duration,
         tuple(told.values.tolist()),
         told.condition,
-        _weakest(rest, [each.name for each in found.unknowns[found.n_motion :]]),
-        float(rest.values[-1]),
+        _weakest(told, [each.name for each in found.unknowns]),
         tuple(
             KnownUnknown(each.name, each.unit, each.deviation, float(each.deviation * share))
             for each, share in zip(found.unknowns, shares, strict=True)

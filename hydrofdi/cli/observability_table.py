@@ -41,7 +41,7 @@ def _singular_values(found: Observability) -> str:
 
 
 def _least(found: Observability) -> str:
-    least = found.weakest_value
+    least = found.singular_values[-1]
     if least == 0.0:
         return "the record says nothing of it"
     if least < 1.0:

@@ -43,6 +43,34 @@ def finite_horizon_gramian(transitions: Array, outputs: Array, deviations: Array
     return np.asarray(rows.T @ rows)
 
 
+def filtered_covariance(
+    transitions: Array, outputs: Array, deviations: Array, prior: Array, walk: Array
+) -> Array:
+    """Covariance of the states behind the last step, where states walk by themselves as well.
+
+    Anderson and Moore, Optimal Filtering (1979), section 3.1.
+
+    Parameters
+    ----------
+    transitions, outputs, deviations
+        As of `finite_horizon_gramian`.
+    prior, walk : ndarray, shape (n_state,)
+        Standard deviation of each state at the start, and of what each step adds to it.
+    """
+    covariance, noise = np.diag(prior**2), np.diag(deviations**2)
+    covariance = _corrected(covariance, outputs, noise)
+    for transition in transitions:
+        covariance = transition @ covariance @ transition.T + np.diag(walk**2)
+        covariance = _corrected(covariance, outputs, noise)
+    return covariance
+
+
+def _corrected(covariance: Array, outputs: Array, noise: Array) -> Array:
+    shown = outputs @ covariance
+    left = covariance - shown.T @ np.linalg.solve(shown @ outputs.T + noise, shown)
+    return 0.5 * (left + left.T)
+
+
 @dataclass(frozen=True, eq=False)
 class Spectrum:
     """Singular values of a Gramian, and the directions that they belong to.
@@ -76,27 +104,6 @@ def spectrum(gramian: Array) -> Spectrum:
     largest = np.take_along_axis(directions, np.abs(directions).argmax(axis=1)[:, None], axis=1)
     held = np.where(values > len(values) * np.finfo(float).eps * values[-1], values, 0.0)
     return Spectrum(held[::-1], directions * np.sign(largest))
-
-
-def without_first(gramian: Array, n_first: int) -> Array:
-    """Information of all unknowns but the first ones, which are not known better than beforehand either.
-
-    The Schur complement G_22 − G_21 (1 + G_11)⁻¹ G_12, in units of the deviations beforehand.
-
-    Parameters
-    ----------
-    gramian : ndarray, shape (n, n)
-    n_first : int
-        How many are left out.
-
-    Returns
-    -------
-    ndarray, shape (n - n_first, n - n_first)
-    """
-    first, rest = slice(None, n_first), slice(n_first, None)
-    known = np.eye(n_first) + gramian[first, first]
-    left = gramian[rest, rest] - gramian[rest, first] @ np.linalg.solve(known, gramian[first, rest])
-    return np.asarray(0.5 * (left + left.T))
 
 
 def covariance_with_prior(gramian: Array) -> Array:

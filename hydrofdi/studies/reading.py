@@ -73,6 +73,19 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     return tuple(_design(data, roles, measured, design) for design in range(len(roles.designs)))
 
 
+def study_designs(data: ExperimentData) -> Iterator[tuple[StudyRecords, NDArray[np.intp]]]:
+    """The records of each design of a stored study, and their rows in the file.
+
+    Raises
+    ------
+    ReportError
+        The experiment has no study, or its file does not hold the runs of its study.
+    """
+    roles = _roles(data)
+    for design in range(len(roles.designs)):
+        yield _records(data, roles, design), _rows(data, roles, design)
+
+
 def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored], design: int) -> StudyDesign:
     records, detection = _records(data, roles, design), data.experiment.detection
     raw = [replace(number, values=number.values[_rows(data, roles, design)]) for number in measured]
@@ -156,8 +169,7 @@ def _measured(data: ExperimentData) -> Iterator[Scored]:
 def _numbers(
     data: ExperimentData, label: str, indicator: Indicator[Any], cost: float | None
 ) -> Iterator[Scored]:
-    seen = indicator.channels | (indicator.optional_channels & SIGNAL_OF_CHANNEL.keys())
-    channels = tuple(channel.value for channel in Channel if channel in seen)
+    channels = needed_channels(indicator)
     note = _why_not_measured(data, label)
     for output in indicator.outputs:
         values = data.columns.get(f"{label}.{output.name}")
@@ -175,6 +187,12 @@ def _numbers(
                 cost,
                 note,
             )
+
+
+def needed_channels(indicator: Indicator[Any]) -> tuple[str, ...]:
+    """What an indicator takes of a simulated machine, in the order of `hydrofdi.records.Channel`."""
+    seen = indicator.channels | (indicator.optional_channels & SIGNAL_OF_CHANNEL.keys())
+    return tuple(channel.value for channel in Channel if channel in seen)
 
 
 def _why_not_measured(data: ExperimentData, label: str) -> str:

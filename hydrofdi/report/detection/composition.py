@@ -21,6 +21,7 @@ from hydrofdi.scoring import has_extra
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS
 from hydrofdi.store.results import MISSING
+from hydrofdi.studies.estimates.judging import judge_estimates
 from hydrofdi.studies.judged import judge_study
 from hydrofdi.studies.left_out import asks_for_extra
 
@@ -48,6 +49,7 @@ def report_study(data: ExperimentData) -> DetectionReport:
         after=(provenance_block(_with_extra(data)),),
         progress=Progress(data.n_run - int((_statuses(data) == MISSING).sum()), data.n_run),
         sensors=sensors_of(data.experiment, detections[0]),
+        estimates=judge_estimates(data),
     )
 
 

@@ -22,6 +22,8 @@ from hydrofdi.report.detection.sensors import Sensor, perfect_sensors, perfect_s
 from hydrofdi.report.detection.varied import Varied
 from hydrofdi.report.detection.why import why_block
 from hydrofdi.report.document import Block, Document
+from hydrofdi.report.estimates.block import estimate_records, estimates_block
+from hydrofdi.studies.estimates.judging import Estimates
 from hydrofdi.studies.judgement import Detection
 
 if TYPE_CHECKING:
@@ -50,6 +52,8 @@ class DetectionReport:
         How far the sweep is; None where all records are there from the start, as measured ones are.
     sensors : tuple of Sensor
         Those that are simulated for the scores.
+    estimates : tuple of Estimates
+        Estimates against the truth, for each design; empty where the truth is not known.
     """
 
     name: str
@@ -60,6 +64,7 @@ class DetectionReport:
     after: tuple[Block | None, ...] = ()
     progress: Progress | None = None
     sensors: tuple[Sensor, ...] = ()
+    estimates: tuple[Estimates, ...] = ()
 
     @property
     def is_complete(self) -> bool:
@@ -86,6 +91,7 @@ class DetectionReport:
             ranking_block(first),
             false_alarms_block(first),
             levels_block(first),
+            estimates_block(self.estimates[0]) if self.estimates else None,
             why_block(first) if self.is_complete else None,
             designs_block(self.detections) if self.is_complete else None,
             caveats_block(first),
@@ -101,6 +107,7 @@ class DetectionReport:
             "perfect_sensors": [each.symbol for each in self._perfect],
             **({} if self.progress is None else self.progress.record),
             "detection": [record for each in self.detections for record in detection_records(each)],
+            "estimates": estimate_records(self.estimates),
             "studies": [study_record(each) for each in self.detections],
             "designs": design_records(self.detections),
         }

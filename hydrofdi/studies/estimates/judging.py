@@ -1,0 +1,146 @@
+"""Estimates of the records of a study against the truth behind them.
+
+The truth joins here, as severity does for scores: no indicator and no threshold sees it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.rates import Rate, alarm_rate
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT
+from hydrofdi.studies.reading import study_designs
+from hydrofdi.studies.records import StudyRecords
+
+TRUTHS = {"internal_coefficient": LEAKAGE_COEFFICIENT, "bulk_modulus": BULK_MODULUS}
+"""Output of an indicator → variable of the file that holds the truth of each run."""
+
+ERROR = "_error"
+"""An output of this name beside an estimate is its stated standard deviation."""
+
+FAULTS = "faults"
+"""Name of all leaking test records together."""
+
+
+@dataclass(frozen=True)
+class EstimateJudgement:
+    """The errors of an estimate in one population.
+
+    Attributes
+    ----------
+    indicator, quantity : str
+        Label of the indicator, and the name of the output.
+    population : str
+    n : int
+        Records with an estimate and a stated deviation.
+    not_measurable : int
+        Records without.
+    bias, deviation, stated : float
+        Mean error, standard deviation of the errors, and root mean square of the stated deviations, in SI; of
+        the bulk modulus as shares of the truth.
+    covered : Rate
+        Share of the records whose stated interval holds the truth.
+    """
+
+    indicator: str
+    quantity: str
+    population: str
+    n: int
+    not_measurable: int
+    bias: float
+    deviation: float
+    stated: float
+    covered: Rate
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """Judged estimates of a design.
+
+    Attributes
+    ----------
+    records : StudyRecords
+    judgements : tuple of EstimateJudgement
+    confidence : float
+        Of the stated intervals, which are normal.
+    """
+
+    records: StudyRecords
+    judgements: tuple[EstimateJudgement, ...]
+    confidence: float
+
+
+def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
+    """Every estimate of every design of a stored study, on test records and shifts.
+
+    K_i is left out of leaks that set in later, and β where the fluid has no constant one.
+
+    Raises
+    ------
+    ReportError
+        The experiment has no study, or its file does not hold the runs of its study.
+    """
+    confidence = data.experiment.detection.confidence
+    return tuple(
+        Estimates(records, tuple(_judged(data, records, rows, confidence)), confidence)
+        for records, rows in study_designs(data)
+    )
+
+
+def _judged(
+    data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], confidence: float
+) -> Iterator[EstimateJudgement]:
+    populations = dict(_populations(records))
+    has_constant_leak = data.experiment.leakage.onset == "constant"
+    for name in data.columns:
+        label, _, quantity = name.rpartition(".")
+        stated = data.columns.get(f"{name}{ERROR}")
+        if quantity not in TRUTHS or stated is None:
+            continue
+        if quantity == "bulk_modulus" and data.experiment.fluid.law != "constant":
+            continue
+        truth = np.asarray(data.columns[TRUTHS[quantity]][rows], dtype=float)
+        estimate = np.asarray(data.columns[name][rows], dtype=float)
+        scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
+        error, deviation = (estimate - truth) / scale, np.asarray(stated[rows], dtype=float) / scale
+        for population, own in populations.items():
+            if population != FAULTS or has_constant_leak or quantity == "bulk_modulus":
+                yield _judgement(label, quantity, population, error[own], deviation[own], confidence)
+
+
+def _populations(records: StudyRecords) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Name → its records; leaks of all sizes together."""
+    for kind in (Kind.HEALTHY, Kind.SHIFT):
+        for population in records.chosen(kind, is_fit=False):
+            yield population.name, records.of_record == records.populations.index(population)
+    faults = [records.populations.index(each) for each in records.chosen(Kind.FAULT, is_fit=False)]
+    if faults:
+        yield FAULTS, np.isin(records.of_record, faults)
+
+
+def _judgement(
+    label: str, quantity: str, population: str, error: Array, stated: Array, confidence: float
+) -> EstimateJudgement:
+    known = np.isfinite(error) & np.isfinite(stated)
+    width = NormalDist().inv_cdf(0.5 + confidence / 2.0)
+    holds = np.where(known, np.abs(error) <= width * stated, np.nan)
+    own, deviations, n = error[known], stated[known], int(known.sum())
+    return EstimateJudgement(
+        label,
+        quantity,
+        population,
+        n,
+        int((~known).sum()),
+        float(own.mean()) if n else np.nan,
+        float(own.std(ddof=1)) if n > 1 else np.nan,
+        float(np.sqrt(np.mean(np.square(deviations)))) if n else np.nan,
+        alarm_rate(holds, confidence=confidence),
+    )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from hydrofdi.estimation.chamber_balance import UNKNOWNS
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.uncertain_actuator import UncertainActuator
@@ -56,6 +57,37 @@ class BalanceOptions(WindowOptions):
 Chosen = TypeVar("Chosen", bound=BalanceOptions)
 
 
+def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
+    """What a balance of volume tells, its leakage stated at a pressure difference [Pa]."""
+    at, rising = f"at {reference_pressure / 1e6:g} MPa", Direction.RISING
+    return (
+        Output(
+            "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
+            direction=rising, is_score=False,
+        ),
+        Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
+        Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
+        Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
+        Output("mean_leakage", "m^3/s", "mean internal leakage flow of K_i", direction=rising),
+        Output(
+            "cross_port_leakage", "m^3/s", f"flow past piston and closed valve, of any law, {at}",
+            direction=rising,
+        ),
+        Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow past both"),
+        Output("bulk_modulus", "Pa", "effective bulk modulus β"),
+        Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
+        Output("flow_gain", "1", "flow gain of the valve over its nominal value", is_score=False),
+        Output("supply_pressure", "Pa", "supply pressure", is_score=False),
+        Output("offset", "m", "spool position at which the valve is closed", is_score=False),
+        Output("lap", "m", "lap of the valve", is_score=False),
+        Output(
+            "clearance", "m^3/(s*Pa)", "conductance of the clearance over an edge of the valve",
+            is_score=False,
+        ),
+        Output.quality("condition", "1", "condition number of the equations and deviations"),
+    )  # fmt: skip
+
+
 class Balance(Indicator[Chosen], Generic[Chosen]):
     """The most probable leakage and actuator, given a record and how far the actuator may be from nominal."""
 
@@ -77,33 +109,7 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
     @property
     def outputs(self) -> tuple[Output, ...]:
         """Estimates; the first ones with their standard deviations."""
-        at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
-        return (
-            Output(
-                "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
-                direction=rising, is_score=False,
-            ),
-            Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
-            Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
-            Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
-            Output("mean_leakage", "m^3/s", "mean internal leakage flow of K_i", direction=rising),
-            Output(
-                "cross_port_leakage", "m^3/s", f"flow past piston and closed valve, of any law, {at}",
-                direction=rising,
-            ),
-            Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow past both"),
-            Output("bulk_modulus", "Pa", "effective bulk modulus β"),
-            Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
-            Output("flow_gain", "1", "flow gain of the valve over its nominal value", is_score=False),
-            Output("supply_pressure", "Pa", "supply pressure, mean over the record", is_score=False),
-            Output("offset", "m", "spool position at which the valve is closed", is_score=False),
-            Output("lap", "m", "lap of the valve", is_score=False),
-            Output(
-                "clearance", "m^3/(s*Pa)", "conductance of the clearance over an edge of the valve",
-                is_score=False,
-            ),
-            Output.quality("condition", "1", "condition number of the equations and deviations"),
-        )  # fmt: skip
+        return balance_outputs(self.options.reference_pressure)
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """A record of too few windows."""
@@ -115,21 +121,16 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
         options, both = self.options, self.options.chambers == "both"
         balance = VolumeBalance(records, options, both, self.by_spring, options.half_window)
         deviations = options.prior_deviations(records, 2 if both else 1)
-        chambers = list(balance.equations())
-        counts = _counting_windows(balance.spool, records.sampling_frequency, options)
-        columns = np.stack(
-            [
-                np.stack([each.get(name, 0.0 * target) for name in deviations], axis=1)
-                for each, target in chambers
-            ],
-            axis=2,
-        )
-        target = np.stack([target for _, target in chambers], axis=1)
+        columns, target = balance.equations()
+        counts = _counting_windows(balance.spool, records.sampling_frequency, options)[:, None]
+        unknown = [UNKNOWNS.index(name) for name in deviations]
         found = regress(
-            columns * counts[:, None, None], target * counts[:, None],
-            np.array(list(deviations.values())), options.error,
+            columns.transpose(0, 3, 2, 1)[:, unknown] * counts[:, None],
+            target.transpose(0, 2, 1) * counts,
+            np.array(list(deviations.values())),
+            options.error,
             _REWEIGHTING if options.robust else 0,
-        )  # fmt: skip
+        )
 
         def estimate(**factors: float) -> tuple[Array, Array]:
             return found.combined(np.array([factors.get(name, 0.0) for name in deviations]))

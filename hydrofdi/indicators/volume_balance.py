@@ -5,22 +5,18 @@ Signals have the shape (n_record, n_time); q_1 flows into chamber 1, q_2 out of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from hydrofdi.estimation.chamber_balance import Balance
+from hydrofdi.estimation.weak_windows import new_sums, window_equations
 from hydrofdi.indicators.nominal_actuator import NominalActuator
-from hydrofdi.physics.signed_root import signed_root
-from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.transforms.weak_form import Kind, weak_integrals
+from hydrofdi.transforms.weak_form import weak_weights
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
-
-_LEAST_ROOT = 300.0
-"""Root of the drop over an edge below which its slope is not trusted [√Pa]: 0.09 MPa."""
 
 
 @dataclass(frozen=True)
@@ -84,53 +80,31 @@ class VolumeBalance:
         (area_1, area_2), (first, second) = self.actuator.areas, self.pressures
         return (area_1 * first - area_2 * second) / self.actuator.load_stiffness
 
-    def equations(self) -> Iterator[tuple[dict[str, Array], Array]]:
-        """Unknown → its column, and the target [m³], each (n_record, n_window), of each chamber."""
-        frequency, half = self.records.sampling_frequency, self.half
-        place, travel = self._integrals(self.position, "value", "rate")
-        place, speed = place * frequency / half, travel * frequency / half
-        (leak,) = self._integrals(signed_root(self.pressures[0] - self.pressures[1]), "value")
-        for chamber in (0, 1) if self.both_pressures else (0,):
-            sign = 1.0 if chamber == 0 else -1.0
-            area, volume = self.actuator.areas[chamber], self.actuator.volumes[chamber]
-            rise, late_rise = self._integrals(self.pressures[chamber], "rate", "late_rate")
-            compressed = sign * (volume + sign * area * place) * rise + area * speed * late_rise
-            flow, columns = self._valve(chamber)
-            columns |= {"internal_coefficient": leak, "compressibility": compressed}
-            yield columns, flow - area * travel - compressed / self.actuator.bulk_modulus
+    def equations(self) -> tuple[Array, Array]:
+        """Columns (n_record, n_window, n_chamber, N_UNKNOWN) and targets [m³] of all windows."""
+        records, supply = self.records, _whole(self.supply, self.records)
+        return window_equations(
+            _whole(self.spool, records), _whole(self.position, records),
+            np.stack([_whole(pressure, records) for pressure in self.pressures]), supply, supply,
+            weak_weights(self.half, records.sampling_frequency), 0,
+            known_balance(self.actuator, records, self.both_pressures, self.half),
+            new_sums(records.n_record, 2 if self.both_pressures else 1),
+        )  # fmt: skip
 
-    def _valve(self, chamber: int) -> tuple[Array, dict[str, Array]]:
-        """Nominal flow through the valve [m³], and the columns of the unknowns of valve and sensors."""
-        actuator, spool, supply = self.actuator, self.spool, self.supply
-        ret, pressure = actuator.return_pressure, self.pressures[chamber]
-        drop = (chamber_1_orifice_drop, chamber_2_orifice_drop)[chamber](spool, pressure, supply, ret)
-        root = signed_root(drop)
-        gain = actuator.flow_gain * actuator.area_gradient
-        opened = gain * root
-        flow = opened * spool
-        slope = 0.5 * gain * spool / np.maximum(np.abs(root), _LEAST_ROOT)
-        fed = slope * ((spool >= 0.0) == (chamber == 0))
-        centre = supply + ret - 2.0 * pressure
-        signals = (flow, fed * supply, opened, opened * np.sign(spool), centre, fed, slope - fed)
-        flow, by_supply, by_offset, by_lap, by_clearance, by_fed, by_drained = (
-            self._integrals(signal, "value")[0] for signal in signals
-        )
-        columns = {
-            "flow_gain": -flow,
-            "supply": -by_supply,
-            "offset": by_offset,
-            "lap": by_lap,
-            "clearance": -by_clearance if chamber == 0 else by_clearance,
-        }
-        return flow, columns | self._biases(chamber, by_fed, by_drained)
 
-    def _biases(self, chamber: int, fed: Array, drained: Array) -> dict[str, Array]:
-        """Pressures that are shown too high; those that give the supply pressure move it as well."""
-        gives_supply = self.actuator.supply_known_by(self.records) == "sum"
-        if not self.both_pressures:
-            return {"bias_1": drained + fed if gives_supply else drained - fed}
-        own, other = (drained, fed) if gives_supply else (drained - fed, np.zeros_like(fed))
-        return {"bias_1": own, "bias_2": other} if chamber == 0 else {"bias_1": other, "bias_2": own}
+def known_balance(
+    actuator: NominalActuator, records: RecordBatch, both_pressures: bool, half: int
+) -> Balance:
+    """What the equations take as known. Errors of pressures that give the supply pressure move it as well."""
+    own_feed, other_feed = -1.0, 0.0
+    if actuator.supply_known_by(records) == "sum":
+        own_feed, other_feed = (0.0, 1.0) if both_pressures else (1.0, 0.0)
+    return Balance(
+        *actuator.areas, *actuator.volumes, actuator.flow_gain * actuator.area_gradient,
+        actuator.return_pressure, 1.0 / actuator.bulk_modulus, own_feed, other_feed,
+        half / records.sampling_frequency,
+    )  # fmt: skip
 
-    def _integrals(self, signal: Array, *kinds: Kind) -> Array:
-        return weak_integrals(signal, self.records.sampling_frequency, self.half, *kinds)
+
+def _whole(signal: Array, records: RecordBatch) -> Array:
+    return np.ascontiguousarray(np.broadcast_to(signal, (records.n_record, records.n_time)))

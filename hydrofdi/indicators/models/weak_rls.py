@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, Balance
+from hydrofdi.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS
 from hydrofdi.estimation.observability import covariance_with_prior
 from hydrofdi.estimation.valve_use import (
     count_windows,
@@ -28,16 +28,14 @@ from hydrofdi.estimation.weak_rls import (
     new_state,
 )
 from hydrofdi.estimation.weak_windows import new_sums, window_equations, windows_before
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.indicators.balancing import WindowOptions
+from hydrofdi.indicators.balancing import WindowOptions, balance_outputs
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.information import Information, Unknown
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
+from hydrofdi.indicators.volume_balance import P1, P2, X, known_balance
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.weak_form import weak_weights
-
-P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 
 
 class WeakRlsOptions(WindowOptions, RecursiveOptions):
@@ -98,33 +96,10 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """Estimates with their standard deviations."""
-        at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
-        return (
-            Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
-            Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
-            Output(
-                "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
-                direction=rising, is_score=False,
-            ),
-            Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
-            Output(
-                "cross_port_leakage", "m^3/s", f"flow past piston and closed valve, of any law, {at}",
-                direction=rising,
-            ),
-            Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow past both"),
-            Output("bulk_modulus", "Pa", "effective bulk modulus β"),
-            Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
-            Output("flow_gain", "1", "flow gain of the valve over its nominal value", is_score=False),
-            Output("supply_pressure", "Pa", "supply pressure", is_score=False),
-            Output("offset", "m", "spool position at which the valve is closed", is_score=False),
-            Output("lap", "m", "lap of the valve", is_score=False),
-            Output(
-                "clearance", "m^3/(s*Pa)", "conductance of the clearance over an edge of the valve",
-                is_score=False,
-            ),
-            Output.quality("condition", "1", "condition number of the equations and deviations, 1-norm"),
-        )  # fmt: skip
+        """Those of a balance, the leakage first."""
+        kept = balance_outputs(self.options.reference_pressure)
+        chosen = (output for output in kept if output.name != "mean_leakage")
+        return tuple(sorted(chosen, key=lambda output: not output.name.startswith("leakage")))
 
     def start(self, records: RecordBatch) -> State:
         """Nothing is known yet but the priors."""
@@ -152,12 +127,13 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             spool, n_before, round(options.start_up * frequency), options.least_opening, options.least_jump,
             round(options.settling * frequency), after["gate"], unclear,
         )  # fmt: skip
-        supply, reference = self._supply(chunk, unclear, n_before, after["means"])
+        supply, reference = self._supply(chunk, n_before, after["means"])
         first = np.ascontiguousarray(chunk[P1])
         second = chunk[P2] if self._both else supply + options.return_pressure - first
         columns, targets = window_equations(
             spool, np.ascontiguousarray(chunk[X]), np.stack((first, second)), supply, reference,
-            self._weights(frequency), n_before, self._balance(chunk), after["sums"],
+            weak_weights(half, frequency), n_before, known_balance(options, chunk, self._both, half),
+            after["sums"],
         )  # fmt: skip
         counts = np.zeros(columns.shape[:2])
         count_windows(unclear, n_before, half, after["unclear"], counts)
@@ -221,11 +197,9 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         )
         return np.ascontiguousarray(spool)
 
-    def _supply(
-        self, chunk: RecordBatch, unclear: NDArray[np.bool_], n_before: int, means: Array
-    ) -> tuple[Array, Array]:
+    def _supply(self, chunk: RecordBatch, n_before: int, means: Array) -> tuple[Array, Array]:
         """P_s at which the equations are linear, and about which its deviation is stated [Pa]."""
-        options, shape = self.options, unclear.shape
+        options, shape = self.options, (chunk.n_record, chunk.n_time)
         match options.supply_known_by(chunk):
             case "measured":
                 measured = np.ascontiguousarray(chunk[Channel.SUPPLY_PRESSURE])
@@ -239,13 +213,9 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             total = 2.0 * chunk[P1] - options.load_stiffness / options.areas[0] * chunk[X]
         total = np.ascontiguousarray(total - options.return_pressure)
         supply, gain = np.zeros(shape), 1.0 - self._decays(chunk)[0]
-        follow_means(total, unclear, n_before, options.half_window, gain, means, supply)
+        every_sample = np.zeros(shape, dtype=np.bool_)
+        follow_means(total, every_sample, n_before, options.half_window, gain, means, supply)
         return supply, np.full(shape, options.supply_pressure)
-
-    def _weights(self, frequency: float) -> Array:
-        half = self.options.half_window
-        weights = weak_weights(half, frequency, ("value", "rate", "late_rate"))
-        return np.ascontiguousarray(weights.reshape(half, 2, 3).transpose(1, 2, 0))
 
     def _decays(self, records: RecordBatch) -> Array:
         """Of the trace and of whole records, or of both at once."""
@@ -253,16 +223,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         if memory == "none":
             return np.ones(1)
         return np.array([math.exp(-self.options.half_window / records.sampling_frequency / memory), 1.0])
-
-    def _balance(self, records: RecordBatch) -> Balance:
-        options = self.options
-        gives_supply = options.supply_known_by(records) == "sum"
-        own, other = (-1.0, 0.0) if not gives_supply else (0.0, 1.0) if self._both else (1.0, 0.0)
-        return Balance(
-            *options.areas, *options.volumes, options.flow_gain * options.area_gradient,
-            options.return_pressure, 1.0 / options.bulk_modulus, own, other,
-            options.half_window / records.sampling_frequency,
-        )  # fmt: skip
 
     def _deviations(self, records: RecordBatch) -> Array:
         options = self.options

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from hydrofdi.estimation.observability import Spectrum, correlations, spectrum
+from hydrofdi.estimation.observability import correlations, spectrum
 from hydrofdi.execution import Job
 from hydrofdi.indicators.information import Information, Informative
 from hydrofdi.indicators.measuring import seen_by
-from hydrofdi.records import RecordBatch
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 
@@ -38,7 +39,7 @@ class KnownUnknown:
 
 @dataclass(frozen=True)
 class Observability:
-    """What a healthy record tells an estimator.
+    """What a healthy record tells an estimator; empty where its estimate diverges along it.
 
     Attributes
     ----------
@@ -47,12 +48,14 @@ class Observability:
     duration : float
         Of the record [s].
     singular_values : tuple of float
-        Of the information of the record, in units of the deviations beforehand, the largest first: along
-        its direction the record alone leaves 1/√s of them.
+        Of the Gramian of states and parameters, in units of the deviations beforehand, the largest first:
+        along its direction the record alone leaves 1/√s of them.
     condition : float
         The largest over the smallest; infinite where the record tells nothing of a direction.
     weakest : str
-        The direction that the record tells least of.
+        The direction of the parameters that is known least behind the record.
+    weakest_left : float
+        Its deviation behind the record over that beforehand.
     unknowns : tuple of KnownUnknown
     collinear : tuple of (str, str, float)
         Pairs whose errors behind the record are correlated, and how.
@@ -63,6 +66,7 @@ class Observability:
     singular_values: tuple[float, ...]
     condition: float
     weakest: str
+    weakest_left: float
     unknowns: tuple[KnownUnknown, ...]
     collinear: tuple[tuple[str, str, float], ...]
 
@@ -105,24 +109,28 @@ def _healthy_record(job: Job) -> RecordBatch | None:
 
 
 def _described(label: str, duration: float, found: Information) -> Observability:
-    told = spectrum(found.gramian)
+    if not np.isfinite([found.gramian, found.covariance]).all():
+        return Observability(label, duration, (), math.nan, "", math.nan, (), ())
+    parameters = slice(found.n_motion, None)
+    told, left = spectrum(found.gramian), spectrum(found.covariance[parameters, parameters])
     shares = np.sqrt(np.diag(found.covariance))
     return Observability(
         label,
         duration,
         tuple(told.values.tolist()),
         told.condition,
-        _weakest(told, [each.name for each in found.unknowns]),
+        _in_words(left.directions[0], [each.name for each in found.unknowns[parameters]]),
+        math.sqrt(left.values[0]),
         tuple(
-            KnownUnknown(each.name, each.unit, each.deviation, float(each.deviation * share))
+            KnownUnknown(each.name, each.unit, float(each.deviation), float(each.deviation * share))
             for each, share in zip(found.unknowns, shares, strict=True)
         ),
         tuple(_collinear(found)),
     )
 
 
-def _weakest(told: Spectrum, names: list[str]) -> str:
-    parts = sorted(zip(names, told.directions[-1].tolist(), strict=True), key=lambda part: -abs(part[1]))
+def _in_words(direction: Array, names: list[str]) -> str:
+    parts = sorted(zip(names, direction.tolist(), strict=True), key=lambda part: -abs(part[1]))
     return ", ".join(f"{name} {share:.2f}" for name, share in parts if abs(share) >= _NOTABLE)
 
 

@@ -17,13 +17,17 @@ def print_observability(found: Observability) -> None:
     """Each unknown before and after a record, the direction that it tells least of, and collinear pairs."""
     console = terminal()
     console.print(Text(f"What {found.duration:g} s without a leak tell {found.indicator}", style="bold"))
+    if not found.unknowns:
+        console.print("nothing: the estimate diverges; do its options fit the actuator?")
+        return
     shown = table("", "before", "after", "unit")
     shown.columns[0].justify = shown.columns[-1].justify = "left"
     for each in found.unknowns:
         shown.add_row(each.name, *_row(each))
     console.print(shown)
     console.print(_singular_values(found))
-    console.print(f"told least of: {found.weakest} (in deviations beforehand); {_least(found)}")
+    left = f"{found.weakest_left:.2g} of a deviation beforehand is left"
+    console.print(f"known least: {found.weakest} (in deviations beforehand); {left}")
     pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
     console.print(f"collinear: {pairs}" if pairs else "no two unknowns are collinear")
 
@@ -38,12 +42,3 @@ def _singular_values(found: Observability) -> str:
     values = ", ".join(f"{value:.2g}" for value in found.singular_values)
     condition = f"{found.condition:.2g}" if math.isfinite(found.condition) else "infinite"
     return f"singular values of the Gramian: {values}; condition number {condition}"
-
-
-def _least(found: Observability) -> str:
-    least = found.singular_values[-1]
-    if least == 0.0:
-        return "the record says nothing of it"
-    if least < 1.0:
-        return "the data sheet says more of it than the record"
-    return f"the record knows it {math.sqrt(1.0 + least):.2g} times as well as the data sheet"

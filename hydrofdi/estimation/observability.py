@@ -30,45 +30,19 @@ def finite_horizon_gramian(transitions: Array, outputs: Array, deviations: Array
     Returns
     -------
     ndarray, shape (n_state, n_state)
+        Not finite where the states grow beyond all numbers.
     """
     weighed = outputs / deviations[:, None]
     n_step, n_state = transitions.shape[:2]
     seen = np.empty((n_step + 1, *weighed.shape))
     carried = np.eye(n_state)
     seen[0] = weighed
-    for step, transition in enumerate(transitions, 1):
-        carried = transition @ carried
-        seen[step] = weighed @ carried
-    rows = seen.reshape(-1, n_state)
-    return np.asarray(rows.T @ rows)
-
-
-def filtered_covariance(
-    transitions: Array, outputs: Array, deviations: Array, prior: Array, walk: Array
-) -> Array:
-    """Covariance of the states behind the last step, where states walk by themselves as well.
-
-    Anderson and Moore, Optimal Filtering (1979), section 3.1.
-
-    Parameters
-    ----------
-    transitions, outputs, deviations
-        As of `finite_horizon_gramian`.
-    prior, walk : ndarray, shape (n_state,)
-        Standard deviation of each state at the start, and of what each step adds to it.
-    """
-    covariance, noise = np.diag(prior**2), np.diag(deviations**2)
-    covariance = _corrected(covariance, outputs, noise)
-    for transition in transitions:
-        covariance = transition @ covariance @ transition.T + np.diag(walk**2)
-        covariance = _corrected(covariance, outputs, noise)
-    return covariance
-
-
-def _corrected(covariance: Array, outputs: Array, noise: Array) -> Array:
-    shown = outputs @ covariance
-    left = covariance - shown.T @ np.linalg.solve(shown @ outputs.T + noise, shown)
-    return 0.5 * (left + left.T)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for step, transition in enumerate(transitions, 1):
+            carried = transition @ carried
+            seen[step] = weighed @ carried
+        rows = seen.reshape(-1, n_state)
+        return np.asarray(rows.T @ rows)
 
 
 @dataclass(frozen=True, eq=False)

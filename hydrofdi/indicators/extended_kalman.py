@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
 from hydrofdi.estimation.plant import N_STATE
+from hydrofdi.indicators.information import Information
 from hydrofdi.indicators.kalman import KalmanOptions, measured_states
+from hydrofdi.indicators.plant_information import plant_information
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 
@@ -102,6 +104,11 @@ class ExtendedKalman(RecursiveIndicator[Chosen]):
             chunk.time[due],
             {name: np.where(lost, np.nan, values) for name, values in self.read(found).items()},
         )
+
+    def information(self, records: RecordBatch) -> Information:
+        """What the first record tells."""
+        state, _ = self.step(self.start(records), records)
+        return plant_information(self.options, records, state["covariance"][0])
 
     @abstractmethod
     def read(self, found: Estimates) -> Mapping[str, Array]:

@@ -38,11 +38,14 @@ class Information:
         Information of the record, in units of the deviations beforehand.
     covariance : ndarray, shape (n, n)
         Of the unknowns behind the record, with what was known beforehand, in the same units.
+    n_motion : int
+        How many of the first unknowns are states of the motion; the others are parameters.
     """
 
     unknowns: tuple[Unknown, ...]
     gramian: Array
     covariance: Array
+    n_motion: int = 0
 
 
 @runtime_checkable

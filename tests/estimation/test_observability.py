@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
+from scipy.linalg import solve_discrete_lyapunov
 
 from hydrofdi.estimation.observability import (
     correlations,
     covariance_with_prior,
-    filtered_covariance,
     finite_horizon_gramian,
     spectrum,
 )
@@ -33,25 +32,6 @@ def test_two_steps_of_a_changing_system_are_summed_by_hand():
     weighed = C / NOISE[:, None]
     rows = np.vstack([weighed, weighed @ A, weighed @ (2.0 * A.T) @ A])
     assert finite_horizon_gramian(transitions, C, NOISE) == pytest.approx(rows.T @ rows, rel=1e-12)
-
-
-def test_without_walks_a_filter_knows_what_the_gramian_says():
-    prior, n_step = np.array([1.0, 2.0, 0.5]), 30
-    gramian = finite_horizon_gramian(repeated(A, n_step), C, NOISE)
-    at_start = np.linalg.inv(np.diag(prior**-2.0) + gramian)
-    end = np.linalg.matrix_power(A, n_step)
-    found = filtered_covariance(repeated(A, n_step), C, NOISE, prior, np.zeros(3))
-    assert found == pytest.approx(end @ at_start @ end.T, rel=1e-8, abs=1e-14)
-    scaled = covariance_with_prior(np.outer(prior, prior) * gramian)
-    assert np.outer(prior, prior) * scaled == pytest.approx(at_start, rel=1e-9)
-
-
-def test_with_walks_a_long_filter_has_the_covariance_of_riccatis_equation():
-    walk = np.array([0.05, 0.1, 0.2])
-    ahead = solve_discrete_are(A.T, C.T, np.diag(walk**2), np.diag(NOISE**2))
-    gain = ahead @ C.T @ np.linalg.inv(C @ ahead @ C.T + np.diag(NOISE**2))
-    found = filtered_covariance(repeated(A, 400), C, NOISE, np.ones(3), walk)
-    assert found == pytest.approx(ahead - gain @ C @ ahead, rel=1e-9)
 
 
 def test_a_direction_that_no_output_shows_is_named():

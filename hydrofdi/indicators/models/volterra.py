@@ -1,0 +1,132 @@
+"""Coefficients of a nonlinear model that is fitted to each record: what a fault changes, they change with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from hydrofdi.estimation.volterra import (
+    block_means,
+    lagged_values,
+    polynomial_terms,
+    regressors,
+    ridge_regression,
+)
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI, Section
+
+P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
+
+_CHANNELS = {"load_pressure": {P1, P2}, "pressure": {P1}, "position_rate": {X}}
+
+
+class VolterraOptions(Section):
+    """Options of `Volterra`."""
+
+    signal: Literal["load_pressure", "pressure", "position_rate"] = "position_rate"
+    """What is modelled: P_1 − P_2, P_1, or the rate of the position."""
+
+    order: Annotated[int, Field(strict=True, ge=1, le=4)] = 2
+    """Highest degree of the polynomial."""
+
+    input_lags: Annotated[int, Field(strict=True, ge=1, le=10)] = 1
+    """Lagged values of the input voltage."""
+
+    lags: Annotated[int, Field(strict=True, ge=0, le=10)] = 1
+    """Lagged values of the signal itself; 0 leaves a Volterra series of the input alone."""
+
+    decimation: Annotated[int, Field(strict=True, ge=1)] = 100
+    """Samples whose mean is one value of the model."""
+
+    input_scale: Annotated[float, SI("V", above=0)] = 2.0
+    """Input voltage that counts as 1 [V]."""
+
+    pressure_centre: Annotated[float, SI("Pa", least=0)] = 8.6e6
+    """Pressure that counts as 0, where P_1 is modelled [Pa]."""
+
+    pressure_scale: Annotated[float, SI("Pa", above=0)] = 8.6e6
+    """Pressure that counts as 1 [Pa]."""
+
+    rate_scale: Annotated[float, SI("m/s", above=0)] = 0.1
+    """Rate of the position that counts as 1 [m/s]."""
+
+    ridge: Annotated[float, SI("1", least=0)] = 1e-6
+    """Weight of the squares of the coefficients over that of the mean square of what the model leaves [-]."""
+
+
+class Volterra(Indicator[VolterraOptions]):
+    """A polynomial in the past of input and signal."""
+
+    name = "volterra"
+    version = 1
+    summary = "Coefficients of a second-order Volterra model with feedback (NARX) of the record."
+    source = (
+        "Tan and Sepehri, IEEE Trans. Ind. Electron. 49 (2002) 96; Leontaritis and Billings, Int. J. Control"
+        " 41 (1985) 303"
+    )
+    equation = "y_k = c_0 + Σ c_i z_i + Σ c_ij z_i z_j, z = (u_(k−1) …, y_(k−1) …), by ridge regression"
+    caution = (
+        "No coefficient is a leakage by itself, and each answers to supply and fluid as well: judge their"
+        " distance from healthy records (detection.scores, mahalanobis). They depend on the motion."
+    )
+    absence = "the coefficients are not determined: a missing sample, or an input without motion and no ridge"
+    needs_scale = True
+    Options = VolterraOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The input voltage, and the channels of the signal."""
+        return frozenset({Channel.INPUT_VOLTAGE} | _CHANNELS[self.options.signal])
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Coefficients, and what the model leaves."""
+        names = lagged_values("u", self.options.input_lags, "y", self.options.lags)
+        products = ("·".join(names[place] for place in term) or "1" for term in self._terms)
+        return (
+            Output(
+                "coefficients", "1", f"coefficients of {', '.join(products)}, in scaled quantities",
+                dims={"term": len(self._terms)},
+            ),
+            Output.quality("left", "1", "root mean square of what the model leaves, scaled"),
+        )  # fmt: skip
+
+    @property
+    def _terms(self) -> tuple[tuple[int, ...], ...]:
+        return polynomial_terms(self.options.input_lags + self.options.lags, self.options.order)
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record of fewer values than twice the coefficients."""
+        n_value = records.n_time // self.options.decimation - max(self.options.input_lags, self.options.lags)
+        n_term = len(self._terms)
+        if n_value < 2 * n_term:
+            return f"{max(n_value, 0)} values are too few for {n_term} coefficients"
+        return None
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """Each record by itself."""
+        options = self.options
+        given = block_means(records[Channel.INPUT_VOLTAGE], options.decimation) / options.input_scale
+        signal, terms = self._signal(records), self._terms
+        coefficients, left = np.empty((records.n_record, len(terms))), np.empty(records.n_record)
+        start = max(options.input_lags, options.lags)
+        for row in range(records.n_record):
+            columns = regressors(given[row], signal[row], options.input_lags, options.lags, terms)
+            coefficients[row], left[row] = ridge_regression(columns, signal[row, start:], options.ridge)
+        return {"coefficients": coefficients, "left": left}
+
+    def _signal(self, records: RecordBatch) -> Array:
+        """What is modelled, scaled, shape (n_record, n_value)."""
+        options, every = self.options, self.options.decimation
+        match options.signal:
+            case "load_pressure":
+                return block_means(records[P1] - records[P2], every) / options.pressure_scale
+            case "pressure":
+                return block_means(records[P1] - options.pressure_centre, every) / options.pressure_scale
+        place = block_means(records[X], every)
+        rate = np.diff(place, axis=1, prepend=place[:, :1]) * records.sampling_frequency / every
+        return np.asarray(rate / options.rate_scale)

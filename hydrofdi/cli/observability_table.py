@@ -10,6 +10,7 @@ from hydrofdi.assessment.observability import KnownUnknown, Observability
 from hydrofdi.cli.mode_table import table
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.detection.varied import readable_unit
+from hydrofdi.report.detection.wording import two_digits
 from hydrofdi.units import convert
 
 
@@ -26,8 +27,8 @@ def print_observability(found: Observability) -> None:
         shown.add_row(each.name, *_row(each))
     console.print(shown)
     console.print(_singular_values(found))
-    left = f"{found.weakest_left:.2g} of a deviation beforehand is left"
-    console.print(f"known least: {found.weakest} (in deviations beforehand); {left}")
+    left = f"{found.weakest_left:.0%} of the deviation beforehand is left"
+    console.print(f"known least: {found.weakest} (in deviations beforehand): {left}")
     pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
     console.print(f"collinear: {pairs}" if pairs else "no two unknowns are collinear")
 
@@ -35,7 +36,7 @@ def print_observability(found: Observability) -> None:
 def _row(each: KnownUnknown) -> tuple[str, str, str]:
     unit = "%" if each.unit == "1" else readable_unit(each.unit, each.before)
     scale = 100.0 if unit == "%" else 1.0 if unit == each.unit else convert(1.0, unit)
-    return f"{each.before * scale:.3g}", f"{each.after * scale:.2g}", unit.replace("*", "·")
+    return two_digits(each.before * scale), two_digits(each.after * scale), unit.replace("*", "·")
 
 
 def _singular_values(found: Observability) -> str:

@@ -92,6 +92,7 @@ def test_an_infinite_score_is_the_largest_and_not_a_hole(name, scores):
 def test_a_chart_says_what_it_is(name):
     kind = chart_kind(name)
     assert kind.summary.endswith(".")
+    assert kind.caution.endswith(".")
     assert kind.source
     assert "x" in kind.equation
     assert "catalogue" not in kind.Options.__doc__

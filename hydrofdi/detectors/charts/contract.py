@@ -44,6 +44,8 @@ class Chart(Protocol[Chosen]):
         Where it was published.
     equation : str
         Its definition, in one line; x is the standardised score.
+    caution : str
+        What breaks it, or has to be known before its alarms are believed.
     Options : type of ChartOptions
         Model of its options; it is valid without any.
     options : ChartOptions
@@ -54,6 +56,7 @@ class Chart(Protocol[Chosen]):
     summary: ClassVar[str]
     source: ClassVar[str]
     equation: ClassVar[str]
+    caution: ClassVar[str]
     Options: ClassVar[type[ChartOptions]] = ChartOptions
     options: Chosen
 

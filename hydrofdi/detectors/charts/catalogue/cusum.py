@@ -24,6 +24,7 @@ class Cusum(Chart[CusumOptions]):
     summary = "Sums what the scores exceed half the expected change by; quickest for a change of that size."
     source = "Page, Biometrika 41 (1954) 100; Lorden, Annals of Mathematical Statistics 42 (1971) 1897"
     equation = "C⁺ ← max(0, C⁺ + x − k), C⁻ ← max(0, C⁻ − x − k), statistic max(C⁺, C⁻), k = shift/2"
+    caution = "Healthy records whose own level lies above k are summed like a leak: take a larger shift."
     Options = CusumOptions
 
     @property

@@ -27,6 +27,9 @@ class Ewma(Chart[EwmaOptions]):
     summary = "A mean that forgets, over its standard deviation: changes of any size up to about one spread."
     source = "Roberts, Technometrics 1 (1959) 239; Lucas and Saccucci, Technometrics 32 (1990) 1"
     equation = "z ← (1 − λ) z + λ x, statistic |z|/σ, σ² = λ/(2 − λ) (1 − (1 − λ)²ᵗ)"
+    caution = (
+        "Scores that depend on each other spread its mean further than σ says: take a limit from records."
+    )
     Options = EwmaOptions
 
     @property

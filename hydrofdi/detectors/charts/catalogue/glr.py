@@ -28,6 +28,7 @@ class Glr(Chart[GlrOptions]):
         " Lai, Journal of the Royal Statistical Society B 57 (1995) 613"
     )
     equation = "statistic max over j ≤ window of S²/(2 j), S the sum of the j newest scores"
+    caution = "Changes within a longer past than the window are not found; its cost grows with the window."
     Options = GlrOptions
 
     @property

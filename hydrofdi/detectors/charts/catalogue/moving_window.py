@@ -28,6 +28,7 @@ class MovingWindow(Chart[MovingWindowOptions]):
     summary = "The mean or the maximum of the newest scores: the plain threshold that others have to beat."
     source = "Shewhart, Economic Control of Quality of Manufactured Product (1931); Lai (1995), see glr"
     equation = "statistic |mean of the n newest x|, or max of |x|"
+    caution = "It is blind until the window is full, and again after each alarm."
     Options = MovingWindowOptions
 
     @property

@@ -31,6 +31,7 @@ class Sprt(Chart[SprtOptions]):
     summary = "Tests healthy against changed by a known amount, again and again; rates hold for each test."
     source = "Wald, Annals of Mathematical Statistics 16 (1945) 117"
     equation = "L ← L + shift (x − shift/2), L ← 0 where L ≤ ln(β/(1 − α)), statistic L"
+    caution = "As of cusum; α and β hold for single tests of independent normal scores alone."
     Options = SprtOptions
 
     @property

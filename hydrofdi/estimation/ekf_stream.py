@@ -119,11 +119,8 @@ def begin(streams: Streams, k: int, measured: Array, tuning: Tuning) -> None:
 
 @equation
 def predict_sample(streams: Streams, k: int, drive: float, tuning: Tuning, work: Workspace) -> bool:
-    """Carry a filter to the next sample; whether the valve was open all the way."""
-    if tuning.follows_command:
-        follow_command(streams.spool[k], streams.held[k, 0], tuning.spool_transition, work.path)
-    else:
-        between_samples(streams.held[k, 0], drive, work.path)
+    """Carry a filter to the next sample; whether parameters may learn there."""
+    is_open = find_path(streams.spool[k], streams.held[k, 0], drive, tuning, work.path)
     advance_with_transition(
         streams.mean[k],
         work.path,
@@ -135,8 +132,17 @@ def predict_sample(streams: Streams, k: int, drive: float, tuning: Tuning, work:
     )
     spread(streams.covariance[k], work.transition, tuning.walk, work.rows)
     carry_signature(streams.signature[k], work.transition)
-    least = min(work.path[0], work.path[-1])
-    most = max(work.path[0], work.path[-1])
+    return is_open
+
+
+@equation
+def find_path(spool: Array, before: float, drive: float, tuning: Tuning, path: Array) -> bool:
+    """Fill the path of a spool to the next sample; whether the valve is open and at rest all the way."""
+    if tuning.follows_command:
+        follow_command(spool, before, tuning.spool_transition, path)
+    else:
+        between_samples(before, drive, path)
+    least, most = min(path[0], path[-1]), max(path[0], path[-1])
     is_open: bool = least > tuning.null_zone or most < -tuning.null_zone
     return is_open and most - least <= tuning.largest_travel
 

@@ -67,6 +67,7 @@ class ExtendedKalman(RecursiveIndicator[Chosen]):
         n = records.n_record
         return {
             "n_seen": np.zeros(1, dtype=np.int64),
+            "start_time": np.array([records.start_time]),
             "mean": np.zeros((n, N_STATE)),
             "covariance": np.zeros((n, N_STATE, N_STATE)),
             "signature": np.zeros((n, N_STATE)),
@@ -81,34 +82,35 @@ class ExtendedKalman(RecursiveIndicator[Chosen]):
         n_before, frequency = int(moved["n_seen"][0]), chunk.sampling_frequency
         every = self.samples_per_estimate(frequency)
         due = instants(n_before, chunk.n_time, every)
-        means, variances = (np.empty((chunk.n_record, due.size, N_STATE)) for _ in range(2))
-        sums = np.empty((chunk.n_record, due.size, N_SUM))
+        means, variances = (np.zeros((chunk.n_record, due.size, N_STATE)) for _ in range(2))
+        sums = np.zeros((chunk.n_record, due.size, N_SUM))
         supply = self.options.supply_of(chunk)
-        follow(
-            Streams(**{name: moved[name] for name in Streams._fields}),
-            n_before,
-            measured_states(chunk),
-            self.options.spool_drive(chunk),
-            supply,
-            self._tuning(chunk),
-            every,
-            means,
-            variances,
-            sums,
-            workspace(self.options.substeps),
-        )
+        samples = measured_states(chunk), self.options.spool_drive(chunk), supply
+        self.follow(moved, n_before, samples, self._tuning(chunk), every, (means, variances, sums))
         moved["n_seen"] += chunk.n_time
         found = Estimates(means, variances, sums, supply[:, due], every)
         lost = np.isnan(means[:, :, 0])
         return moved, Trace(
-            chunk.time[due],
+            moved["start_time"] + (n_before + due) / frequency,
             {name: np.where(lost, np.nan, values) for name, values in self.read(found).items()},
         )
 
     def information(self, records: RecordBatch) -> Information:
         """What the first record tells."""
         state, _ = self.step(self.start(records), records)
-        return plant_information(self.options, records, state["covariance"][0])
+        return plant_information(self.options, records, self.first_covariance(state))
+
+    def first_covariance(self, state: State) -> Array:
+        """Covariance of the first record, (N_STATE, N_STATE)."""
+        return np.asarray(state["covariance"][0])
+
+    def follow(
+        self, state: dict[str, NDArray[Any]], n_before: int, samples: tuple[Array, Array, Array],
+        tuning: Tuning, every: int, found: tuple[Array, Array, Array],
+    ) -> None:  # fmt: skip
+        """Move the filters on in place, and fill means, variances and sums at the instants that are due."""
+        streams = Streams(**{name: state[name] for name in Streams._fields})
+        follow(streams, n_before, *samples, tuning, every, *found, workspace(self.options.substeps))
 
     @abstractmethod
     def read(self, found: Estimates) -> Mapping[str, Array]:

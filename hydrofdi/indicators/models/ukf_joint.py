@@ -1,0 +1,68 @@
+"""Internal leakage among the states of an unscented Kalman filter."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.estimation.ekf_stream import Tuning
+from hydrofdi.estimation.plant import N_STATE, STATES
+from hydrofdi.estimation.ukf_stream import Streams, follow_unscented
+from hydrofdi.estimation.unscented_prediction import Estimated, Workspace
+from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
+from hydrofdi.indicators.recursive import State
+from hydrofdi.records import Array, RecordBatch
+from hydrofdi.settings.quantities import SI
+
+
+class UnscentedOptions(JointOptions):
+    """Options of `UkfJoint`."""
+
+    spread: Annotated[float, SI("1", above=0, most=1)] = 1.0
+    """Distance a of the sigma points from the mean, over √n standard deviations of n states [-]; 0.001 is
+    nearly an extended filter."""
+
+    @property
+    def places(self) -> NDArray[np.int64]:
+        """Places of the estimated states among ``STATES``."""
+        return np.array([place for place, name in enumerate(STATES) if name in self.estimated])
+
+
+class UkfJoint(EkfJoint):
+    """K_i, β and valve as states of the plant, moved on from sigma points."""
+
+    name = "ukf_joint"
+    version = 1
+    summary = "Internal leakage, bulk modulus and valve by a square-root unscented Kalman filter."
+    source = (
+        "van der Merwe & Wan, ICASSP (2001); leakage: Sepasi & Sassani, IJCAS 8 (2010); Liu, Proc. Inst."
+        " Mech. Eng. I 228 (2014)"
+    )
+    equation = "states and measurements of ekf_joint; mean and covariance from 2n + 1 points, P = S Sᵀ"
+    Options = UnscentedOptions
+    options: UnscentedOptions
+
+    def start(self, records: RecordBatch) -> State:
+        """Streams that have seen no sample."""
+        streams = Streams.of(records.n_record, self.options.places.size)
+        begun = {"n_seen": np.zeros(1, dtype=np.int64), "start_time": np.array([records.start_time])}
+        return begun | streams._asdict()
+
+    def follow(
+        self, state: dict[str, NDArray[Any]], n_before: int, samples: tuple[Array, Array, Array],
+        tuning: Tuning, every: int, found: tuple[Array, Array, Array],
+    ) -> None:  # fmt: skip
+        """Move the filters on in place, and fill means, variances and sums at the instants that are due."""
+        places = self.options.places
+        streams = Streams(**{name: state[name] for name in Streams._fields})
+        estimated = Estimated(places, np.sqrt(tuning.walk[places]), self.options.spread)
+        work = Workspace.of(places.size, self.options.substeps)
+        follow_unscented(streams, n_before, *samples, tuning, every, *found, estimated, work)
+
+    def first_covariance(self, state: State) -> Array:
+        """Covariance of the first record, (N_STATE, N_STATE)."""
+        covariance, places = np.zeros((N_STATE, N_STATE)), self.options.places
+        covariance[np.ix_(places, places)] = state["root"][0] @ state["root"][0].T
+        return covariance

@@ -25,6 +25,8 @@ UNKNOWNS = (
 
 N_UNKNOWN = len(UNKNOWNS)
 
+COMPRESSIBILITY = UNKNOWNS.index("compressibility")
+
 N_SHARED = 3
 """Integrals that both chambers use: of the position, of its rate, and of the root of the load pressure."""
 

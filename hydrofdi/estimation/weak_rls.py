@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.estimation.chamber_balance import N_UNKNOWN
+from hydrofdi.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
 from hydrofdi.physics.equation import equation
 
 Array = NDArray[np.float64]
@@ -39,14 +39,11 @@ class RlsState(NamedTuple):
         Windows that count, faded.
     last : ndarray, shape (n_record, n_kind, _WIDTH)
         The latest equations.
-    is_sound : ndarray, shape (n_record,)
-        1 until the estimate has diverged, then 0.
     """
 
     moments: Array
     counts: Array
     last: Array
-    is_sound: Array
 
 
 class Scratch(NamedTuple):
@@ -80,7 +77,6 @@ def new_state(n_record: int, n_memory: int, n_chamber: int) -> RlsState:
         np.zeros((n_record, n_memory, n_chamber, 2, _WIDTH, _WIDTH)),
         np.zeros((n_record, n_memory)),
         np.zeros((n_record, n_chamber, _WIDTH)),
-        np.ones(n_record),
     )
 
 
@@ -213,11 +209,35 @@ def add_prior(moments: Any, prior: Any, s: Scratch) -> None:
 
 
 @equation
+def take_noise_out(noise: float, s: Scratch) -> float:
+    """Correct the inverse for noise in the column of 1/β, and give the information that was noise alone.
+
+    Without it 1/β is estimated too small. What a column tells beside the others is never less than its prior.
+    Bias compensation: Söderström, Errors-in-Variables Methods in System Identification (2018), chapter 7.
+    """
+    own = s.inverse[COMPRESSIBILITY, COMPRESSIBILITY]
+    most = 1.0 / own - 1.0
+    taken = noise if noise < most else most
+    for i in range(N_UNKNOWN):
+        s.values[i] = s.inverse[i, COMPRESSIBILITY]
+    share = taken / (1.0 - taken * own)
+    for i in range(N_UNKNOWN):
+        for j in range(N_UNKNOWN):
+            s.inverse[i, j] += share * s.values[i] * s.values[j]
+    return taken
+
+
+@equation
 def write_estimate(
-    moments: Any, count: float, last: Any, deviations: Any, combination: Any, s: Scratch, out: Any
-) -> None:
+    moments: Any, count: float, last: Any, noise: float, modulus: float, deviations: Any, combination: Any,
+    s: Scratch, out: Any,
+) -> None:  # fmt: skip
     """The most probable unknowns, from factorised normal equations, with standard deviations."""
     invert(s.factor, s.inverse)
+    if deviations[COMPRESSIBILITY] > 0.0:
+        taken = take_noise_out(count * noise, s)
+        s.normal[COMPRESSIBILITY, COMPRESSIBILITY] -= taken
+        s.right[COMPRESSIBILITY] += taken / (modulus * deviations[COMPRESSIBILITY])
     for i in range(N_UNKNOWN):
         total = 0.0
         for j in range(N_UNKNOWN):
@@ -239,7 +259,7 @@ def write_estimate(
 @equation
 def soundness(estimate: Any, least_compressibility: float) -> float:
     """1 where all of an estimate is finite and the fluid can be compressed, else 0."""
-    sound = 1.0 if estimate[1] > least_compressibility else 0.0
+    sound = 1.0 if estimate[COMPRESSIBILITY] > least_compressibility else 0.0
     for i in range(N_ESTIMATE):
         sound *= 1.0 if abs(estimate[i]) < math.inf else 0.0
     return sound
@@ -275,15 +295,19 @@ def take_window(
 
 @equation
 def estimate(
-    state: RlsState, r: int, memory: int, prior: Any, deviations: Any, combination: Any,
-    least_compressibility: float, scratch: Scratch, out: Any,
+    state: RlsState, r: int, memory: int, prior: Any, noise: float, modulus: float, deviations: Any,
+    combination: Any, scratch: Scratch, out: Any,
 ) -> None:  # fmt: skip
-    """Write an estimate of a record, and whether it has diverged."""
+    """Write an estimate of a record; NaN where it is not sound."""
     moments = state.moments[r, memory]
     add_prior(moments, prior, scratch)
     factorise(scratch.normal, scratch.factor)
-    write_estimate(moments, state.counts[r, memory], state.last[r], deviations, combination, scratch, out)
-    state.is_sound[r] *= soundness(out, least_compressibility)
+    write_estimate(
+        moments, state.counts[r, memory], state.last[r], noise, modulus, deviations, combination, scratch, out
+    )
+    nothing = math.nan if soundness(out, -1.0 / modulus) == 0.0 else 0.0
+    for i in range(N_ESTIMATE):
+        out[i] += nothing
 
 
 @kernel
@@ -297,7 +321,8 @@ def follow_windows(
     error: float,
     decays: Array,
     combination: Array,
-    least_compressibility: float,
+    noise: Array,
+    modulus: float,
     state: RlsState,
     scratch: Scratch,
     estimates: Array,
@@ -323,13 +348,16 @@ def follow_windows(
         Weight of a window over that of the next one, for each memory.
     combination : ndarray, shape (N_UNKNOWN,)
         Factors of the unknowns in a sum whose standard deviation is wanted as well.
-    least_compressibility : float
-        Estimates of the second unknown at or below this have diverged [1/Pa].
+    noise : ndarray, shape (n_record, n_instant)
+        Information on 1/β that the noise of the pressures pretends, of a window, over that of the prior.
+    modulus : float
+        Nominal β [Pa].
     state : RlsState
         Updated in place.
     scratch : Scratch
     estimates : ndarray, shape (n_record, n_memory, n_instant, N_ESTIMATE)
-        Filled; NaN once an estimate has diverged.
+        Filled; NaN where an estimate is not finite or its β not positive. No estimate enters a later one, so
+        what was NaN for want of excitation comes back; what was NaN by a gap does not.
     """
     for r in range(estimates.shape[0]):
         n_taken = 0
@@ -344,10 +372,6 @@ def follow_windows(
             if instant < due.shape[0]:
                 for memory in range(decays.shape[0]):
                     estimate(
-                        state, r, memory, priors[r, instant], deviations, combination, least_compressibility,
-                        scratch, estimates[r, memory, instant],
+                        state, r, memory, priors[r, instant], noise[r, instant], modulus, deviations,
+                        combination, scratch, estimates[r, memory, instant],
                     )  # fmt: skip
-                if state.is_sound[r] == 0.0:
-                    for memory in range(decays.shape[0]):
-                        for k in range(N_ESTIMATE):
-                            estimates[r, memory, instant, k] = math.nan

@@ -18,7 +18,7 @@ def equations(seed, n_window, n_chamber=2):
     return columns, targets, truth
 
 
-def followed(columns, targets, due, memory=np.inf, deviations=None, counts=None, state=None):
+def followed(columns, targets, due, memory=np.inf, deviations=None, counts=None, state=None, noise=0.0):
     """Estimates (n_instant, N_ESTIMATE) after so many windows."""
     deviations = np.ones(N_UNKNOWN) if deviations is None else deviations
     counts = np.ones(columns.shape[:2]) if counts is None else counts
@@ -26,7 +26,8 @@ def followed(columns, targets, due, memory=np.inf, deviations=None, counts=None,
     out = np.zeros((1, 1, len(due), N_ESTIMATE))
     follow_windows(
         columns, targets, counts, np.array(due), np.zeros((1, len(due), N_UNKNOWN)), deviations, ERROR,
-        np.array([np.exp(-1.0 / memory)]), np.zeros(N_UNKNOWN), -np.inf, state, new_scratch(), out,
+        np.array([np.exp(-1.0 / memory)]), np.zeros(N_UNKNOWN), np.full((1, len(due)), noise), 1e-12,
+        state, new_scratch(), out,
     )  # fmt: skip
     return out[0, 0]
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS
 from hydrofdi.estimation.observability import covariance_with_prior
+from hydrofdi.estimation.sample_noise import follow_noise, new_noise
 from hydrofdi.estimation.valve_use import (
     count_windows,
     follow_means,
@@ -67,7 +68,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """K_i, β and valve that explain where the volume goes, followed along the time."""
 
     name = "weak_rls"
-    version = 1
+    version = 2
     summary = "Internal leakage, bulk modulus and valve by recursive least squares of the volume balance."
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
@@ -75,13 +76,13 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     )
     equation = (
         "flow_balance's; θ = (Σ λ^(n−k) a_k a_kᵀ/e² + D⁻²)⁻¹ (Σ λ^(n−k) a_k y_k/e² + D⁻² θ_0), λ ="
-        " exp(−hop/memory)"
+        " exp(−hop/memory); noise of the pressures is taken out of the column of 1/β"
     )
     caution = (
         "A leak in proportion to ΔP looks like the clearance of the valve: cross_port_leakage holds both."
-        " Noise of the pressures biases β upwards."
+        " Noise of the pressures that is not white biases β; with one chamber, a leak as well."
     )
-    absence = "the estimate diverged: it was not finite, or the bulk modulus not positive"
+    absence = "no estimate: the record has a gap, or its bulk modulus would not be positive"
     Options = WeakRlsOptions
 
     @property
@@ -113,6 +114,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             "unclear": new_counts(n_record),
             "means": new_means(n_record, self.options.supply_pressure),
             "sums": new_sums(n_record, n_chamber),
+            "noise_1": new_noise(n_record),
+            "noise_2": new_noise(n_record),
             **rls._asdict(),
         }
 
@@ -135,6 +138,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             weak_weights(half, frequency), n_before, known_balance(options, chunk, self._both, half),
             after["sums"],
         )  # fmt: skip
+        noise = self._noise(chunk, unclear, after)
         counts = np.zeros(columns.shape[:2])
         count_windows(unclear, n_before, half, after["unclear"], counts)
         places = instants(n_before, chunk.n_time, self.samples_per_estimate(frequency))
@@ -150,7 +154,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         found = np.zeros((chunk.n_record, len(decays), len(places), N_ESTIMATE))
         follow_windows(
             columns, targets, counts, due, priors, deviations, options.error, decays,
-            self._cross_port(), -1.0 / options.bulk_modulus,
+            self._cross_port(), noise[:, places], options.bulk_modulus,
             RlsState(*(after[name] for name in RlsState._fields)), new_scratch(), found,
         )  # fmt: skip
         values = self._named(found[:, 0], reference[:, places])
@@ -216,6 +220,17 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         every_sample = np.zeros(shape, dtype=np.bool_)
         follow_means(total, every_sample, n_before, options.half_window, gain, means, supply)
         return supply, np.full(shape, options.supply_pressure)
+
+    def _noise(self, chunk: RecordBatch, unclear: NDArray[np.bool_], after: dict[str, Array]) -> Array:
+        """Information on 1/β that noise of the pressures pretends, of a window, over that of the prior."""
+        options, total = self.options, np.zeros(unclear.shape)
+        rate = weak_weights(options.half_window, chunk.sampling_frequency)[:, 1]
+        variance = np.zeros(unclear.shape)
+        for channel, volume, state in zip((P1, P2), options.volumes, ("noise_1", "noise_2"), strict=True):
+            if channel in self.channels:
+                follow_noise(np.ascontiguousarray(chunk[channel]), unclear, after[state], variance)
+                total += volume**2 * float(np.sum(rate**2)) * variance
+        return total * (options.bulk_modulus_deviation / options.bulk_modulus / options.error) ** 2
 
     def _decays(self, records: RecordBatch) -> Array:
         """Of the trace and of whole records, or of both at once."""

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.estimation.nominal_valve import N_SIGNAL, P1, P2, POSITION, SPOOL, SUPPLY, Cylinder
+from hydrofdi.estimation.observers.nominal_valve import N_SIGNAL, P1, P2, POSITION, SPOOL, SUPPLY, Cylinder
 from hydrofdi.estimation.valve_use import follow_means, mark_unclear, new_gate, new_means
 from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.indicators.recursive import RecursiveOptions, State
@@ -77,7 +77,7 @@ def follow_signals(
     -------
     state : dict of str to ndarray
     signals : ndarray, shape (5, n_record, n_time)
-        In SI, in the order of `hydrofdi.estimation.nominal_valve`.
+        In SI, in the order of `hydrofdi.estimation.observers.nominal_valve`.
     unclear : ndarray of bool, shape (n_record, n_time)
     """
     after = {name: array.copy() for name, array in state.items()}

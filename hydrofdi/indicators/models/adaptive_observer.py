@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator
 
-from hydrofdi.estimation import adaptive_observer as observer
+from hydrofdi.estimation.observers import adaptive_observer as observer
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.nominal_signals import ObserverOptions, follow_signals, start_of_signals

@@ -24,7 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.estimation.nominal_valve import P1, P2, POSITION, SPOOL, SUPPLY, Cylinder, nominal_flows
+from hydrofdi.estimation.observers.nominal_valve import (
+    P1,
+    P2,
+    POSITION,
+    SPOOL,
+    SUPPLY,
+    Cylinder,
+    nominal_flows,
+)
 from hydrofdi.physics.signed_root import signed_root
 
 ERROR_1, ERROR_2, COEFFICIENT, COMPRESSIBILITY = range(4)

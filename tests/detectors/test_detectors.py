@@ -81,8 +81,10 @@ def kind_of(name):
     return made
 
 
-@pytest.mark.parametrize("chart", [None, *chart_names()])
-@pytest.mark.parametrize("name", ["smoothed", *RECURSIVE])
+@pytest.mark.parametrize(
+    ("name", "chart"),
+    [("smoothed", chart) for chart in (None, *chart_names())] + [(name, "cusum") for name in RECURSIVE],
+)
 def test_a_stream_has_the_scores_of_the_record_to_the_bit(name, chart):
     indicator = Smoothed() if name == "smoothed" else kind_of(name)
     records = pressures(1, 8) if name == "smoothed" else all_channels(6)

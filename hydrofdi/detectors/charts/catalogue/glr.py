@@ -33,8 +33,8 @@ class Glr(Chart[GlrOptions]):
 
     @property
     def n_memory(self) -> int:
-        """How many scores there are, where the next one goes, and the scores."""
-        return 2 + self.options.window
+        """The newest scores; zeros where there are fewer, which change no largest ratio."""
+        return self.options.window
 
     def advance(
         self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
@@ -45,25 +45,22 @@ class Glr(Chart[GlrOptions]):
 
 @kernel
 def _glr(scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool) -> None:
-    window = memory.shape[1] - 2
     for stream in range(scores.shape[0]):
-        count, place = int(memory[stream, 0]), int(memory[stream, 1])
         for instant in range(scores.shape[1]):
             score = scores[stream, instant]
             if score != score:
                 statistic[stream, instant] = score
                 continue
-            memory[stream, 2 + place] = score
-            count = count + 1 if count < window else window
-            total, largest, back = 0.0, 0.0, place
-            for length in range(1, count + 1):
-                total += memory[stream, 2 + back]
-                counted = total if is_two_sided or total > 0.0 else 0.0
-                ratio = counted * counted / (2.0 * length)
+            total, largest = 0.0, 0.0
+            for length in range(1, memory.shape[1] + 1):
+                earlier = memory[stream, length - 1]
+                memory[stream, length - 1] = score
+                total += score
+                size = abs(total)
+                ratio = size * (size if is_two_sided else total) / (2.0 * length)
                 largest = ratio if ratio > largest else largest
-                back = back - 1 if back else window - 1
-            place = place + 1 if place + 1 < window else 0
+                score = earlier
             statistic[stream, instant] = largest
             if largest >= limit:
-                count = 0
-        memory[stream, 0], memory[stream, 1] = count, place
+                for place in range(memory.shape[1]):
+                    memory[stream, place] = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -33,8 +34,8 @@ class MovingWindow(Chart[MovingWindowOptions]):
 
     @property
     def n_memory(self) -> int:
-        """How many scores there are, where the next one goes, and the scores."""
-        return 2 + self.options.window
+        """How many scores there are, and the newest ones."""
+        return 1 + self.options.window
 
     def advance(
         self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
@@ -48,26 +49,26 @@ class MovingWindow(Chart[MovingWindowOptions]):
 def _moving_window(
     scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool, is_mean: bool
 ) -> None:
-    window = memory.shape[1] - 2
+    window = memory.shape[1] - 1
     for stream in range(scores.shape[0]):
-        count, place = int(memory[stream, 0]), int(memory[stream, 1])
         for instant in range(scores.shape[1]):
             score = scores[stream, instant]
-            statistic[stream, instant] = float("nan")
+            statistic[stream, instant] = math.nan
             if score != score:
                 continue
-            memory[stream, 2 + place] = -score if score < 0.0 and is_two_sided and not is_mean else score
-            count = count + 1 if count < window else window
-            place = place + 1 if place + 1 < window else 0
-            if count < window:
-                continue
-            total, largest = 0.0, memory[stream, 2]
-            for newest in range(window):
-                kept = memory[stream, 2 + newest]
+            size = -score if score < 0.0 and is_two_sided else score
+            kept = score if is_mean else size
+            total, largest = 0.0, kept
+            for place in range(1, window + 1):
+                earlier = memory[stream, place]
+                memory[stream, place] = kept
                 total += kept
                 largest = kept if kept > largest else largest
+                kept = earlier
+            memory[stream, 0] += 1.0
+            if memory[stream, 0] < window:
+                continue
             mean = -total / window if total < 0.0 and is_two_sided else total / window
             statistic[stream, instant] = mean if is_mean else largest
             if statistic[stream, instant] >= limit:
-                count = 0
-        memory[stream, 0], memory[stream, 1] = count, place
+                memory[stream, 0] = 0.0

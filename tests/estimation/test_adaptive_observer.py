@@ -13,7 +13,7 @@ from hydrofdi.estimation.observers.adaptive_observer import (
     Law,
     adapt,
 )
-from hydrofdi.estimation.observers.nominal_valve import POSITION, SPOOL
+from hydrofdi.estimation.observers.nominal_valve import P1, POSITION, SPOOL
 
 COEFFICIENT_TRUE, MODULUS_TRUE, MODULUS_NOMINAL = 5e-9, 689e6, 551e6
 FREQUENCY, INJECTION = 4000.0, 200.0
@@ -102,3 +102,11 @@ def test_what_is_not_physical_ends_the_estimates(excited):
     assert np.isnan(states[first:, COEFFICIENT]).all()
     assert np.isnan(states[first:, COMPRESSIBILITY]).all()
     assert np.abs(states[:first, COEFFICIENT]).max() <= 1e-9
+
+
+def test_a_missing_sample_ends_the_estimates_even_where_nothing_is_learned(excited):
+    signals, unclear = excited[:, :, :100].copy(), np.ones((1, 100), dtype=bool)
+    signals[P1, 0, 60] = np.nan
+    state, estimates = np.full((1, N_STATE), 1.0 / MODULUS_NOMINAL), np.empty((2, 1, 100))
+    adapt(signals, unclear, CYLINDER, law(), 0, 1, state, estimates)
+    np.testing.assert_array_equal(np.isnan(estimates[:, 0]), np.tile(np.arange(100) >= 60, (2, 1)))

@@ -21,7 +21,7 @@ PER_MINUTE = 1e6 / 60.0
 
 
 class Moving(NamedTuple):
-    """What moves within a sample: P_1 and P_2 [MPa], x_p [mm], v_p [mm/s]."""
+    """What moves within a sample: P_1 and P_2 as their sensors show them [MPa], x_p [mm], v_p [mm/s]."""
 
     pressure_1: float
     pressure_2: float
@@ -46,6 +46,8 @@ class Held(NamedTuple):
         Spool position at which the valve is closed, and its lap [µm].
     clearance : float
         Conductance of the clearance over each edge [mm³/(s·MPa)].
+    bias_1, bias_2 : float
+        What the sensors of P_1 and P_2 show too much [MPa].
     """
 
     resistance: float
@@ -56,6 +58,8 @@ class Held(NamedTuple):
     offset: float
     lap: float
     clearance: float
+    bias_1: float
+    bias_2: float
 
 
 STATES = Moving._fields + Held._fields
@@ -119,6 +123,8 @@ class Actual(NamedTuple):
     clearance: float
     leakage_coefficient: float
     resistance: float
+    bias_1: float
+    bias_2: float
 
 
 @equation
@@ -133,14 +139,21 @@ def actual(held: Held, supply: float, plant: Plant) -> Actual:
         held.clearance,
         held.leakage * PER_MINUTE / np.sqrt(plant.reference_pressure),
         held.resistance,
+        held.bias_1,
+        held.bias_2,
     )
 
 
 @equation
-def valve_flows(moving: Moving, spool: float, a: Actual, plant: Plant) -> tuple[float, float]:
-    """q_1 into chamber 1 and q_2 out of chamber 2 [mm³/s] at a spool position [mm]."""
-    x, p_1, p_2 = spool - a.offset, moving.pressure_1, moving.pressure_2
-    w, gain = plant.area_gradient, a.flow_gain
+def true_pressures(moving: Moving, a: Actual) -> tuple[float, float]:
+    """P_1 and P_2 without what their sensors show too much [MPa]."""
+    return moving.pressure_1 - a.bias_1, moving.pressure_2 - a.bias_2
+
+
+@equation
+def valve_flows(p_1: float, p_2: float, spool: float, a: Actual, plant: Plant) -> tuple[float, float]:
+    """q_1 into chamber 1 and q_2 out of chamber 2 [mm³/s] from pressures [MPa] and spool position [mm]."""
+    x, w, gain = spool - a.offset, plant.area_gradient, a.flow_gain
     feed_1 = edge_flow(x, a.supply - p_1, gain, w, a.lap, a.clearance)
     drain_1 = edge_flow(-x, p_1 - plant.ret, gain, w, a.lap, a.clearance)
     feed_2 = edge_flow(-x, a.supply - p_2, gain, w, a.lap, a.clearance)
@@ -151,8 +164,9 @@ def valve_flows(moving: Moving, spool: float, a: Actual, plant: Plant) -> tuple[
 @equation
 def rates(moving: Moving, spool: float, a: Actual, plant: Plant) -> Moving:
     """Rates of the moving states, per second. Equations (2), (5) to (8), (11) and (12)."""
-    q_1, q_2 = valve_flows(moving, spool, a, plant)
-    leak = internal_leakage_flow(moving.pressure_1 - moving.pressure_2, a.leakage_coefficient)
+    p_1, p_2 = true_pressures(moving, a)
+    q_1, q_2 = valve_flows(p_1, p_2, spool, a, plant)
+    leak = internal_leakage_flow(p_1 - p_2, a.leakage_coefficient)
     x, v, beta = moving.position, moving.velocity, a.bulk_modulus
     net_1, net_2 = q_1 - leak - plant.area_1 * v, leak - q_2 + plant.area_2 * v
     rate_1, _ = chamber_pressure_rates(x, net_1, net_2, beta, plant.volume_1, plant.area_1)
@@ -164,8 +178,8 @@ def rates(moving: Moving, spool: float, a: Actual, plant: Plant) -> Moving:
         )
     acceleration = piston_acceleration(
         x,
-        moving.pressure_1,
-        moving.pressure_2 * (plant.area_2 / plant.area_1),
+        p_1,
+        p_2 * (plant.area_2 / plant.area_1),
         resistance,
         plant.mass,
         plant.area_1,

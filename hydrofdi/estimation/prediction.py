@@ -40,7 +40,9 @@ def moving_of(state: Array) -> Moving:
 @equation
 def held_of(state: Array) -> Held:
     """The held states of a vector."""
-    return Held(state[4], state[5], state[6], state[7], state[8], state[9], state[10], state[11])
+    return Held(
+        state[4], state[5], state[6], state[7], state[8], state[9], state[10], state[11], state[12], state[13]
+    )
 
 
 @equation
@@ -151,6 +153,12 @@ def drive(tangent: Array, s: Slopes, plant: Plant, result: Array) -> None:
     result[1, 10] += two.lap
     result[0, 11] += one.clearance
     result[1, 11] += two.clearance
+    result[0, 12] -= one.pressure_1
+    result[1, 12] -= two.pressure_1
+    result[3, 12] -= by_mass * plant.area_1
+    result[0, 13] -= one.pressure_2
+    result[1, 13] -= two.pressure_2
+    result[3, 13] += by_mass * plant.area_2
 
 
 @kernel

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.estimation.plant import PER_MINUTE, Actual, Moving, Plant, rates
+from hydrofdi.estimation.plant import PER_MINUTE, Actual, Moving, Plant, rates, true_pressures
 from hydrofdi.physics.equation import equation
 from hydrofdi.physics.friction.stribeck import decaying_exponential, stribeck_force
 from hydrofdi.physics.signed_root import signed_root
@@ -61,7 +61,7 @@ def edge_slopes(x: float, drop: float, a: Actual, plant: Plant) -> EdgeSlopes:
 @equation
 def slopes(moving: Moving, spool: float, a: Actual, plant: Plant) -> Slopes:
     """Slopes of `rates`."""
-    x, p_1, p_2 = spool - a.offset, moving.pressure_1, moving.pressure_2
+    x, (p_1, p_2) = spool - a.offset, true_pressures(moving, a)
     to_1, from_1, to_2, from_2 = a.supply - p_1, p_1 - plant.ret, a.supply - p_2, p_2 - plant.ret
     feed_1, drain_1 = edge_slopes(x, to_1, a, plant), edge_slopes(-x, from_1, a, plant)
     feed_2, drain_2 = edge_slopes(-x, to_2, a, plant), edge_slopes(x, from_2, a, plant)

@@ -13,7 +13,9 @@ from hydrofdi.indicators.recursive import RecursiveOptions
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 
-Parameter = Literal["leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance"]
+Parameter = Literal[
+    "leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance", "bias_1", "bias_2"
+]
 
 MOTION = frozenset({"pressure_1", "pressure_2", "position", "velocity", "resistance"})
 """States that every filter has."""
@@ -24,7 +26,7 @@ LITRE_PER_MINUTE = 1e-9 * PER_MINUTE
 LARGEST = {
     "pressure_1": 100.0, "pressure_2": 100.0, "position": 1e4, "velocity": 1e5, "resistance": 1e6,
     "leakage": 100.0, "bulk_modulus": 3.0, "supply": 1.0, "flow_gain": 0.9, "offset": 100.0, "lap": 100.0,
-    "clearance": 1e4,
+    "clearance": 1e4, "bias_1": 10.0, "bias_2": 10.0,
 }  # fmt: skip
 """Size of each state beyond which an estimate is no actuator's, in the units of estimators."""
 
@@ -33,11 +35,12 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     """What a Kalman filter of the nominal plant takes as known; a walk is what a second adds to a state."""
 
     states: tuple[Parameter, ...] = (
-        "leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance",
+        "leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance", "bias_1", "bias_2",
     )  # fmt: skip
     """Parameters that are estimated beside both pressures, position, velocity and friction; the others are
     nominal. ``[leakage]`` makes six states, with ``bulk_modulus`` seven, with ``supply`` and ``flow_gain``
-    nine, with ``offset`` and ``lap`` eleven, with ``clearance`` twelve."""
+    nine, with ``offset`` and ``lap`` eleven, with ``clearance`` twelve,
+    with ``bias_1`` and ``bias_2``, the constant errors of the pressure sensors, fourteen."""
 
     leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 0.3 * LITRE_PER_MINUTE
     """Standard deviation of the leakage at the reference pressure beforehand, about zero [m³/s]."""
@@ -48,8 +51,9 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     velocity_deviation: Annotated[float, SI("m/s", above=0)] = 50e-3
     """Standard deviation of the velocity beforehand, about rest [m/s]."""
 
-    pressure_walk: Annotated[float, SI("Pa", least=0)] = 22e3
-    """Walk of each pressure beside what the plant says [Pa]; 1 kPa in 2 ms."""
+    pressure_walk: Annotated[float, SI("Pa", least=0)] = 45e3
+    """Walk of each pressure beside what the plant says [Pa]; 2 kPa in 2 ms. Less trusts the plant more than
+    it deserves where machines differ, more blurs the leakage."""
 
     velocity_walk: Annotated[float, SI("m/s", least=0)] = 11e-3
     """Walk of the velocity beside what the plant says [m/s]; 0.5 mm/s in 2 ms."""
@@ -57,8 +61,8 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     friction_walk: Annotated[float, SI("N", least=0)] = 4.5e3
     """Walk of friction and load [N]; 200 N in 2 ms. They turn with the motion at once."""
 
-    leakage_walk: Annotated[float, SI("m^3/s", least=0)] = 2.2e-3 * LITRE_PER_MINUTE
-    """Walk of the leakage [m³/s]; 1e-4 L/min in 2 ms. More follows a leak that sets in sooner, and is less
+    leakage_walk: Annotated[float, SI("m^3/s", least=0)] = 2.2e-4 * LITRE_PER_MINUTE
+    """Walk of the leakage [m³/s]; 1e-5 L/min in 2 ms. More follows a leak that sets in sooner, and is less
     sharp."""
 
     bulk_modulus_walk: Annotated[float, SI("1", least=0)] = 4.5e-4
@@ -70,17 +74,19 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     flow_gain_walk: Annotated[float, SI("1", least=0)] = 4.5e-5
     """Walk of the flow gain over its nominal value [-]; 2e-6 in 2 ms."""
 
-    offset_walk: Annotated[float, SI("m", least=0)] = 0.22e-6
-    """Walk of the spool position at which the valve is closed [m]; 0.01 µm in 2 ms."""
+    offset_walk: Annotated[float, SI("m", least=0)] = 0.22e-9
+    """Walk of the spool position at which the valve is closed [m]; 0.01 nm in 2 ms."""
 
-    lap_walk: Annotated[float, SI("m", least=0)] = 0.22e-6
-    """Walk of the lap [m]; 0.01 µm in 2 ms."""
+    lap_walk: Annotated[float, SI("m", least=0)] = 0.22e-9
+    """Walk of the lap [m]; 0.01 nm in 2 ms."""
 
     clearance_walk: Annotated[float, SI("m^3/(s*Pa)", least=0)] = 0.0
     """Walk of the conductance of the clearance [m³/(s·Pa)]."""
 
-    pressure_noise: Annotated[float, SI("Pa", above=0)] = 5.3e3
-    """Standard deviation of the noise of each pressure sensor [Pa]; 5 kPa and the levels of 12 bits."""
+    pressure_noise: Annotated[float, SI("Pa", above=0)] = 15e3
+    """Standard deviation of the noise of each pressure sensor as the filter has it [Pa]. It is three times
+    that of usual sensors on purpose: a filter that follows the noise finds β too low (Ljung, IEEE Trans.
+    Automatic Control 24 (1979), why estimates of parameters by this filter are biased)."""
 
     position_noise: Annotated[float, SI("m", above=0)] = 10e-6
     """Standard deviation of the noise of the position sensor [m]."""
@@ -121,6 +127,8 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
             offset=1e6 * self.offset_deviation,
             lap=1e6 * self.lap_deviation,
             clearance=1e15 * self.clearance_deviation,
+            bias_1=1e-6 * self.pressure_bias,
+            bias_2=1e-6 * self.pressure_bias,
         )
 
     def walk_variances(self, sampling_frequency: float) -> Array:

@@ -26,7 +26,7 @@ def smooth_states(n, plant):
     states[:, 5], states[:, 6] = draw.uniform(0.0, 1.0, n), draw.normal(0.0, 0.2, n)
     states[:, 7:9] = draw.normal(0.0, 0.03, (n, 2))
     states[:, 9:11] = draw.normal(0.0, 0.6, (n, 2))
-    states[:, 11] = draw.uniform(0.0, 30.0, n)
+    states[:, 11], states[:, 12:] = draw.uniform(0.0, 30.0, n), draw.normal(0.0, 0.05, (n, 2))
     opening = np.copysign(draw.uniform(0.01, 0.04, n), states[:, 3])
     return states, opening[:, None] + np.linspace(0.0, 1e-3, 9)
 

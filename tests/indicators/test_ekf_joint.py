@@ -1,60 +1,170 @@
-"""The extended Kalman filter with the leakage among its states."""
+"""The extended Kalman filters on simulated runs: with the leakage among the states, and without."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from estimation.plants import simulated
+from estimation.plants import PER_LITRE_PER_MINUTE, simulated
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import make_indicators
 from hydrofdi.records import Channel
-from indicators.signals import P1, P2, U, batch
+from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
 
 X, XV, PS = Channel.PISTON_POSITION, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
 LEAKS = (0.0, 0.1, 0.5)
-BEHIND = {"transient": 1.0}
+LITRE_PER_MINUTE = 1e-3 / 60.0
+CLOSED_LOOP = ("control.law=pi", "input.shape=steps", "input.period=1 s")
 
 
-def noisy(signals, seed=0, noise=1.0):
+def noisy(signals, rows, seed=0):
     """Runs with noise of the pressures and the position."""
     draw = np.random.default_rng(seed)
-    shape = signals.piston_position.shape
+    shape = (len(rows), signals.piston_position.shape[1])
     return batch(
         {
-            P1: signals.chamber_1_pressure + noise * 5.3e3 * draw.normal(size=shape),
-            P2: signals.chamber_2_pressure + noise * 5.3e3 * draw.normal(size=shape),
-            X: signals.piston_position + noise * 1e-5 * draw.normal(size=shape),
-            XV: signals.spool_position,
-            U: signals.input_voltage,
+            P1: signals.chamber_1_pressure[rows] + 5.3e3 * draw.normal(size=shape),
+            P2: signals.chamber_2_pressure[rows] + 5.3e3 * draw.normal(size=shape),
+            X: signals.piston_position[rows] + 1e-5 * draw.normal(size=shape),
+            XV: signals.spool_position[rows],
+            U: signals.input_voltage[rows],
         }
     )
 
 
 @pytest.fixture(scope="module")
-def runs():
-    """Nominal runs of 4 s with three leaks."""
-    return noisy(simulated(["record.duration=4 s"], LEAKS))
+def open_loop():
+    return simulated(["record.duration=6 s", "fluid.bulk_modulus=620 MPa"], LEAKS)
 
 
-@settings(max_examples=15, deadline=None)
-@given(st.lists(st.integers(1, 900), min_size=1, max_size=8), st.sampled_from(["command", "measured"]))
-def test_a_stream_gives_the_estimates_of_the_record_to_the_bit(runs, lengths, spool):
-    ekf = EkfJoint(JointOptions(spool=spool))
+@pytest.fixture(scope="module")
+def closed_loop():
+    return simulated(["record.duration=6 s", *CLOSED_LOOP], LEAKS)
+
+
+@pytest.fixture(scope="module")
+def runs(open_loop):
+    return noisy(open_loop, [0, 1, 2])
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    st.lists(st.integers(0, 3000), max_size=6),
+    st.sampled_from([("ekf_joint", "command"), ("ekf_joint", "measured"), ("ekf_innovation", "command")]),
+)
+def test_a_stream_of_a_moving_actuator_gives_the_estimates_of_the_record(runs, places, kind):
+    (ekf,) = make_indicators({kind[0]: {"spool": kind[1]}}).values()
     whole = ekf.trace(runs)
-    state, parts, first = ekf.start(runs), [], 0
-    for length in [*lengths, runs.n_time]:
-        chunk = replace(runs.window(first, first + length), start_time=first / runs.sampling_frequency)
-        before = {name: array.copy() for name, array in state.items()}
-        later, trace = ekf.step(state, chunk)
-        for name, array in before.items():
-            np.testing.assert_array_equal(state[name], array)
-        state, first = later, first + chunk.n_time
-        parts.append(trace)
-        if first >= runs.n_time:
-            break
-    np.testing.assert_allclose(np.concatenate([part.time for part in parts]), whole.time, rtol=1e-12)
+    state, parts = ekf.start(runs), []
+    for first, stop in itertools.pairwise([0, *sorted(places), runs.n_time]):
+        state, part = ekf.step(state, runs.window(first, stop))
+        parts.append(part)
     for name, values in whole.values.items():
+        assert np.isfinite(values[:, 1:]).all()
         joined = np.concatenate([part.values[name] for part in parts], axis=1)
         np.testing.assert_array_equal(joined, values, err_msg=name)
+
+
+@pytest.mark.parametrize("name", ["ekf_joint", "ekf_innovation"])
+def test_a_moving_record_stands_alone(runs, name):
+    assert_rows_stand_alone(runs, name)
+
+
+@pytest.mark.parametrize("motion", ["open_loop", "closed_loop"])
+@pytest.mark.parametrize("leak", [0, 1, 2])
+def test_the_leakage_of_matched_runs_is_within_its_stated_deviation(request, motion, leak):
+    records = noisy(request.getfixturevalue(motion), [leak] * 24, seed=leak)
+    values, _ = measured(records, "ekf_joint")
+    modulus = 620e6 if motion == "open_loop" else 551e6
+    error = values["internal_coefficient"] - PER_LITRE_PER_MINUTE * LEAKS[leak]
+    stated = values["internal_coefficient_error"]
+    assert abs(error.mean()) < 0.5 * stated.mean()
+    assert (np.abs(error) < 1.96 * stated).mean() > 0.9
+    assert stated.max() < 0.006 * PER_LITRE_PER_MINUTE
+    np.testing.assert_allclose(values["bulk_modulus"].mean(), modulus, rtol=0.015)
+    flow = np.sqrt(8e6) * values["internal_coefficient"]
+    np.testing.assert_allclose(values["leakage"], flow, rtol=1e-12)
+
+
+def test_a_plant_that_is_not_nominal_is_found_and_hides_no_leak():
+    leaks = [0.0, 0.05]
+    signals = simulated(
+        [
+            "record.duration=8 s", "valve.lap=0.8 um", "valve.flow_gain=0.0298 m^1.5/kg^0.5",
+            "supply.pressure=16.6 MPa", "fluid.bulk_modulus=689 MPa",
+        ],
+        leaks,
+    )  # fmt: skip
+    records = noisy(signals, [0, 1])
+    shifted = replace(records, channels={**records.channels, P1: records[P1] + 30e3})
+    values, _ = measured(shifted, "ekf_joint")
+    np.testing.assert_allclose(values["leakage"] / LITRE_PER_MINUTE, leaks, atol=0.012)
+    np.testing.assert_allclose(values["bulk_modulus"], 689e6, rtol=0.02)
+    np.testing.assert_allclose(values["supply_pressure"], 16.6e6, rtol=3e-3)
+    alone, _ = measured(shifted, "ekf_joint", states=["leakage"])
+    assert (np.abs(alone["leakage"] / LITRE_PER_MINUTE - leaks) > 0.02).any()
+
+
+def test_a_measured_supply_pressure_is_taken_where_it_is(runs):
+    with_supply = replace(runs, channels={**runs.channels, PS: np.full_like(runs[P1], 17.2e6)})
+    values, _ = measured(with_supply, "ekf_joint", supply_pressure="14 MPa")
+    np.testing.assert_allclose(values["supply_pressure"], 17.2e6, rtol=2e-3)
+    states = ["leakage", "bulk_modulus"]
+    one, _ = measured(with_supply, "ekf_joint", supply_pressure="14 MPa", states=states)
+    np.testing.assert_allclose(one["leakage"] / LITRE_PER_MINUTE, LEAKS, atol=0.02)
+
+
+@pytest.mark.parametrize("name", ["ekf_joint", "ekf_innovation"])
+def test_a_filter_that_diverged_gives_nothing_from_then_on_and_says_so(runs, name):
+    (ekf,) = make_indicators([name]).values()
+    for absurd in (np.nan, 1e12):
+        broken = {channel: samples.copy() for channel, samples in runs.channels.items()}
+        broken[P2][1, 1525] = absurd
+        trace = ekf.trace(replace(runs, channels=broken))
+        for key, values in trace.values.items():
+            assert np.isfinite(values[1, :30]).all(), key
+            assert np.isnan(values[1, 30:]).all(), key
+            assert np.isfinite(values[[0, 2]]).all(), key
+        values, reasons = measured(replace(runs, channels=broken), name)
+        assert np.isnan(values["leakage"]).tolist() == [False, True, False]
+        assert reasons == (None, "the filter diverged, or a sample is no number", None)
+
+
+@pytest.mark.parametrize("motion", [(), CLOSED_LOOP])
+def test_covariances_stay_symmetric_and_positive(motion):
+    records = noisy(simulated(["record.duration=60 s", *motion], [0.1]), [0])
+    (ekf,) = make_indicators(["ekf_joint"]).values()
+    state = ekf.start(records)
+    for first in range(0, records.n_time, 3000):
+        state, _ = ekf.step(state, records.window(first, first + 3000))
+        (matrix,) = state["covariance"]
+        np.testing.assert_array_equal(matrix, matrix.T)
+        scale = np.sqrt(np.diag(matrix))
+        assert np.linalg.eigvalsh(matrix / np.outer(scale, scale)).min() > 0.0
+
+
+def test_the_healthy_filter_tells_a_leak_by_its_signature(open_loop):
+    values, _ = measured(noisy(open_loop, [0, 1, 2]), "ekf_innovation", bulk_modulus="620 MPa")
+    leakage = values["leakage"] / LITRE_PER_MINUTE
+    np.testing.assert_allclose(leakage, LEAKS, rtol=0.15, atol=2e-3)
+    assert (np.diff(values["nis"]) > 0.0).all()
+    assert 0.3 < values["nis"][0] < 1.2
+    assert 5e3 < values["residual"][0] < 30e3
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("ekf_joint", {"states": ["bulk_modulus"]}, "do not hold leakage"),
+        ("ekf_joint", {"states": ["leakage", "leakage"]}, "named twice"),
+        ("ekf_innovation", {"states": ["leakage"]}, "see ekf_joint"),
+        ("ekf_joint", {"coulomb_friction": "300 N"}, "less than coulomb_friction"),
+        ("ekf_joint", {"supply": "sum"}, "nominal"),
+    ],
+)
+def test_options_that_contradict_each_other_are_refused(name, options, words):
+    with pytest.raises(ConfigError, match=words):
+        make_indicators({name: options})

@@ -41,8 +41,8 @@ class EkfJoint(ExtendedKalman[JointOptions]):
         " actuator, Runge-Kutta and its exact derivative; corrected by P_1, P_2 and x_p"
     )
     caution = (
-        "Stated deviations hold for the nominal plant with noise; what the plant lacks (a friction or a"
-        " sensor error of another kind) is not in them."
+        "β comes out up to 1 % low; its stated deviation holds neither that nor a chamber volume other than"
+        " nominal. That of the leakage is wide on the nominal plant, about right on machines that differ."
     )
     Options = JointOptions
 
@@ -59,7 +59,7 @@ class EkfJoint(ExtendedKalman[JointOptions]):
             ),
             Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
             *(output for name, outputs in _BESIDE.items() if name in chosen for output in outputs),
-            Output.quality("nis", "1", "mean normalised innovation squared, 1 for a filter that fits"),
+            Output.quality("nis", "1", "mean normalised innovation squared, 1 where the noise is as stated"),
         )  # fmt: skip
 
     def read(self, found: Estimates) -> Mapping[str, Array]:

@@ -1,0 +1,90 @@
+"""Internal leakage by the innovations of an extended Kalman filter that knows of none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import numpy as np
+from pydantic import model_validator
+
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.extended_kalman import Estimates, ExtendedKalman
+from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, KalmanOptions, Parameter
+from hydrofdi.indicators.recursive import Trace
+from hydrofdi.records import Array
+from hydrofdi.settings.quantities import SI
+
+
+class InnovationOptions(KalmanOptions):
+    """Options of a filter of the healthy plant."""
+
+    states: tuple[Parameter, ...] = ()
+    """Parameters that are estimated beside both pressures, position, velocity and friction, such as
+    ``supply``; the others are nominal."""
+
+    pressure_noise: Annotated[float, SI("Pa", above=0)] = 5.3e3
+    """Standard deviation of the noise of each pressure sensor [Pa]; 5 kPa and the levels of 12 bits."""
+
+    @model_validator(mode="after")
+    def _leakage_is_not_estimated(self) -> InnovationOptions:
+        if "leakage" in self.states:
+            raise ValueError("a filter that estimates leakage has no innovations of it; see ekf_joint")
+        return self
+
+
+class EkfInnovation(ExtendedKalman[InnovationOptions]):
+    """How a record departs from what the healthy plant would have shown, and whether as a leak would."""
+
+    name = "ekf_innovation"
+    version = 1
+    summary = "Innovations of an extended Kalman filter of the healthy actuator, and the leak in them."
+    source = (
+        "An & Sepehri, Proc. American Control Conference (2003) and Int. J. Fluid Power 6(2) (2005);"
+        " signature of a fault: Friedland, IEEE Trans. Automatic Control 14 (1969), and Willsky & Jones,"
+        " ibid. 21 (1976)"
+    )
+    equation = (
+        "leakage = Σ d ν/s / Σ d²/s over the innovations ν with variance s, d the innovation that a leak of"
+        " one unit from the start on would add; nis = mean ν²/s"
+    )
+    caution = (
+        "Innovations answer to every departure from the data sheet, such as friction, supply pressure and"
+        " flow gain, before they answer to a leak."
+    )
+    Options = InnovationOptions
+
+    @property
+    def estimates(self) -> tuple[Output, ...]:
+        """The leakage by its signature first, then the size of the innovations."""
+        at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
+        return (
+            Output("leakage", "m^3/s", f"leakage flow whose signature fits {at}", direction=rising),
+            Output.quality("leakage_error", "m^3/s", "standard deviation of that flow"),
+            Output("nis", "1", "mean normalised innovation squared", direction=rising),
+            Output("residual", "Pa", "root mean square innovation of the pressures", direction=rising),
+        )
+
+    def read(self, found: Estimates) -> Mapping[str, Array]:
+        """In SI; an interval in which nothing shows a leak has an infinite error."""
+        squares, pressures, fits, weights = np.moveaxis(found.sums, 2, 0)
+        shows = weights > 0.0
+        safe = np.where(shows, weights, 1.0)
+        return {
+            "leakage": LITRE_PER_MINUTE * np.where(shows, fits / safe, 0.0),
+            "leakage_error": LITRE_PER_MINUTE * np.where(shows, 1.0 / np.sqrt(safe), np.inf),
+            "nis": squares / (3 * found.n_sample),
+            "residual": 1e6 * np.sqrt(pressures / (2 * found.n_sample)),
+        }
+
+    def of_record(self, trace: Trace) -> Mapping[str, Array]:
+        """Means of the innovations, and the leakage that fits them all."""
+        weights = 1.0 / trace.values["leakage_error"] ** 2
+        total = np.sum(weights, axis=1)
+        return {
+            "leakage": np.sum(weights * trace.values["leakage"], axis=1) / total,
+            "leakage_error": np.where(total > 0.0, 1.0 / np.sqrt(total), np.nan),
+            "nis": np.mean(trace.values["nis"], axis=1),
+            "residual": np.sqrt(np.mean(trace.values["residual"] ** 2, axis=1)),
+        }

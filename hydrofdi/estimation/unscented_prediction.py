@@ -97,4 +97,5 @@ def held_at(points: Array, k: int) -> Held:
     return Held(
         points[4, k], points[5, k], points[6, k], points[7, k],
         points[8, k], points[9, k], points[10, k], points[11, k],
+        points[12, k], points[13, k],
     )  # fmt: skip

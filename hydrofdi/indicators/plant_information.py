@@ -24,6 +24,8 @@ _IN_WORDS = {
     "offset": ("valve null", "m", 1e-6),
     "lap": ("lap", "m", 1e-6),
     "clearance": ("clearance", "m^3/(s*Pa)", 1e-15),
+    "bias_1": ("bias of P1", "Pa", 1e6),
+    "bias_2": ("bias of P2", "Pa", 1e6),
 }
 """State → its name and unit where a person reads what records tell of it, and its unit here in that one."""
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from hydrofdi.estimation import ekf
+from hydrofdi.estimation.plant import N_MOVING
 from hydrofdi.estimation.square_root import find_gain, shrink
 from hydrofdi.estimation.unscented import gather_points, place_points
 
@@ -30,6 +32,28 @@ class UnscentedFilter:
             variance = find_gain(self.root, k, deviation**2, self.gain)
             self.mean += self.gain * (value - self.mean[k])
             shrink(self.root, k, deviation**2 / variance, self.gain)
+
+
+class ExtendedFilter:
+    """The filter of a plant whose held states walk, with a transition that is given."""
+
+    def __init__(self, mean, covariance):
+        n = len(mean)
+        self.mean, self.covariance = mean.copy(), covariance.copy()
+        self.rows, self.gain, self.row = np.zeros((N_MOVING, n)), np.zeros(n), np.zeros(n)
+
+    def predict(self, transition, noise):
+        self.mean = transition @ self.mean
+        ekf.spread(self.covariance, transition[:N_MOVING], noise**2, self.rows)
+
+    def measure(self, values, deviations):
+        """Take in {state: value}."""
+        for (k, value), deviation in zip(values.items(), deviations, strict=True):
+            total = self.covariance[k, k] + deviation**2
+            ekf.find_gain(self.covariance, k, total, True, self.gain)
+            self.mean += self.gain * (value - self.mean[k])
+            ekf.learn(self.covariance, k, total, self.gain, self.row)
+        ekf.make_symmetric(self.covariance)
 
 
 class KalmanFilter:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimation.filters import KalmanFilter, UnscentedFilter
+from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
 from hydrofdi.estimation.plant import N_MOVING, N_STATE
 
 
@@ -17,18 +17,20 @@ def linear_problem(random):
 
 
 @pytest.mark.parametrize("spread", [1.0, 0.1])
-def test_the_unscented_filter_is_the_kalman_filter(spread):
+def test_the_filters_are_the_kalman_filter(spread):
     random = np.random.default_rng(3)
     transition, noise, prior = linear_problem(random)
     truth, deviations = random.normal(size=N_STATE), np.array([0.3, 0.01, 2.0])
     kalman = KalmanFilter(np.zeros(N_STATE), prior)
-    unscented = UnscentedFilter(kalman.mean, prior, spread)
+    extended, unscented = ExtendedFilter(kalman.mean, prior), UnscentedFilter(kalman.mean, prior, spread)
     for _ in range(200):
         truth = transition @ truth + noise * random.normal(size=N_STATE)
         values = dict(enumerate(truth[:3] + deviations * random.normal(size=3)))
         kalman.predict(transition, noise)
-        kalman.measure(values, deviations)
+        extended.predict(transition, noise)
         unscented.predict(lambda points: transition @ points, noise)
-        unscented.measure(values, deviations)
-        np.testing.assert_allclose(unscented.mean, kalman.mean, rtol=1e-9, atol=1e-9)
-        np.testing.assert_allclose(unscented.covariance, kalman.covariance, rtol=1e-9, atol=1e-9)
+        for each in (kalman, extended, unscented):
+            each.measure(values, deviations)
+        for each in (extended, unscented):
+            np.testing.assert_allclose(each.mean, kalman.mean, rtol=1e-9, atol=1e-9)
+            np.testing.assert_allclose(each.covariance, kalman.covariance, rtol=1e-9, atol=1e-9)

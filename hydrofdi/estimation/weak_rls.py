@@ -257,12 +257,13 @@ def write_estimate(
 
 
 @equation
-def soundness(estimate: Any, least_compressibility: float) -> float:
-    """1 where all of an estimate is finite and the fluid can be compressed, else 0."""
-    sound = 1.0 if estimate[COMPRESSIBILITY] > least_compressibility else 0.0
+def blank_unless_finite(out: Any) -> None:
+    """Leave no number of an estimate unless all are finite."""
+    nothing = 0.0
     for i in range(N_ESTIMATE):
-        sound *= 1.0 if abs(estimate[i]) < math.inf else 0.0
-    return sound
+        nothing += 0.0 * out[i]
+    for i in range(N_ESTIMATE):
+        out[i] += nothing
 
 
 @equation
@@ -298,16 +299,14 @@ def estimate(
     state: RlsState, r: int, memory: int, prior: Any, noise: float, modulus: float, deviations: Any,
     combination: Any, scratch: Scratch, out: Any,
 ) -> None:  # fmt: skip
-    """Write an estimate of a record; NaN where it is not sound."""
+    """Write an estimate of a record; NaN where it is not finite."""
     moments = state.moments[r, memory]
     add_prior(moments, prior, scratch)
     factorise(scratch.normal, scratch.factor)
     write_estimate(
         moments, state.counts[r, memory], state.last[r], noise, modulus, deviations, combination, scratch, out
     )
-    nothing = math.nan if soundness(out, -1.0 / modulus) == 0.0 else 0.0
-    for i in range(N_ESTIMATE):
-        out[i] += nothing
+    blank_unless_finite(out)
 
 
 @kernel
@@ -356,8 +355,7 @@ def follow_windows(
         Updated in place.
     scratch : Scratch
     estimates : ndarray, shape (n_record, n_memory, n_instant, N_ESTIMATE)
-        Filled; NaN where an estimate is not finite or its β not positive. No estimate enters a later one, so
-        what was NaN for want of excitation comes back; what was NaN by a gap does not.
+        Filled; NaN once a window was not finite. No estimate enters a later one, so that none diverges.
     """
     for r in range(estimates.shape[0]):
         n_taken = 0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hydrofdi.estimation.chamber_balance import N_UNKNOWN
+from hydrofdi.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
 from hydrofdi.estimation.weak_rls import N_ESTIMATE, follow_windows, new_scratch, new_state
 from hydrofdi.transforms.regression import regress
 
@@ -18,7 +18,9 @@ def equations(seed, n_window, n_chamber=2):
     return columns, targets, truth
 
 
-def followed(columns, targets, due, memory=np.inf, deviations=None, counts=None, state=None, noise=0.0):
+def followed(
+    columns, targets, due, memory=np.inf, deviations=None, counts=None, state=None, noise=0.0, modulus=1e-12
+):
     """Estimates (n_instant, N_ESTIMATE) after so many windows."""
     deviations = np.ones(N_UNKNOWN) if deviations is None else deviations
     counts = np.ones(columns.shape[:2]) if counts is None else counts
@@ -26,7 +28,7 @@ def followed(columns, targets, due, memory=np.inf, deviations=None, counts=None,
     out = np.zeros((1, 1, len(due), N_ESTIMATE))
     follow_windows(
         columns, targets, counts, np.array(due), np.zeros((1, len(due), N_UNKNOWN)), deviations, ERROR,
-        np.array([np.exp(-1.0 / memory)]), np.zeros(N_UNKNOWN), np.full((1, len(due)), noise), 1e-12,
+        np.array([np.exp(-1.0 / memory)]), np.zeros(N_UNKNOWN), np.full((1, len(due)), noise), modulus,
         state, new_scratch(), out,
     )  # fmt: skip
     return out[0, 0]
@@ -81,3 +83,34 @@ def test_a_gap_is_a_status_from_then_on():
     found = followed(columns, targets, [30, 31, 60])
     assert np.isfinite(found[0]).all()
     assert np.isnan(found[1:]).all()
+
+
+def test_noise_in_the_column_of_the_bulk_modulus_is_taken_out():
+    columns, targets, truth = equations(7, 40_000)
+    size = 0.7 * ERROR
+    noise = size * np.random.default_rng(8).normal(size=columns.shape[:3])
+    shown = columns.copy()
+    shown[..., COMPRESSIBILITY] += noise
+    modulus = 0.1
+    targets = targets - noise / modulus
+    of_window = 2.0 * (size / ERROR) ** 2
+    biased, found = (
+        followed(shown, targets, [40_000], noise=each, modulus=modulus)[0] for each in (0.0, of_window)
+    )
+    left = found[COMPRESSIBILITY] - truth[COMPRESSIBILITY]
+    assert abs(left) < 0.1
+    assert abs(biased[COMPRESSIBILITY] - truth[COMPRESSIBILITY]) > 1.0
+    overstated = followed(shown, targets, [40_000], noise=10.0 * of_window, modulus=modulus)[0]
+    assert np.isfinite(overstated).all()
+    assert overstated[N_UNKNOWN + COMPRESSIBILITY] > found[N_UNKNOWN + COMPRESSIBILITY]
+
+
+def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
+    columns, targets, _ = equations(9, 62_500)
+    state = new_state(1, 1, 2)
+    long = followed(columns, targets, [62_500], memory=300.0, state=state)[0]
+    fresh = followed(columns[:, -12_000:], targets[:, -12_000:], [12_000], memory=300.0)[0]
+    np.testing.assert_allclose(long, fresh, rtol=1e-9)
+    for kind, which in np.ndindex(2, 2):
+        lower = np.tril(state.moments[0, 0, kind, which])
+        assert np.linalg.eigvalsh(lower + np.tril(lower, -1).T).min() > 0.0

@@ -80,9 +80,10 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     )
     caution = (
         "A leak in proportion to ΔP looks like the clearance of the valve: cross_port_leakage holds both."
-        " Noise of the pressures that is not white biases β; with one chamber, a leak as well."
+        " Noise of the pressures that is not white biases β; with one chamber, a leak as well. β is missing"
+        " where the estimate of 1/β is not positive, as after a leak set in that is taken for constant."
     )
-    absence = "no estimate: the record has a gap, or its bulk modulus would not be positive"
+    absence = "the record has samples that are not finite"
     Options = WeakRlsOptions
 
     @property
@@ -257,7 +258,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         of = {name: found[:, :, place] for place, name in enumerate(UNKNOWNS)}
         error = {name: found[:, :, N_UNKNOWN + place] for place, name in enumerate(UNKNOWNS)}
         root = math.sqrt(options.reference_pressure)
-        modulus = 1.0 / (1.0 / options.bulk_modulus + of["compressibility"])
+        compressibility = 1.0 / options.bulk_modulus + of["compressibility"]
+        modulus = 1.0 / np.where(compressibility > 0.0, compressibility, np.nan)
         return {
             "leakage": root * of["internal_coefficient"],
             "leakage_error": root * error["internal_coefficient"],

@@ -1,0 +1,185 @@
+"""Recursive least squares of the volume balance: what comes out of simulated runs, sample by sample."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hydrofdi.config import load_experiment
+from hydrofdi.indicators import load_indicators, make_indicators
+from hydrofdi.records import Channel
+from hydrofdi.simulation import simulate_batch
+from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
+
+X, XV = Channel.PISTON_POSITION, Channel.SPOOL_POSITION
+LEAKS = np.array([0.0, 0.0, 1e-9, 5e-9])
+MODULI = np.array([551e6, 827e6, 551e6, 689e6])
+KNOWN = {
+    "flow_gain_deviation": 0.0, "supply_deviation": 0.0, "offset_deviation": 0.0, "lap_deviation": 0.0,
+    "clearance_deviation": 0.0, "pressure_bias": 0.0, "supply": "nominal",
+}  # fmt: skip
+"""All but K_i and β."""
+BLIND = {"spool": "command", "supply": "sum"}
+N_TIME = 3000
+
+
+def simulated(moduli, leaks, *settings_):
+    """Records of all channels without noise."""
+    parameters = [
+        load_experiment(None, [f"fluid.bulk_modulus={modulus} Pa", *settings_]).nominal_parameters
+        for modulus in moduli
+    ]
+    signals = simulate_batch(parameters, list(leaks))
+    return batch(
+        {
+            P1: signals.chamber_1_pressure,
+            P2: signals.chamber_2_pressure,
+            X: signals.piston_position,
+            XV: signals.spool_position,
+            U: signals.input_voltage,
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """Healthy at two EBM, and two that leak; 6 s."""
+    return simulated(MODULI, LEAKS, "record.duration=6 s")
+
+
+def noisy(records, row, n_record, seed):
+    """Copies of a run with sensor noise: 5 kPa, 10 µm."""
+    draw = np.random.default_rng(seed)
+    sizes = {P1: 5e3, P2: 5e3, X: 10e-6, U: 0.0}
+    return batch(
+        {
+            channel: records[channel][row] + size * draw.normal(size=(n_record, records.n_time))
+            for channel, size in sizes.items()
+        }
+    )
+
+
+@pytest.mark.parametrize("options", [{}, {"spool": "command"}, {"chambers": 1}, {"memory": "none"}])
+def test_leakage_and_bulk_modulus_of_a_known_actuator_come_out(runs, options):
+    values, _ = measured(runs, "weak_rls", **KNOWN | options)
+    is_one = "chambers" in options
+    np.testing.assert_allclose(
+        values["internal_coefficient"], LEAKS, rtol=0.02 if is_one else 1e-3, atol=2e-13
+    )
+    np.testing.assert_allclose(values["bulk_modulus"], MODULI, rtol=0.01 if is_one else 2e-3)
+    np.testing.assert_allclose(values["leakage"], np.sqrt(8e6) * values["internal_coefficient"], rtol=1e-12)
+
+
+@pytest.mark.parametrize("options", [{}, BLIND])
+def test_an_uncertain_actuator_hides_neither(runs, options):
+    values, _ = measured(runs, "weak_rls", **options)
+    np.testing.assert_allclose(values["internal_coefficient"], LEAKS, rtol=0.01, atol=2e-12)
+    np.testing.assert_allclose(values["bulk_modulus"], MODULI, rtol=0.01)
+    np.testing.assert_allclose(values["supply_pressure"], 17.2e6, rtol=1e-3)
+
+
+def test_a_record_as_a_whole_agrees_with_the_flow_balance(runs):
+    options = KNOWN | {"spool": "command", "start_up": 0.0, "leakage_deviation": 1.0}
+    ours, _ = measured(runs, "weak_rls", **options)
+    theirs, _ = measured(runs, "flow_balance", **{key: options[key] for key in (*KNOWN, "spool")})
+    for name, smallest in (("leakage", 1e-12), ("bulk_modulus", 0.0), ("cross_port_leakage", 1e-12)):
+        np.testing.assert_allclose(ours[name], theirs[name], rtol=2e-4, atol=smallest, err_msg=name)
+
+
+@pytest.mark.parametrize("options", [KNOWN, KNOWN | {"chambers": 1}])
+def test_intervals_hold_the_truth_as_often_as_they_say(runs, options):
+    values, _ = measured(noisy(runs, 0, 300, seed=1), "weak_rls", spool="command", **options)
+    for name, truth in (("internal_coefficient", 0.0), ("bulk_modulus", MODULI[0])):
+        left, stated = values[name] - truth, values[f"{name}_error"]
+        assert 0.9 <= (np.abs(left) < 1.96 * stated).mean() <= 0.99, name
+        assert abs(left.mean()) < 0.5 * stated.mean(), name
+        assert 0.85 < left.std() / stated.mean() < 1.15, name
+
+
+def test_noise_of_the_pressures_biases_no_bulk_modulus(runs):
+    records = noisy(runs, 0, 100, seed=2)
+    ours, _ = measured(records, "weak_rls", **BLIND)
+    left = ours["bulk_modulus"] - MODULI[0]
+    assert abs(left.mean()) < ours["bulk_modulus_error"].mean()
+    biased, _ = measured(records, "flow_balance", **BLIND)
+    assert biased["bulk_modulus"].mean() - MODULI[0] > 2.0 * abs(left.mean())
+
+
+def test_in_closed_loop_samples_near_the_null_would_mislead():
+    records = simulated(
+        [551e6] * 2, [0.0, 3e-10], "record.duration=10 s", "control.law=pi", "input.shape=steps",
+        "input.period=1 s", "valve.lap=0.8 um",
+    )  # fmt: skip
+    gated, kept = (
+        measured(records, "weak_rls", spool="command", least_opening=size)[0] for size in (2e-6, 0.0)
+    )
+    np.testing.assert_allclose(gated["lap"], 0.8e-6, rtol=0.15)
+    error, misled = (np.abs(v["internal_coefficient"] - [0.0, 3e-10]).max() for v in (gated, kept))
+    assert misled > 3.0 * error
+
+
+def test_at_rest_everything_keeps_its_prior():
+    still = np.full((1, N_TIME), 8.6e6)
+    records = batch({P1: still, P2: still, X: still * 0.0, XV: still * 0.0})
+    values, _ = measured(records, "weak_rls", supply="nominal")
+    assert values["leakage"] == 0.0
+    np.testing.assert_allclose(values["leakage_error"], 1e-3 / 60.0)
+    np.testing.assert_allclose(values["bulk_modulus"], 551e6)
+    np.testing.assert_allclose(values["bulk_modulus_error"], 0.3 * 551e6)
+    assert values["flow_gain"] == 1.0
+
+
+def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():
+    late = simulated([551e6], [5e-9], "record.duration=12 s", "leakage.onset=step", "leakage.onset_time=6 s")
+    (indicator,) = make_indicators({"weak_rls": {"spool": "measured", "memory": "1 s"}}).values()
+    trace = indicator.trace(late)
+    flow = np.sqrt(8e6) * LEAKS[3]
+    before = trace.values["leakage"][0, (trace.time > 4.0) & (trace.time < 5.9)]
+    assert np.abs(before).max() < 0.03 * flow
+    np.testing.assert_allclose(trace.values["leakage"][0, -1], flow, rtol=0.05)
+    assert 0.3 * flow < trace.values["whole_leakage"][0, -1] < 1.1 * flow
+    assert np.isnan(trace.values["whole_bulk_modulus"][0, -1])
+
+
+@pytest.mark.parametrize("options", [BLIND, BLIND | {"chambers": 1}, {"memory": "none", "settling": "0.1 s"}])
+@settings(max_examples=10, deadline=None)
+@given(places=st.lists(st.integers(0, N_TIME), max_size=6))
+def test_a_stream_gives_the_bits_of_the_record_whatever_is_measured(runs, options, places):
+    (indicator,) = make_indicators({"weak_rls": options}).values()
+    whole = indicator.trace(runs)
+    state, traces = indicator.start(runs.window(0, 0)), []
+    for first, stop in itertools.pairwise([0, *sorted(places), N_TIME]):
+        state, trace = indicator.step(state, runs.window(first, stop))
+        traces.append(trace)
+    for key, values in whole.values.items():
+        parts = np.concatenate([each.values[key] for each in traces], axis=1)
+        np.testing.assert_array_equal(parts, values, err_msg=key)
+
+
+def test_a_record_stands_alone(runs):
+    for options in (BLIND, {"chambers": 1, "supply": "nominal"}):
+        assert_rows_stand_alone(runs, "weak_rls", **options)
+
+
+def test_what_is_missing_is_said(runs):
+    without = {channel: samples for channel, samples in runs.channels.items() if channel != P2}
+    one_pressure = replace(runs, channels=without)
+    assert "has no chamber_2_pressure" in measured(one_pressure, "weak_rls")[1][0]
+    assert measured(one_pressure, "weak_rls", chambers=1)[1] == (None,) * 4
+    counts = replace(runs, relative=frozenset({P1}))
+    assert "is in counts" in measured(counts, "weak_rls")[1][0]
+    gap = runs.rows([0])
+    gap[P1][0, 2000] = np.nan
+    values, reasons = measured(gap, "weak_rls")
+    assert np.isnan(values["leakage"]).all()
+    assert reasons[0] == "the record has samples that are not finite"
+
+
+def test_the_preset_states_the_defaults(runs):
+    preset = load_indicators("configs/detectors/weak-rls.yaml")
+    stated = {label: made.options.stated() for label, made in preset.items()}
+    assert stated["weak_rls_P1_P2_x_u"] == BLIND | {"supply_deviation": 0.001}
+    assert stated["weak_rls_P1_x_u"] == BLIND | {"chambers": 1}

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hydrofdi.assessment.online_warnings import online_warnings
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.study.alike import records_alike
 from hydrofdi.config.study.study import StudyConfig
@@ -18,10 +19,11 @@ from hydrofdi.studies.rules import Rules
 
 
 def study_warnings(experiment: ExperimentConfig) -> list[str]:
-    """A sentence on each number of records that is too small, on equal records, and on a lacking extra."""
+    """A sentence on each number of records that is too small, on charts, equal records and the extra."""
     if experiment.study is None:
         return []
     sentences = list(_count_warnings(experiment.study, rules_of(experiment.detection)))
+    sentences += online_warnings(experiment)
     sentences += records_alike(experiment)
     if asks_for_extra(experiment.detection) and not has_extra():
         sentences.append(f"the report will leave out scores that need the extra: {EXTRA}")

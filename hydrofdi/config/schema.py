@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.request import parameter_names
+from hydrofdi.detectors.charts import chart_kind, chart_names
 from hydrofdi.indicators.labels import LABEL_PATTERN, TAKEN
 from hydrofdi.scoring.registry import score_kind, score_names
 from hydrofdi.settings.schema import described_schema
@@ -45,7 +47,8 @@ def experiment_schema() -> dict[str, Any]:
         mapping["propertyNames"] = names
         mapping.pop("default", None)
     _allow_short_faults(schema["$defs"]["FaultsConfig"])
-    _allow_short_options(schema["$defs"]["ScoreConfig"])
+    _allow_short_options(schema["$defs"], "ScoreConfig", map(score_kind, score_names()))
+    _allow_short_options(schema["$defs"], "ChartConfig", map(chart_kind, chart_names()))
     for properties in (schema["properties"], schema["$defs"]["DetectionConfig"]["properties"]):
         properties["indicators"] = {"description": properties["indicators"]["description"], **_CHOICE}
     schema["properties"]["extends"] = {
@@ -64,7 +67,9 @@ def _allow_short_faults(faults: dict[str, Any]) -> None:
     faults["required"].remove("over")
 
 
-def _allow_short_options(score: dict[str, Any]) -> None:
-    """Let the options of scores stand beside their kind."""
-    for name in score_names():
-        score["properties"] |= score_kind(name).Options.model_json_schema().get("properties", {})
+def _allow_short_options(definitions: dict[str, Any], section: str, kinds: Iterable[Any]) -> None:
+    """Let the options of kinds stand beside the other keys of a section."""
+    for kind in kinds:
+        options = kind.Options.model_json_schema()
+        definitions[section]["properties"] |= options.get("properties", {})
+        definitions |= options.get("$defs", {})

@@ -108,9 +108,15 @@ class RecursiveIndicator(Indicator[Chosen]):
         options = self.options
         if records.duration < options.transient + options.interval:
             return f"{records.duration:g} s are too few after a transient of {options.transient:g} s"
-        if records.duration < options.trace_duration * (1.0 - 1e-9):
+        traced = self.trace_instants(records.sampling_frequency)[-1:]
+        if traced.size and records.duration <= traced[0]:
             return f"{records.duration:g} s are less than the trace of {options.trace_duration:g} s"
         return None
+
+    def trace_instants(self, sampling_frequency: float) -> Array:
+        """Instants of the trace that is kept [s], on the clock of records that begin at 0."""
+        samples = self.samples_per_estimate(sampling_frequency) * np.arange(1, self.n_instant + 1) - 1
+        return samples / sampling_frequency
 
     def trace(self, records: RecordBatch) -> Trace:
         """Estimates along whole records."""

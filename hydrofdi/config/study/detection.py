@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from hydrofdi.config.study.online import OnlineConfig
 from hydrofdi.records import Channel
 from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.quantities import SI, Section
@@ -78,6 +79,10 @@ class DetectionConfig(Section):
     """Whether, for each set of sensors that an indicator needs, one score is made of all numbers that these
     sensors give: ``mahalanobis``, and ``lda`` where leaky records are for fitting; and ``largest_change`` of
     ``dwt.d1`` … ``dwt.d5`` where they are measured."""
+
+    online: OnlineConfig | None = None
+    """Control charts on the traces of the records: false alarms over time, and the delay after the onset of a
+    leak."""
 
     @field_validator("sensors")
     @classmethod

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from hydrofdi.config.analysis import DWT, IndicatorChoice
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.study.charts import normalize_charts
 from hydrofdi.config.study.scores import normalize_scores
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
 from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
@@ -76,7 +77,7 @@ def normalize_detection(source: Source) -> None:
 
 
 def check_detection(source: Source) -> None:
-    """Check that scores are made of numbers that are measured, and labels those of indicators.
+    """Check that scores are made of numbers that are measured, charts watch traces, and labels are known.
 
     ``indicators`` has to be normalized before.
     """
@@ -93,6 +94,7 @@ def check_detection(source: Source) -> None:
             message = f"{label!r} is not among the indicators{nearest(str(label), list(made))}"
             source.mistakes.append(source.mistake((*path, "indicators", place), message))
     normalize_scores(source, detection.get("scores"), (*path, "scores"), made)
+    normalize_charts(source, detection.get("online"), (*path, "online"), made)
 
 
 def _listed(given: Any) -> list[Any]:

@@ -7,13 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from pydantic import ValidationError
-
 from hydrofdi.config.study.detection import ScoreConfig, ScoresConfig
+from hydrofdi.config.study.options import move_options
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.scoring.registry import score_kind, score_names
-from hydrofdi.settings.mistakes import describe_error, nearest
+from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Path, Source
@@ -66,17 +65,6 @@ def normalize_scores(source: Source, scores: Any, path: Path, made: Mapping[str,
 
 
 def _move_options(source: Source, score: dict[str, Any], path: Path) -> None:
-    fields, kind = ScoreConfig.model_fields, score.get("kind")
-    beside = {name: score.pop(name) for name in [name for name in score if name not in fields]}
-    within = score.get("options", {})
-    if not isinstance(within, dict):
-        return
-    options = score["options"] = within | beside
+    kind = score.get("kind")
     model = score_kind(kind).Options if kind in score_names() else Section
-    try:
-        model.model_validate(options)
-    except ValidationError as errors:
-        known = [*fields, *model.model_fields]
-        for error in errors.errors():
-            place = error["loc"] if error["loc"][0] in beside else ("options", *error["loc"])
-            source.mistakes.append(source.mistake((*path, *place), describe_error(error, known)))
+    move_options(source, score, path, ScoreConfig.model_fields, model)

@@ -127,6 +127,8 @@ def _paper_sentence(detection: Detection, paper: Sequence[Judgement]) -> str:
 
 def _among_many(detection: Detection) -> str:
     """What the best is worth where it was chosen among many."""
+    if not detection.judgements:
+        return ""
     first, n_tried = detection.judgements[0], len(detection.judgements)
     found = first.smallest.get("q90_95_of_all")
     if found is None or n_tried == 1 or not first.keeps_its_rate:

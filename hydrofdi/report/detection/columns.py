@@ -1,4 +1,4 @@
-"""A judged study as tidy columns: one line per score and tested population, units in the header."""
+"""A judged study as lines of a table: one line per score and tested population, units in the header."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from hydrofdi.report.forms.numbers import finite
 from hydrofdi.studies.judgement import Detection, Judgement
 
 
-def detection_columns(detections: Sequence[Detection]) -> dict[str, list[Any]]:
-    """Header → values; None where a number is missing."""
-    lines = [line for detection in detections for line in _lines(detection)]
-    headers = dict.fromkeys(header for line in lines for header in line)
-    return {header: [line.get(header) for line in lines] for header in headers}
+def detection_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]:
+    """Header → value, line by line; None where a number is missing."""
+    for detection in detections:
+        yield from _lines(detection)
 
 
 def _lines(detection: Detection) -> Iterator[dict[str, Any]]:

@@ -24,6 +24,7 @@ from hydrofdi.store.results import MISSING
 from hydrofdi.studies.estimates.judging import judge_estimates
 from hydrofdi.studies.judged import judge_study
 from hydrofdi.studies.left_out import asks_for_extra
+from hydrofdi.studies.run_lengths.reading import judge_run_lengths
 
 _MOST = 20
 """Reasons that are listed one by one."""
@@ -50,6 +51,7 @@ def report_study(data: ExperimentData) -> DetectionReport:
         progress=Progress(data.n_run - int((_statuses(data) == MISSING).sum()), data.n_run),
         sensors=sensors_of(data.experiment, detections[0]),
         estimates=judge_estimates(data),
+        run_lengths=judge_run_lengths(data),
     )
 
 

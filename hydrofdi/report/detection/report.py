@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.report.composition import document_of
 from hydrofdi.report.detection.answer import answer_block
 from hydrofdi.report.detection.caveats import caveats_block
-from hydrofdi.report.detection.columns import detection_columns
+from hydrofdi.report.detection.columns import detection_lines
 from hydrofdi.report.detection.designs import design_records, designs_block
 from hydrofdi.report.detection.false_alarms import false_alarms_block
 from hydrofdi.report.detection.levels import levels_block
@@ -23,8 +23,11 @@ from hydrofdi.report.detection.varied import Varied
 from hydrofdi.report.detection.why import why_block
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.estimates.block import estimate_records, estimates_block
+from hydrofdi.report.run_lengths.block import run_lengths_block
+from hydrofdi.report.run_lengths.record import run_length_lines, run_length_records
 from hydrofdi.studies.estimates.judging import Estimates
 from hydrofdi.studies.judgement import Detection
+from hydrofdi.studies.run_lengths.judgement import RunLengths
 
 if TYPE_CHECKING:
     from hydrofdi.report.contract import FigureKind
@@ -54,6 +57,8 @@ class DetectionReport:
         Those that are simulated for the scores.
     estimates : tuple of Estimates
         Estimates against the truth, for each design; empty where the truth is not known.
+    run_lengths : tuple of RunLengths
+        Control charts of each design; empty where none is asked for.
     """
 
     name: str
@@ -65,6 +70,7 @@ class DetectionReport:
     progress: Progress | None = None
     sensors: tuple[Sensor, ...] = ()
     estimates: tuple[Estimates, ...] = ()
+    run_lengths: tuple[RunLengths, ...] = ()
 
     @property
     def is_complete(self) -> bool:
@@ -75,6 +81,10 @@ class DetectionReport:
     def usual_figure(self) -> str:
         """The figure that is drawn where none is named."""
         return "ranking"
+
+    @property
+    def _has_charts(self) -> bool:
+        return any(each.charts for each in self.run_lengths)
 
     @property
     def _perfect(self) -> tuple[Sensor, ...]:
@@ -92,6 +102,7 @@ class DetectionReport:
             false_alarms_block(first),
             levels_block(first),
             estimates_block(self.estimates[0]) if self.estimates else None,
+            run_lengths_block(self.run_lengths[0]) if self._has_charts and self.is_complete else None,
             why_block(first) if self.is_complete else None,
             designs_block(self.detections) if self.is_complete else None,
             caveats_block(first),
@@ -108,19 +119,23 @@ class DetectionReport:
             **({} if self.progress is None else self.progress.record),
             "detection": [record for each in self.detections for record in detection_records(each)],
             "estimates": estimate_records(self.estimates),
+            "run_lengths": run_length_records(self.run_lengths),
             "studies": [study_record(each) for each in self.detections],
             "designs": design_records(self.detections),
         }
 
     def columns(self) -> dict[str, list[Any]]:
-        """Header → values, one line per score and tested population."""
-        return detection_columns(self.detections)
+        """Header → values, one line per score and tested population, and per chart, limit and population."""
+        lines = [*detection_lines(self.detections), *run_length_lines(self.run_lengths)]
+        headers = dict.fromkeys(header for line in lines for header in line)
+        return {header: [line.get(header) for line in lines] for header in headers}
 
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure."""
+        from hydrofdi.report.figures.delays import run_length_figures
         from hydrofdi.report.figures.detection import detection_figures
 
-        return detection_figures(self.detections[0])
+        return detection_figures(self.detections[0]) | run_length_figures(self.run_lengths)
 
     def checks(self) -> dict[str, bool | None]:
         """Nothing: a study states no goals."""

@@ -12,6 +12,7 @@ from hydrofdi.records import Channel
 from hydrofdi.report.document import Cell
 from hydrofdi.report.wording import HOLE, joined
 from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.records import StudyRecords
 from hydrofdi.units import convert
 
 FROM_LEVELS = "°"
@@ -64,8 +65,13 @@ class SeverityUnit:
 
 def severity_unit(detection: Detection) -> SeverityUnit:
     """L/min for leakage flows; every other severity keeps its unit."""
-    own = detection.records.severity_unit
-    levels = detection.records.chosen(Kind.FAULT, is_fit=False)
+    return severity_unit_of(detection.records)
+
+
+def severity_unit_of(records: StudyRecords) -> SeverityUnit:
+    """The same of records."""
+    own = records.severity_unit
+    levels = records.chosen(Kind.FAULT, is_fit=False)
     largest = max((level.severity for level in levels), default=math.inf)
     if own == "m^3/s":
         return SeverityUnit("L/min", "leakage", "leakage_L_per_min", "_L_per_min", largest)

@@ -1,0 +1,99 @@
+"""The delay after the onset of a leak over the time between false alarms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from hydrofdi.errors import ReportError
+from hydrofdi.evaluation.populations import Population
+from hydrofdi.report.contract import FigureKind
+from hydrofdi.report.detection.wording import severity_unit_of
+from hydrofdi.report.figures.detection.axes import log_axis
+from hydrofdi.report.figures.detection.marks import panels
+from hydrofdi.report.figures.style import BLUE, GREEN, LINES, ORANGE
+from hydrofdi.report.run_lengths.wording import hours
+from hydrofdi.studies.run_lengths.judgement import LeakDelay, RunLengths
+
+_COLORS, _MARKERS = (BLUE, ORANGE, GREEN, "#cc79a7", "#56b4e9", "#e69f00"), "os^DvP"
+
+
+def run_length_figures(judged: Sequence[RunLengths]) -> dict[str, FigureKind]:
+    """The figure of the first design; none without charts."""
+    if not judged:
+        return {}
+    caption = (
+        "Median delay from the onset of a leak to the alarm, over the mean time between false alarms"
+        f" that limits are set for, with {100.0 * judged[0].confidence:g} % intervals; a panel for each leak."
+        " Lines end where half of the leaks are not found before their records end"
+    )
+    return {"delays": FigureKind(caption, partial(draw_delays, judged[0]))}
+
+
+def draw_delays(lengths: RunLengths) -> Any:
+    """A panel for each leak, a line for each chart.
+
+    Raises
+    ------
+    ReportError
+        No delay is stated.
+    """
+    levels = list(dict.fromkeys(delay.population for chart in lengths.charts for delay in chart.delays))
+    if not levels:
+        raise ReportError("no leak sets in while a chart watches")
+    styles = _styles(lengths)
+    figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True)
+    unit, every = (
+        severity_unit_of(lengths.records),
+        [hours(chart.false_alarm_every) for chart in lengths.charts],
+    )
+    for axis, level in zip(axes, levels, strict=True):
+        for label, style in styles.items():
+            _draw_line(axis, _along(lengths, label, level), style)
+        axis.set_title(unit.text(level.severity))
+        axis.set_xlim(min(every) / 1.5, max(every) * 1.5)
+        log_axis(axis)
+    axes[0].set_ylim(bottom=0.0)
+    figure.supxlabel("mean time between false alarms that is asked for [h]", fontsize=9)
+    figure.supylabel("median delay [s]", fontsize=9)
+    handles = [Line2D([], [], label=label, **style) for label, style in styles.items()]
+    figure.legend(handles=handles, loc="outside upper center", ncols=4)
+    return figure
+
+
+def _styles(lengths: RunLengths) -> dict[str, dict[str, Any]]:
+    labels = list(dict.fromkeys(chart.label for chart in lengths.charts))
+    return {
+        label: {
+            "color": _COLORS[place % len(_COLORS)],
+            "marker": _MARKERS[place % len(_MARKERS)],
+            "markersize": 3.5,
+            "linestyle": LINES[place % len(LINES)],
+        }
+        for place, label in enumerate(labels)
+    }
+
+
+def _along(lengths: RunLengths, label: str, level: Population) -> list[tuple[float, LeakDelay]]:
+    """Time between false alarms [h] and delay of a chart, ascending."""
+    found = [
+        (hours(chart.false_alarm_every), delay)
+        for chart in lengths.charts
+        if chart.label == label
+        for delay in chart.delays
+        if delay.population == level
+    ]
+    return sorted(found, key=lambda pair: pair[0])
+
+
+def _draw_line(axis: Any, points: Sequence[tuple[float, LeakDelay]], style: dict[str, Any]) -> None:
+    known = [(every, delay) for every, delay in points if np.isfinite(delay.median.value)]
+    every, medians = ([pair[0] for pair in known], [pair[1].median for pair in known])
+    highest = [min(delay.median.high, delay.watched) for _, delay in known]
+    axis.plot(every, [median.value for median in medians], **style)
+    band = {"color": style["color"], "alpha": 0.18, "linewidth": 0}
+    axis.fill_between(every, [median.low for median in medians], highest, **band)

@@ -1,0 +1,144 @@
+"""The section on control charts: when a leak that sets in is found, and how often health raises an alarm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from hydrofdi.evaluation.populations import Population
+from hydrofdi.report.detection.wording import probability_in_words, severity_unit_of, two_digits
+from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
+from hydrofdi.report.run_lengths.wording import between_alarms_cell, delay_cell, hours, time_text
+from hydrofdi.report.wording import HOLE, flow_text
+from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay, RunLengths
+
+_ORDER = (
+    "Charts leave out the transient of the estimator and start anew after each alarm. Healthy fit records,"
+    " drawn whole and joined, set the limits; all that is stated comes from other records. A delay is the"
+    " time from the onset of a leak to the first alarm after it; alarms before it are false ones (early)."
+)
+
+
+def run_lengths_block(lengths: RunLengths) -> Block:
+    """What is found after how long, at which time between false alarms."""
+    sheets = (_delays_sheet(lengths), _false_alarms_sheet(lengths))
+    refusals = [
+        f"{chart.label} at one false alarm in {time_text(chart.false_alarm_every)}: {refusal}."
+        for chart in lengths.charts
+        for refusal in chart.refusals
+    ]
+    has_delays = any(chart.delays for chart in lengths.charts)
+    return Block(
+        "run-lengths",
+        "Delay in operation",
+        (*_answer(lengths), _ORDER, *refusals),
+        sheets,
+        ("delays",) if has_delays else (),
+    )
+
+
+def _answer(lengths: RunLengths) -> Iterator[str]:
+    """For each leak, the chart that finds it soonest at the longest time between false alarms."""
+    longest = max(chart.false_alarm_every for chart in lengths.charts)
+    charts = [chart for chart in lengths.charts if chart.false_alarm_every == longest]
+    unit, asked = severity_unit_of(lengths.records), time_text(longest)
+    found: dict[Population, list[tuple[LeakDelay, ChartJudgement]]] = {}
+    for chart in charts:
+        for delay in chart.delays:
+            found.setdefault(delay.population, []).append((delay, chart))
+    parts = []
+    for population, each in found.items():
+        delay, chart = min(each, key=lambda pair: (pair[0].median.value, pair[0].late.value))
+        seconds = two_digits(delay.median.value)
+        parts.append(
+            f"{unit.text(population.severity)} after {seconds} s ({chart.label})"
+            if delay.n_found * 2 >= delay.n > 0
+            else f"{unit.text(population.severity)} not in half of the records"
+        )
+    if parts:
+        yield (
+            f"At a limit set for one false alarm in {asked} of operation, half of the leaks that set in are"
+            f" found: {'; '.join(parts)}."
+        )
+    else:
+        yield "No delay is stated: no leak sets in while a chart watches (leakage.onset, leakage.onset_time)."
+
+
+def _delays_sheet(lengths: RunLengths) -> Sheet:
+    unit = severity_unit_of(lengths.records)
+    pairs = [(chart, delay) for chart in lengths.charts for delay in chart.delays]
+    share = f"{100.0 * lengths.share:g} %"
+    headers = (
+        "Chart", "Every [h]", f"Leakage [{unit.name or '1'}]", "After onset [L/min]", "Found",
+        "Median [s]", f"{share} [s]", "Early",
+    )  # fmt: skip
+    note = (
+        f"Every: mean time between false alarms that the limit is set for. After onset: true mean leakage"
+        f" from the onset on. In parentheses the {100.0 * lengths.confidence:g} % interval, from order"
+        f" statistics; {share}: {probability_in_words(lengths.share)} the leak is found within this time."
+    )
+    return Sheet(
+        "delays",
+        "Delay after the onset",
+        headers,
+        tuple(_delay_row(chart, delay, unit.value(delay.population.severity)) for chart, delay in pairs),
+        group_breaks([(chart.label, chart.false_alarm_every) for chart, _ in pairs]),
+        (0,),
+        note,
+    )
+
+
+def _delay_row(chart: ChartJudgement, delay: LeakDelay, severity: float) -> tuple[Cell, ...]:
+    return (
+        Cell(chart.label),
+        _every_cell(chart),
+        Cell(f"{severity:.3g}", value=severity),
+        Cell(flow_text(delay.flow)),
+        Cell(f"{delay.n_found} of {delay.n}"),
+        delay_cell(delay.median, delay.watched),
+        delay_cell(delay.late, delay.watched),
+        Cell(str(delay.n_early), value=float(delay.n_early)),
+    )
+
+
+def _false_alarms_sheet(lengths: RunLengths) -> Sheet:
+    charts = [chart for chart in lengths.charts if chart.limit is not None]
+    populations = list(dict.fromkeys(each for chart in charts for each in chart.false_alarms))
+    headers = (
+        "Chart", "Watches", "Rule", "Every [h]", "Limit",
+        *(f"{each.name} [h]" for each in populations),
+    )  # fmt: skip
+    return Sheet(
+        "times-between-false-alarms",
+        "Mean time between false alarms, as measured",
+        headers,
+        tuple(_alarm_row(chart, populations) for chart in charts),
+        group_breaks([chart.label for chart in charts]),
+        (0, 1, 2),
+        _note(lengths, charts, populations),
+    )
+
+
+def _alarm_row(chart: ChartJudgement, populations: Sequence[Population]) -> tuple[Cell, ...]:
+    assert chart.limit is not None
+    cells = (between_alarms_cell(chart, each) for each in populations)
+    lead = (Cell(chart.label), Cell(chart.watched), Cell(chart.rule), _every_cell(chart))
+    return (*lead, Cell(f"{chart.limit.value:.4g}", value=chart.limit.value), *cells)
+
+
+def _every_cell(chart: ChartJudgement) -> Cell:
+    every = hours(chart.false_alarm_every)
+    return Cell(f"{every:.3g}", value=every)
+
+
+def _note(lengths: RunLengths, charts: Sequence[ChartJudgement], populations: Sequence[Population]) -> str:
+    watched = [
+        f"{each.name} {hours(chart.false_alarms[each].duration):.3g} h"
+        for each in populations
+        for chart in charts[:1]
+        if each in chart.false_alarms
+    ]
+    return (
+        f"In parentheses the {100.0 * lengths.confidence:g} % interval; > without an alarm. Strong (in the"
+        " terminal *): shown to alarm more often than the limit is set for; ?: watched too short to tell."
+        f" Watched: {', '.join(watched) or HOLE}."
+    )

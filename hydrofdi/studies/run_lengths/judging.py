@@ -1,0 +1,126 @@
+"""Charts on the traces of a study: limits from healthy fit records, alarms of all others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.config.study.online import ChartConfig, OnlineConfig
+from hydrofdi.detectors.charts import Chart, make_chart
+from hydrofdi.detectors.run_lengths import AlarmLimit, FalseAlarms, delays
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.scoring.standardisation import Standardisation, standardisation
+from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay
+from hydrofdi.studies.run_lengths.traces import Traces
+
+_SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
+
+
+def judge_chart(
+    traces: Traces, label: str, asked: ChartConfig, online: OnlineConfig, rules: Rules
+) -> Iterator[ChartJudgement]:
+    """A chart at each of its limits. Healthy fit records set them, and are never tested.
+
+    Parameters
+    ----------
+    traces : Traces
+        Of what the chart watches.
+    label : str
+    asked : ChartConfig
+    online : OnlineConfig
+    rules : Rules
+        The confidence of intervals, and the share of leaks of the late delay.
+    """
+    chart = make_chart(asked.chart, {"direction": traces.direction} | asked.options)
+    blank = [
+        ChartJudgement(label, asked.of, asked.chart, traces.unit, every) for every in online.false_alarm_every
+    ]
+    try:
+        case = _Case.fitted(traces, chart, rules)
+    except NotStatedError as refusal:
+        yield from (replace(each, refusals=(str(refusal),)) for each in blank)
+        return
+    for each in blank:
+        yield case.judged(each)
+
+
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """A chart on the standardised traces of a study."""
+
+    traces: Traces
+    scores: Array
+    scale: Standardisation
+    chart: Chart[Any]
+    rules: Rules
+
+    @classmethod
+    def fitted(cls, traces: Traces, chart: Chart[Any], rules: Rules) -> _Case:
+        (fit,) = traces.records.chosen(Kind.HEALTHY, is_fit=True)
+        healthy = traces.values[traces.records.rows(fit)]
+        known = healthy[np.isfinite(healthy)][:, None]
+        if not known.size:
+            raise NotStatedError("no healthy fit record has a score along the time")
+        scale = standardisation(known)
+        return cls(traces, (traces.values - scale.centre[0]) / scale.scale[0], scale, chart, rules)
+
+    def judged(self, blank: ChartJudgement) -> ChartJudgement:
+        """The chart at one limit."""
+        records = self.traces.records
+        (fit,) = records.chosen(Kind.HEALTHY, is_fit=True)
+        confidence = self.rules.confidence
+        try:
+            limit = self._false_alarms(fit).limit(blank.false_alarm_every, confidence=confidence)
+        except NotStatedError as refusal:
+            return replace(blank, refusals=(str(refusal),))
+        judged = replace(
+            blank, centre=float(self.scale.centre[0]), spread=float(self.scale.scale[0]), limit=limit
+        )
+        sound, refusals = self._sound(limit)
+        return replace(judged, false_alarms=sound, delays=tuple(self._delays(limit)), refusals=refusals)
+
+    def _false_alarms(self, population: Population) -> FalseAlarms:
+        rows = self.traces.records.rows(population)
+        groups = self.traces.records.groups
+        own = None if groups is None else [groups[row] for row in rows.tolist()]
+        return FalseAlarms(self.chart, self.scores[rows], self.traces.interval, groups=own)
+
+    def _sound(self, limit: AlarmLimit) -> tuple[dict[Population, AlarmLimit], tuple[str, ...]]:
+        """Alarms of all records with sound seals that set no limit, and what is not stated of them."""
+        records, found, refusals = self.traces.records, {}, []
+        for population in (each for kind in _SOUND for each in records.chosen(kind, is_fit=False)):
+            try:
+                at = self._false_alarms(population).at(limit.value, confidence=self.rules.confidence)
+            except NotStatedError as refusal:
+                refusals.append(f"{population.title}: {refusal}")
+            else:
+                found[population] = at
+        return found, tuple(refusals)
+
+    def _delays(self, limit: AlarmLimit) -> Iterator[LeakDelay]:
+        """Of all leaks that set in while they are watched; none where they are there from the start."""
+        traces, rules = self.traces, self.rules
+        for population in traces.records.chosen(Kind.FAULT, is_fit=False):
+            rows = traces.records.rows(population)
+            rows = rows[traces.sets_in[rows]]
+            if not rows.size:
+                continue
+            onset = traces.onset[rows]
+            found = delays(self.chart, limit.value, self.scores[rows], traces.time, onset)
+            yield LeakDelay(
+                population,
+                float(np.mean(traces.flow[rows])),
+                int(np.isfinite(found.values).sum()),
+                rows.size,
+                int(found.n_early.sum()),
+                found.not_measurable,
+                float(traces.time[-1] - onset.max()),
+                found.quantile(0.5, confidence=rules.confidence),
+                found.quantile(rules.probability, confidence=rules.confidence),
+            )

@@ -1,0 +1,65 @@
+"""What charts cannot state is said before a sweep."""
+
+import pytest
+
+from hydrofdi.assessment.study_warnings import study_warnings
+from hydrofdi.config import load_experiment
+
+STUDY = """
+name: few
+record: {duration: 20 s}
+leakage: {onset: step, onset_time: 10 s}
+baseline: {leakage.onset: constant}
+study:
+  population: {over: {fluid.bulk_modulus: {uniform: ±20 %}}}
+  healthy: {fit: 200, test: 600}
+  faults: {leakage.internal_flow: [0.2 L/min], each: 29}
+indicators: {weak_rls: {spool: command, transient: 2 s, trace_duration: 20 s}}
+detection:
+  false_alarm_rate: 5 %
+  online:
+    false_alarm_every: 1 h
+    charts: {cusum: {of: weak_rls.leakage, chart: cusum}}
+"""
+
+
+@pytest.fixture
+def warned(tmp_path):
+    def warnings(*settings):
+        file = tmp_path / "few.yaml"
+        file.write_text(STUDY)
+        return study_warnings(load_experiment(file, settings))
+
+    return warnings
+
+
+def test_a_study_that_can_state_all_is_not_warned_of(warned):
+    assert not warned()
+
+
+def test_too_few_healthy_hours_are_told_with_the_number_needed(warned):
+    """Behind the transient a record is watched for 18 s: an hour takes 200 of them."""
+    (fit,) = warned("study.healthy.fit=199")
+    assert fit == (
+        "study.healthy.fit = 199 records set no limit for 1 h between false alarms:"
+        " weak_rls needs 200 of them (1 h)"
+    )
+    (test,) = warned("study.healthy.test=500")
+    assert "study.healthy.test = 500 records do not show whether a limit holds" in test
+    assert "needs 600 of them (3 h)" in test
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        (
+            ["leakage={onset: constant, onset_time: 0 s}"],
+            "leakage.onset = constant: leaks are there from the",
+        ),
+        (["leakage.onset_time=1 s"], "leakage.onset_time = 1 s is outside of what charts watch"),
+        (["leakage.onset_time=25 s"], "leakage.onset_time = 25 s is outside of what charts watch"),
+        (["baseline={leakage.onset: step}"], "makes them the flow after the onset"),
+    ],
+)
+def test_leaks_that_do_not_set_in_as_stated_are_warned_of(warned, settings, sentence):
+    assert any(sentence in text for text in warned(*settings))

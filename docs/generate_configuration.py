@@ -109,7 +109,7 @@ def _default(info: FieldInfo) -> str:
             f"`{key}: {_shown(item, parameter_unit(key) or '1')}`" if "." in key else f"`{key}`"
             for key, item in value.items()
         )
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         return ", ".join(f"`{_shown(item, quantity.unit)}`" for item in value)
     return f"`{value if quantity is None else _shown(float(value), quantity.unit)}`"
 

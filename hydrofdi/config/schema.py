@@ -49,6 +49,8 @@ def experiment_schema() -> dict[str, Any]:
     _allow_short_faults(schema["$defs"]["FaultsConfig"])
     _allow_short_options(schema["$defs"], "ScoreConfig", map(score_kind, score_names()))
     _allow_short_options(schema["$defs"], "ChartConfig", map(chart_kind, chart_names()))
+    times = schema["$defs"]["OnlineConfig"]["properties"]["false_alarm_every"]
+    times["anyOf"] = [times["items"], {key: times.pop(key) for key in ("type", "items", "minItems")}]
     for properties in (schema["properties"], schema["$defs"]["DetectionConfig"]["properties"]):
         properties["indicators"] = {"description": properties["indicators"]["description"], **_CHOICE}
     schema["properties"]["extends"] = {

@@ -21,7 +21,7 @@ class ChartConfig(Section):
     trace (option ``trace_duration``), such as ``weak_rls.leakage``."""
 
     chart: str
-    """The rule: ``hydrofdi.detectors.charts`` has them."""
+    """The rule: ``cusum``, ``ewma``, ``glr``, ``moving_window`` or ``sprt``."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of the rule, which may stand beside the other keys as well."""

@@ -107,7 +107,7 @@ def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) ->
     """Instants of a kept trace from the end of its transient on [s], on the clock of the whole record."""
     frequency = request.record.sampling_frequency
     instants = indicator.trace_instants(frequency)
-    return instants[instants >= indicator.options.transient] + request.n_discarded / frequency
+    return np.asarray(instants[instants >= indicator.options.transient] + request.n_discarded / frequency)
 
 
 def _onsets(data: ExperimentData) -> Array:

@@ -102,7 +102,7 @@ def test_scores_that_are_missing_are_counted_and_take_no_time():
 def test_every_group_comes_equally_often_and_whole():
     streams = np.arange(12.0).reshape(6, 2)
     groups = members(["a", "a", "", "b", "", "b"], 6)
-    drawn = np.hstack(list(operations(streams, groups, 7, 0)))
+    drawn = streams[np.hstack(list(operations(groups, 7, 0)))].reshape(1, -1)
     assert sorted(len(each) for each in groups) == [1, 1, 2, 2]
     np.testing.assert_array_equal(np.bincount(drawn[0].astype(int)), 7)
     np.testing.assert_array_equal(drawn[0, 1::2] - drawn[0, ::2], 1.0)
@@ -115,3 +115,20 @@ def test_a_larger_mean_time_has_a_larger_limit():
     assert limits[1] < limits[2] < limits[0]
     again = FalseAlarms(make_chart("ewma"), autoregressive(7, 50, 400, 0.7), 1.0)
     assert again.limit(100.0).value == pytest.approx(limits[1], rel=2e-4)
+
+
+class _Impatient(FalseAlarms):
+    """Counts the false alarms of no more than 200 limits."""
+
+    n_limit = 0
+
+    def _counts(self, limit, n_draw):
+        self.n_limit += 1
+        assert self.n_limit <= 200, "the search for a limit does not end"
+        return super()._counts(limit, n_draw)
+
+
+def test_a_statistic_that_is_zero_nearly_always_has_no_limit_for_a_short_time():
+    healthy = _Impatient(make_chart("cusum", {"shift": 8.0}), autoregressive(0, 60, 100, 0.5), INTERVAL)
+    with pytest.raises(NotStatedError, match="no limit above 0 raises so many false alarms"):
+        healthy.limit(1.0)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.run_lengths.operation import members, operations
@@ -21,6 +21,12 @@ HOUR = 3600.0
 
 PRECISION = 1e-4
 """Relative width at which the search for a limit ends."""
+
+LEAST = 1e-3
+"""Smallest limit [of standardised scores]; the statistic of many charts is zero most of the time."""
+
+CHUNK = 2**16
+"""Scores that a chart follows at a time: they stay in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -165,11 +171,13 @@ class FalseAlarms:
         return self.at(self._search(wanted), confidence=confidence)
 
     def _search(self, wanted: float) -> float:
-        low, high = 0.0, self._highest
+        low, high = LEAST, self._highest
         while self._mean_count(high) >= wanted:
             low, high = high, 2.0 * high
         if self._mean_count(low) < wanted:
-            raise NotStatedError("even a limit of 0 raises fewer alarms: no limit for so short a time")
+            raise NotStatedError(
+                "no limit above 0 raises so many false alarms; state a longer time between them"
+            )
         low = max(limit for limit, count in self._searched.items() if count >= wanted and limit < high)
         high = min(limit for limit, count in self._searched.items() if count < wanted and limit > low)
         while high - low > PRECISION * high:
@@ -180,8 +188,9 @@ class FalseAlarms:
     @cached_property
     def _highest(self) -> float:
         """Above the statistic of all draws that the search looks at."""
-        drawn = operations(self.streams, self.groups, self._n_search, self.seed)
-        return max(float(np.nanmax(self.chart.follow(row), initial=1e-9)) for row in drawn) * (1.0 + 1e-9)
+        followed = self._followed(self._n_search, math.inf)
+        largest = max(float(np.nanmax(each, initial=LEAST)) for draw in followed for each in draw)
+        return largest * (1.0 + 1e-9)
 
     @property
     def _n_search(self) -> int:
@@ -194,5 +203,18 @@ class FalseAlarms:
 
     def _counts(self, limit: float, n_draw: int) -> list[int]:
         """False alarms of each draw."""
-        drawn = operations(self.streams, self.groups, n_draw, self.seed)
-        return [int(np.sum(self.chart.follow(row, limit) >= limit)) for row in drawn]
+        return [
+            sum(int(np.count_nonzero(each >= limit)) for each in draw)
+            for draw in self._followed(n_draw, limit)
+        ]
+
+    def _followed(self, n_draw: int, limit: float) -> Iterator[Iterator[Array]]:
+        """The statistic of each draw, in chunks."""
+        return (self._along(drawn, limit) for drawn in operations(self.groups, n_draw, self.seed))
+
+    def _along(self, drawn: NDArray[np.intp], limit: float) -> Iterator[Array]:
+        state, n_joined = self.chart.start(1), max(1, CHUNK // self.streams.shape[1])
+        for first in range(0, drawn.size, n_joined):
+            joined = self.streams[drawn[first : first + n_joined]].reshape(1, -1)
+            state, statistic = self.chart.step(state, joined, limit)
+            yield statistic

@@ -7,8 +7,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.evaluation.scores import Array
-
 
 def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp]]:
     """Positions of the streams of each group; a stream without a group, ``""``, is one by itself."""
@@ -18,15 +16,14 @@ def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp
     return [np.flatnonzero(places == group) for group in range(int(places.max(initial=-1)) + 1)]
 
 
-def operations(streams: Array, groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterator[Array]:
-    """Whole streams in drawn order, joined: block bootstrap whose blocks are the streams of a group.
+def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterator[NDArray[np.intp]]:
+    """Whole streams in drawn order, to be joined: block bootstrap whose blocks are the streams of a group.
 
     Künsch, Annals of Statistics 17 (1989) 1217, with blocks that records set; balanced as in Davison, Hinkley
     and Schechtman, Biometrika 73 (1986) 555: over all draws each group comes equally often.
 
     Parameters
     ----------
-    streams : ndarray, shape (n_stream, n_time)
     groups : list of ndarray of int
         Positions of the streams that belong together.
     n_draw : int
@@ -34,10 +31,9 @@ def operations(streams: Array, groups: list[NDArray[np.intp]], n_draw: int, seed
 
     Yields
     ------
-    ndarray, shape (1, n_joined)
-        As long as all streams together, where groups have the same size.
+    ndarray of int, shape (n_drawn,)
+        Positions of streams; as many as there are, where groups have the same size.
     """
     order = np.random.default_rng(seed).permutation(np.tile(np.arange(len(groups)), n_draw))
     for drawn in order.reshape(n_draw, len(groups)):
-        rows = np.concatenate([groups[group] for group in drawn])
-        yield streams[rows].reshape(1, -1)
+        yield np.concatenate([groups[group] for group in drawn])

@@ -29,8 +29,8 @@ _SYMBOL = "kernel"
 _LIBRARY_FUNCTIONS = {"exp", "log", "pow", "sqrt", "sin", "cos", "tanh", "fmod", "memset", "memcpy"}
 """What machine code may call: functions of the C library, which every process has."""
 
-_TYPE_FLAGS = 0x1 | 0x2 | 0x100 | 0x400
-"""Flags of an array that its type depends on: contiguous in C or Fortran order, aligned, writeable."""
+_C_ORDER, _FORTRAN_ORDER, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400
+"""Flags of an array that its type depends on; what is in C order is not asked for the other one."""
 
 _DIGEST_SIZE = 16
 
@@ -63,7 +63,7 @@ def _prepare(function: _Kernel, types: tuple[Any, ...], arguments: tuple[Any, ..
         if code is None:
             return compiled(function)
         _write(path, code)
-    return _link(code)
+    return _link(code, arguments)
 
 
 @cache
@@ -81,7 +81,9 @@ def _can_link() -> bool:
 def _type_of(value: Any) -> Any:
     """What the compiler distinguishes; the fields of a record follow from the sources."""
     if isinstance(value, np.ndarray):
-        return value.dtype.str, value.ndim, value.flags.num & _TYPE_FLAGS
+        flags = value.flags.num
+        order = _C_ORDER if flags & _C_ORDER else flags & _FORTRAN_ORDER
+        return value.dtype.str, value.ndim, order | flags & (_ALIGNED | _WRITEABLE)
     return tuple(map(_type_of, value)) if isinstance(value, tuple) else type(value).__name__
 
 
@@ -128,40 +130,55 @@ def _target_machine() -> Any:
     )
 
 
-def _link(code: bytes) -> _Call:
-    """The function in machine code, called as numba calls it: arrays in parts, status returned."""
+def _link(code: bytes, arguments: tuple[Any, ...]) -> _Call:
+    """The function in machine code for arguments of these types, called as numba calls it."""
     from llvmlite import binding
 
     engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _target_machine())
     engine.add_object_file(binding.ObjectFileRef.from_data(code))
     engine.finalize_object()
-    entry = ctypes.CFUNCTYPE(ctypes.c_int32)(engine.get_function_address(_SYMBOL))
-    result, failure = ctypes.c_void_p(), ctypes.c_void_p()
+    pointer = ctypes.c_void_p
+    prototype = ctypes.CFUNCTYPE(ctypes.c_int32, pointer, pointer, *_c_types(arguments))
+    entry = prototype(engine.get_function_address(_SYMBOL))
+    results = (ctypes.c_void_p * 2)()
+    result, failure = ctypes.addressof(results), ctypes.addressof(results) + ctypes.sizeof(pointer)
 
     def call(*arguments: Any) -> None:
-        status = entry(ctypes.byref(result), ctypes.byref(failure), *_parts(arguments))
+        status = entry(result, failure, *_parts(arguments))
         if status:
             raise RuntimeError(f"a kernel ended with status {status}")
 
-    call.engine = engine  # type: ignore[attr-defined]  # lives as long as the function
+    call.kept = engine, results  # type: ignore[attr-defined]  # live as long as the function
     return call
 
 
-def _parts(values: tuple[Any, ...]) -> Iterator[Any]:
-    """Arguments as machine code takes them; of an array owner, parent, sizes, data, shape and strides."""
+def _c_types(values: tuple[Any, ...]) -> Iterator[Any]:
+    """Types of `_parts`, in their order."""
     for value in values:
         if isinstance(value, np.ndarray):
-            yield from (None, None, ctypes.c_int64(value.size), ctypes.c_int64(value.itemsize))
-            yield ctypes.c_void_p(value.ctypes.data)
-            yield from map(ctypes.c_int64, (*value.shape, *value.strides))
+            yield from (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
+            yield from (ctypes.c_int64,) * (2 * value.ndim)
         elif isinstance(value, tuple):
-            yield from _parts(value)
+            yield from _c_types(value)
         elif isinstance(value, float):
-            yield ctypes.c_double(value)
+            yield ctypes.c_double
         elif isinstance(value, bool):
-            yield ctypes.c_bool(value)
+            yield ctypes.c_bool
         else:
-            yield None if value is None else ctypes.c_int64(value)
+            yield ctypes.c_void_p if value is None else ctypes.c_int64
+
+
+def _parts(values: tuple[Any, ...]) -> list[Any]:
+    """Arguments as machine code takes them; of an array owner, parent, sizes, data, shape and strides."""
+    parts: list[Any] = []
+    for value in values:
+        if isinstance(value, np.ndarray):
+            parts += (None, None, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
+        elif isinstance(value, tuple):
+            parts += _parts(value)
+        else:
+            parts.append(value)
+    return parts
 
 
 def _digest(content: bytes) -> bytes:

@@ -157,10 +157,9 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     @property
     def limits(self) -> Array:
         """Largest size of each of ``STATES`` that is an actuator's, in the units of estimators."""
-        within = {
-            "position": min(self.plant.volume_1 / self.plant.area_1, self.plant.volume_2 / self.plant.area_2)
-        }
-        return np.array([(LARGEST | within)[name] for name in STATES])
+        plant = self.plant
+        half_stroke = min(plant.volume_1 / plant.area_1, plant.volume_2 / plant.area_2)
+        return np.array([(LARGEST | {"position": half_stroke})[name] for name in STATES])
 
     def _variances(self, **deviations: float) -> Array:
         estimated = self.estimated

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
@@ -109,13 +110,13 @@ class NominalActuator(Section):
         sampling_frequency : float
             [Hz]
         """
-        from scipy.signal import cont2discrete, lfilter, lfilter_zi
+        from scipy.signal import lfilter
 
-        rate = 2.0 * np.pi * self.natural_frequency
-        continuous = np.array([rate**2]), np.array([1.0, 2.0 * self.damping_ratio * rate, rate**2])
-        numerator, denominator, _ = cont2discrete(continuous, 1.0 / sampling_frequency)
-        before = lfilter_zi(numerator[0], denominator) * rest if state is None else state
-        position, after = lfilter(numerator[0], denominator, command, zi=before)
+        numerator, denominator, at_rest = _held_command_filter(
+            self.natural_frequency, self.damping_ratio, sampling_frequency
+        )
+        before = at_rest * rest if state is None else state
+        position, after = lfilter(numerator, denominator, command, zi=before)
         return self.spool_gain * np.asarray(position), np.asarray(after)
 
     def supply_known_by(self, records: RecordBatch) -> Literal["measured", "nominal", "sum"]:
@@ -125,3 +126,16 @@ class NominalActuator(Section):
         if Channel.SUPPLY_PRESSURE in records.channels.keys() - records.relative:
             return "measured"
         return "sum" if self.areas[0] == self.areas[1] else "nominal"
+
+
+@lru_cache(maxsize=64)
+def _held_command_filter(
+    natural_frequency: float, damping_ratio: float, sampling_frequency: float
+) -> tuple[Array, Array, Array]:
+    """Numerator and denominator of a second-order lag under a command that is held, and its state at rest."""
+    from scipy.signal import cont2discrete, lfilter_zi
+
+    rate = 2.0 * np.pi * natural_frequency
+    continuous = np.array([rate**2]), np.array([1.0, 2.0 * damping_ratio * rate, rate**2])
+    numerator, denominator, _ = cont2discrete(continuous, 1.0 / sampling_frequency)
+    return numerator[0], denominator, lfilter_zi(numerator[0], denominator)

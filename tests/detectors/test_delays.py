@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from detectors.streams import autoregressive
 from hydrofdi.detectors.charts import make_chart
-from hydrofdi.detectors.run_lengths import Delays, FalseAlarms, delay_curve, delays
+from hydrofdi.detectors.run_lengths import Delays, delays
 from hydrofdi.detectors.run_lengths.independent import cusum_run_length
 
 
@@ -72,15 +71,3 @@ def test_leaks_that_are_not_found_make_quantiles_infinite():
     found = Delays(np.array([1.0] * 6 + [np.inf] * 4), np.zeros(10, dtype=int), 0)
     assert found.quantile(0.5).value == 1.0
     assert found.quantile(0.5).high == found.quantile(0.9).value == np.inf
-
-
-def test_rarer_false_alarms_cost_delay_and_too_rare_ones_are_refused():
-    healthy = FalseAlarms(make_chart("cusum"), autoregressive(3, 100, 200, 0.5), 0.1)
-    leaking = autoregressive(4, 300, 200, 0.5)
-    leaking[:, 100:] += 1.5
-    curve = delay_curve(healthy, [60.0, 600.0, 86400.0], leaking, 0.1 * np.arange(200), 10.0)
-    often, rarely, never = curve
-    assert often.delays.quantile().value < rarely.delays.quantile().value < 5.0
-    assert often.delays.n_early.sum() > rarely.delays.n_early.sum()
-    assert never.limit is None
-    assert "24 h" in never.refusal

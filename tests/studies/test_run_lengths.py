@@ -150,6 +150,16 @@ def test_more_false_alarms_than_wanted_are_shown():
     assert found.keeps(shift) is False
 
 
+def test_a_short_watch_with_many_alarms_is_a_verdict():
+    """Without an alarm it would be none."""
+    whole = traces({FIT: 200, TEST: 20, LARGE: 5})
+    values = whole.values.copy()
+    values[whole.records.rows(TEST)] *= 3.0
+    (found,) = judged(replace(whole, values=values))
+    assert found.false_alarms[TEST].duration < 3.0 * EVERY
+    assert found.keeps(TEST) is False
+
+
 def test_a_longer_time_between_false_alarms_has_a_higher_limit_and_a_longer_delay():
     points = judged(traces(seed=1), every=[100.0, 1000.0, 10000.0], chart="cusum")
     limits = [point.limit.value for point in points]

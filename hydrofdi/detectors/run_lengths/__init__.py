@@ -1,7 +1,6 @@
 """Run lengths: how long a chart runs until it raises an alarm, in health and after a leak sets in."""
 
-from hydrofdi.detectors.run_lengths.curve import CurvePoint, delay_curve
 from hydrofdi.detectors.run_lengths.delays import Delay, Delays, delays
 from hydrofdi.detectors.run_lengths.false_alarms import AlarmLimit, FalseAlarms
 
-__all__ = ["AlarmLimit", "CurvePoint", "Delay", "Delays", "FalseAlarms", "delay_curve", "delays"]
+__all__ = ["AlarmLimit", "Delay", "Delays", "FalseAlarms", "delays"]

@@ -37,7 +37,7 @@ def estimates_block(estimates: Estimates) -> Block | None:
         "Covered [%]",
     )
     note = (
-        f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. 1σ stated: root mean square. Held:"
+        f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. 1σ stated: root mean square. Covered:"
         f" records whose stated {level} interval holds the truth, with the {level} interval of that share."
     )
     sheet = Sheet(

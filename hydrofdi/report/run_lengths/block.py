@@ -139,6 +139,7 @@ def _note(lengths: RunLengths, charts: Sequence[ChartJudgement], populations: Se
     ]
     return (
         f"In parentheses the {100.0 * lengths.confidence:g} % interval; > without an alarm. Strong (in the"
-        " terminal *): shown to alarm more often than the limit is set for; ?: watched too short to tell."
+        " terminal *): shown to alarm more often than the limit is set for; ?: watched for too short a"
+        " time to tell."
         f" Watched: {', '.join(watched) or HOLE}."
     )

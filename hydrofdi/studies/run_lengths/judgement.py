@@ -85,9 +85,11 @@ class ChartJudgement:
         None where they are watched for too short a time to tell, or not at all.
         """
         found = self.false_alarms.get(population)
-        if found is None or found.duration < time_needed(self.false_alarm_every, found.confidence):
+        if found is None:
             return None
-        return found.high >= self.false_alarm_every
+        if found.high < self.false_alarm_every:
+            return False
+        return True if found.duration >= time_needed(self.false_alarm_every, found.confidence) else None
 
 
 @dataclass(frozen=True, eq=False)

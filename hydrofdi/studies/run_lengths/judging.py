@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.config.study.online import ChartConfig, OnlineConfig
+from hydrofdi.detectors import HealthyScale, healthy_scale
 from hydrofdi.detectors.charts import Chart, make_chart
 from hydrofdi.detectors.run_lengths import AlarmLimit, FalseAlarms, delays
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.standardisation import Standardisation, standardisation
 from hydrofdi.studies.rules import Rules
 from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay
 from hydrofdi.studies.run_lengths.traces import Traces
@@ -56,40 +57,35 @@ class _Case:
 
     traces: Traces
     scores: Array
-    scale: Standardisation
+    scale: HealthyScale
     chart: Chart[Any]
     rules: Rules
 
     @classmethod
     def fitted(cls, traces: Traces, chart: Chart[Any], rules: Rules) -> _Case:
         (fit,) = traces.records.chosen(Kind.HEALTHY, is_fit=True)
-        healthy = traces.values[traces.records.rows(fit)]
-        known = healthy[np.isfinite(healthy)][:, None]
-        if not known.size:
-            raise NotStatedError("no healthy fit record has a score along the time")
-        scale = standardisation(known)
-        return cls(traces, (traces.values - scale.centre[0]) / scale.scale[0], scale, chart, rules)
+        scale = healthy_scale(traces.values[traces.records.rows(fit)])
+        return cls(traces, scale(traces.values), scale, chart, rules)
 
     def judged(self, blank: ChartJudgement) -> ChartJudgement:
         """The chart at one limit."""
-        records = self.traces.records
-        (fit,) = records.chosen(Kind.HEALTHY, is_fit=True)
-        confidence = self.rules.confidence
         try:
-            limit = self._false_alarms(fit).limit(blank.false_alarm_every, confidence=confidence)
+            limit = self._fit.limit(blank.false_alarm_every, confidence=self.rules.confidence)
         except NotStatedError as refusal:
             return replace(blank, refusals=(str(refusal),))
-        judged = replace(
-            blank, centre=float(self.scale.centre[0]), spread=float(self.scale.scale[0]), limit=limit
-        )
+        judged = replace(blank, centre=self.scale.centre, spread=self.scale.spread, limit=limit)
         sound, refusals = self._sound(limit)
         return replace(judged, false_alarms=sound, delays=tuple(self._delays(limit)), refusals=refusals)
 
+    @cached_property
+    def _fit(self) -> FalseAlarms:
+        (fit,) = self.traces.records.chosen(Kind.HEALTHY, is_fit=True)
+        return self._false_alarms(fit)
+
     def _false_alarms(self, population: Population) -> FalseAlarms:
-        rows = self.traces.records.rows(population)
-        groups = self.traces.records.groups
-        own = None if groups is None else [groups[row] for row in rows.tolist()]
-        return FalseAlarms(self.chart, self.scores[rows], self.traces.interval, groups=own)
+        return FalseAlarms(
+            self.chart, self.scores[self.traces.records.rows(population)], self.traces.interval
+        )
 
     def _sound(self, limit: AlarmLimit) -> tuple[dict[Population, AlarmLimit], tuple[str, ...]]:
         """Alarms of all records with sound seals that set no limit, and what is not stated of them."""

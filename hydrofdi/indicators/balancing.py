@@ -142,7 +142,7 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
             internal_coefficient=root, clearance=options.reference_pressure
         )
         softer, softer_error = estimate(compressibility=1.0)
-        compressibility = 1.0 / options.bulk_modulus + softer
+        modulus = 1.0 / (1.0 / options.bulk_modulus + softer)
         first, second = balance.pressures
         return {
             "internal_coefficient": coefficient,
@@ -152,8 +152,8 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
             "mean_leakage": coefficient * np.mean(np.sqrt(np.abs(first - second)), axis=1),
             "cross_port_leakage": cross_port,
             "cross_port_leakage_error": cross_port_error,
-            "bulk_modulus": 1.0 / compressibility,
-            "bulk_modulus_error": softer_error / compressibility**2,
+            "bulk_modulus": modulus,
+            "bulk_modulus_error": options.bulk_modulus_error(modulus, softer_error * modulus**2),
             "flow_gain": 1.0 + estimate(flow_gain=1.0)[0],
             "supply_pressure": np.mean(balance.supply, axis=1) * (1.0 + estimate(supply=1.0)[0]),
             "offset": estimate(offset=1.0)[0],

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+import numpy as np
+
 from hydrofdi.indicators.nominal_actuator import NominalActuator
-from hydrofdi.records import RecordBatch
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
 Share = Annotated[float, SI("1", least=0)]
@@ -20,6 +22,11 @@ class UncertainActuator(NominalActuator):
 
     bulk_modulus_deviation: Share = 0.3
     """Standard deviation of 1/β over its nominal value [-]."""
+
+    chamber_volume_deviation: Share = 0.02
+    """Standard deviation of the chamber volumes over their nominal value [-]. It goes into the deviation of β
+    in full: pressures tell β/V. That is too wide where flow gain and lap, which are estimated, take up the
+    error of the volume instead, as in balances under a square wave in open loop."""
 
     flow_gain_deviation: Share = 0.025
     """Standard deviation of the flow through the open valve over its nominal value [-]."""
@@ -39,6 +46,10 @@ class UncertainActuator(NominalActuator):
 
     pressure_bias: Annotated[float, SI("Pa", least=0)] = 25e3
     """Standard deviation of the constant error of each chamber pressure sensor [Pa]."""
+
+    def bulk_modulus_error(self, modulus: Array, error: Array) -> Array:
+        """Standard deviation of β [Pa] from that with chambers of nominal volume."""
+        return np.asarray(np.hypot(error, self.chamber_volume_deviation * modulus))
 
     def prior_deviations(self, records: RecordBatch, n_pressure: int) -> dict[str, float]:
         """Unknown → its standard deviation beforehand; that of K_i is infinite, what is known is left out."""

@@ -17,6 +17,7 @@ MODULI = np.array([551e6, 689e6, 827e6, 551e6, 689e6, 551e6])
 KNOWN = {
     "flow_gain_deviation": 0.0, "supply_deviation": 0.0, "offset_deviation": 0.0, "lap_deviation": 0.0,
     "clearance_deviation": 0.0, "pressure_bias": 0.0, "bulk_modulus_deviation": 10.0, "supply": "nominal",
+    "chamber_volume_deviation": 0.0,
 }  # fmt: skip
 """All but K_i and β."""
 

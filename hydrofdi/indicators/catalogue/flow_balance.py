@@ -9,7 +9,7 @@ class FlowBalance(Balance[BalanceOptions]):
     """K_i, β and valve that explain where the volume goes."""
 
     name = "flow_balance"
-    version = 2
+    version = 3
     summary = "Internal leakage, bulk modulus and valve by the volume balance of the chambers."
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); balance: equations (5) to (8) and (11) of the paper;"

@@ -34,7 +34,7 @@ class PressureBalance(Balance[PressureBalanceOptions]):
     """K_i, β and valve that explain where the volume goes, by pressures alone."""
 
     name = "pressure_balance"
-    version = 1
+    version = 2
     summary = (
         "Internal leakage by the volume balance, without a position: the spring of the load stands in for it."
     )

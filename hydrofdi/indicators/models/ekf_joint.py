@@ -30,7 +30,7 @@ class EkfJoint(ExtendedKalman[JointOptions]):
     """K_i, β and valve as states of the plant."""
 
     name = "ekf_joint"
-    version = 1
+    version = 2
     summary = "Internal leakage, bulk modulus and valve by an extended Kalman filter with them as states."
     source = (
         "An & Sepehri, Int. J. Fluid Power 6(2) (2005); Sepasi & Sassani, IJCAS 8 (2010); considered"
@@ -41,8 +41,8 @@ class EkfJoint(ExtendedKalman[JointOptions]):
         " actuator, Runge-Kutta and its exact derivative; corrected by P_1, P_2 and x_p"
     )
     caution = (
-        "β comes out up to 1 % low; its stated deviation holds neither that nor a chamber volume other than"
-        " nominal. That of the leakage is wide on the nominal plant, about right on machines that differ."
+        "β comes out up to 1 % low; of its stated deviation only chamber_volume_deviation covers that. The one"
+        " of the leakage is wide on the nominal plant, about right on machines that differ."
     )
     Options = JointOptions
 
@@ -75,7 +75,7 @@ class EkfJoint(ExtendedKalman[JointOptions]):
             "internal_coefficient": per_root * leakage,
             "internal_coefficient_error": per_root * leakage_error,
             "bulk_modulus": modulus,
-            "bulk_modulus_error": modulus * error["bulk_modulus"],
+            "bulk_modulus_error": options.bulk_modulus_error(modulus, modulus * error["bulk_modulus"]),
             "supply_pressure": 1e6 * found.supply * np.exp(mean["supply"]),
             "flow_gain": 1.0 + mean["flow_gain"],
             "offset": 1e-6 * mean["offset"],

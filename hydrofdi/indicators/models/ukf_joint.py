@@ -34,7 +34,7 @@ class UkfJoint(EkfJoint):
     """K_i, β and valve as states of the plant, moved on from sigma points."""
 
     name = "ukf_joint"
-    version = 1
+    version = 2
     summary = "Internal leakage, bulk modulus and valve by a square-root unscented Kalman filter."
     source = (
         "van der Merwe & Wan, ICASSP (2001); leakage: Sepasi & Sassani, IJCAS 8 (2010); Liu, Proc. Inst."

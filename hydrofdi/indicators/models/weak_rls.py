@@ -68,7 +68,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """K_i, β and valve that explain where the volume goes, followed along the time."""
 
     name = "weak_rls"
-    version = 2
+    version = 3
     summary = "Internal leakage, bulk modulus and valve by recursive least squares of the volume balance."
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
@@ -269,7 +269,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             + options.reference_pressure * of["clearance"],
             "cross_port_leakage_error": found[:, :, -2],
             "bulk_modulus": modulus,
-            "bulk_modulus_error": error["compressibility"] * modulus**2,
+            "bulk_modulus_error": options.bulk_modulus_error(modulus, error["compressibility"] * modulus**2),
             "flow_gain": 1.0 + of["flow_gain"],
             "supply_pressure": reference * (1.0 + of["supply"]),
             "offset": of["offset"],

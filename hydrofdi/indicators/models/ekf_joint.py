@@ -41,7 +41,7 @@ class EkfJoint(ExtendedKalman[JointOptions]):
         " actuator, Runge-Kutta and its exact derivative; corrected by P_1, P_2 and x_p"
     )
     caution = (
-        "β comes out up to 1 % low; of its stated deviation only chamber_volume_deviation covers that. The one"
+        "β comes out up to 1 % low; of its stated deviation chamber_volume_deviation alone covers that. That"
         " of the leakage is wide on the nominal plant, about right on machines that differ."
     )
     Options = JointOptions

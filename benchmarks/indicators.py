@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -66,7 +66,7 @@ def resting_records() -> RecordBatch:
 
 
 def measure_indicators(
-    rounds: int, advance: Callable[[list[Job]], object]
+    rounds: int, advance: Callable[[list[Job]], object], names: Sequence[str] = ()
 ) -> tuple[dict[str, dict[str, float]], float]:
     """Milliseconds per record of each indicator, and the cheap ones together as a multiple of the kernel.
 
@@ -75,9 +75,11 @@ def measure_indicators(
     rounds : int
     advance : callable
         The kernel alone.
+    names : sequence of str
+        Indicators that are measured; all without any.
     """
     jobs, sources = lane_jobs(RECORD), [simulated_records(), resting_records()]
-    indicators = make_indicators(indicator_names())
+    indicators = make_indicators(list(names) or indicator_names())
     costs = {name: Cost(each, _measurable(each, sources)) for name, each in indicators.items()}
     advance(jobs)
     kernel, sums = [], []
@@ -136,4 +138,4 @@ def _seconds(act: Callable[[], object]) -> float:
 
 
 if __name__ == "__main__":
-    tell_indicators(*measure_indicators(9, advance_full_lanes))
+    tell_indicators(*measure_indicators(9, advance_full_lanes, sys.argv[1:]))

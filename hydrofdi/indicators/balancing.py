@@ -104,7 +104,7 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
     @property
     def optional_channels(self) -> frozenset[Channel]:
         """The supply pressure."""
-        return frozenset({Channel.SUPPLY_PRESSURE}) if self.options.supply == "auto" else frozenset()
+        return self.options.optional_channels
 
     @property
     def outputs(self) -> tuple[Output, ...]:

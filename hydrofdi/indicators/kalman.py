@@ -31,6 +31,14 @@ LARGEST = {
 """Size of each state beyond which an estimate is no actuator's, in the units of estimators."""
 
 
+MEASURED_UNITS = {
+    Channel.CHAMBER_1_PRESSURE: 1e-6,
+    Channel.CHAMBER_2_PRESSURE: 1e-6,
+    Channel.PISTON_POSITION: 1e3,
+}
+"""Channels that correct a filter, and what 1 in SI is in the units of estimators."""
+
+
 class KalmanOptions(NominalPlant, RecursiveOptions):
     """What a Kalman filter of the nominal plant takes as known; a walk is what a second adds to a state."""
 
@@ -168,11 +176,4 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
 
 def measured_states(records: RecordBatch) -> Array:
     """P_1, P_2 [MPa] and x_p [mm], shape (n_record, n_time, 3)."""
-    return np.stack(
-        [
-            1e-6 * records[Channel.CHAMBER_1_PRESSURE],
-            1e-6 * records[Channel.CHAMBER_2_PRESSURE],
-            1e3 * records[Channel.PISTON_POSITION],
-        ],
-        axis=2,
-    )
+    return np.stack([per_si * records[channel] for channel, per_si in MEASURED_UNITS.items()], axis=2)

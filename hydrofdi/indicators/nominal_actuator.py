@@ -85,6 +85,11 @@ class NominalActuator(Section):
         supply = {Channel.SUPPLY_PRESSURE} if self.supply == "measured" else set()
         return frozenset(shown_by.get(self.spool, set()) | supply)
 
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The supply pressure, where it is used if records have it."""
+        return frozenset({Channel.SUPPLY_PRESSURE} if self.supply == "auto" else set())
+
     def spool_position(self, records: RecordBatch) -> Array:
         """x_v [m], shape (n_record, n_time). A command is held between samples; the spool starts at rest."""
         if self.spool == "measured":

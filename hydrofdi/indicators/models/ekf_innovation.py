@@ -10,8 +10,8 @@ from pydantic import model_validator
 
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.extended_kalman import Estimates, ExtendedKalman
 from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, KalmanOptions, Parameter
+from hydrofdi.indicators.kalman_filter import Estimates, KalmanFilter
 from hydrofdi.indicators.recursive import Trace
 from hydrofdi.records import Array
 from hydrofdi.settings.quantities import SI
@@ -34,7 +34,7 @@ class InnovationOptions(KalmanOptions):
         return self
 
 
-class EkfInnovation(ExtendedKalman[InnovationOptions]):
+class EkfInnovation(KalmanFilter[InnovationOptions]):
     """How a record departs from what the healthy plant would have shown, and whether as a leak would."""
 
     name = "ekf_innovation"

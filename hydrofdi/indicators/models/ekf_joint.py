@@ -10,8 +10,8 @@ from pydantic import model_validator
 from hydrofdi.estimation.plant import STATES
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.extended_kalman import Estimates, ExtendedKalman
 from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, KalmanOptions
+from hydrofdi.indicators.kalman_filter import Estimates, KalmanFilter
 from hydrofdi.indicators.recursive import Trace
 from hydrofdi.records import Array
 
@@ -26,7 +26,7 @@ class JointOptions(KalmanOptions):
         return self
 
 
-class EkfJoint(ExtendedKalman[JointOptions]):
+class EkfJoint(KalmanFilter[JointOptions]):
     """K_i, β and valve as states of the plant."""
 
     name = "ekf_joint"
@@ -37,8 +37,8 @@ class EkfJoint(ExtendedKalman[JointOptions]):
         " parameters: Schmidt, Advances in Control Systems 3 (1966)"
     )
     equation = (
-        "(P_1, P_2, x_p, v_p, F, q_i, ln β, ln P_s, gain, offset, lap, clearance) by the equations of the"
-        " actuator, Runge-Kutta and its exact derivative; corrected by P_1, P_2 and x_p"
+        "(P_1, P_2, x_p, v_p, F, q_i, ln β, ln P_s, gain, offset, lap, clearance, biases) by the equations"
+        " of the actuator, Runge-Kutta and its exact derivative; corrected by P_1, P_2 and x_p"
     )
     caution = (
         "β comes out up to 1 % low; of its stated deviation chamber_volume_deviation alone covers that. That"

@@ -67,7 +67,7 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
     @property
     def optional_channels(self) -> frozenset[Channel]:
         """The supply pressure."""
-        return frozenset({Channel.SUPPLY_PRESSURE}) if self.options.supply == "auto" else frozenset()
+        return self.options.optional_channels
 
     @property
     def estimates(self) -> tuple[Output, ...]:

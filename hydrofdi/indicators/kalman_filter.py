@@ -1,4 +1,4 @@
-"""What indicators by an extended Kalman filter share: the filter of all records of a stream."""
+"""What indicators by Kalman filters share: a filter for each record of a stream, extended by default."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hydrofdi.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
 from hydrofdi.estimation.plant import N_STATE
 from hydrofdi.indicators.information import Information
-from hydrofdi.indicators.kalman import KalmanOptions, measured_states
+from hydrofdi.indicators.kalman import MEASURED_UNITS, KalmanOptions, measured_states
 from hydrofdi.indicators.plant_information import plant_information
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -43,8 +43,8 @@ class Estimates:
     n_sample: int
 
 
-class ExtendedKalman(RecursiveIndicator[Chosen]):
-    """An indicator that reads the estimates, variances and innovations of an extended Kalman filter."""
+class KalmanFilter(RecursiveIndicator[Chosen]):
+    """An indicator that reads the estimates, variances and innovations of a Kalman filter."""
 
     absence = "the filter diverged, or a sample is no number"
     is_cheap = False
@@ -52,15 +52,12 @@ class ExtendedKalman(RecursiveIndicator[Chosen]):
     @property
     def channels(self) -> frozenset[Channel]:
         """Pressures, position, and what moves the valve."""
-        options = self.options
-        spool = Channel.SPOOL_POSITION if options.spool == "measured" else Channel.INPUT_VOLTAGE
-        seen = {Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION, spool}
-        return frozenset(seen | ({Channel.SUPPLY_PRESSURE} if options.supply == "measured" else set()))
+        return frozenset(MEASURED_UNITS) | self.options.valve_channels
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
         """The supply pressure."""
-        return frozenset({Channel.SUPPLY_PRESSURE} if self.options.supply == "auto" else set())
+        return self.options.optional_channels
 
     def start(self, records: RecordBatch) -> State:
         """Streams that have seen no sample."""

@@ -100,6 +100,26 @@ class NominalActuator(Section):
         command = records[Channel.INPUT_VOLTAGE]
         return self.follow_command(command, command[:, :1], None, records.sampling_frequency)[0]
 
+    def spool_of_stream(self, chunk: RecordBatch, is_first: bool, state: Array) -> Array:
+        """x_v [m] of a chunk; under a command, it rests under the first one of a stream.
+
+        Parameters
+        ----------
+        chunk : RecordBatch
+        is_first : bool
+            Whether the stream begins with it.
+        state : ndarray, shape (n_record, 2)
+            Of the spool; updated in place.
+        """
+        if self.spool == "measured":
+            return np.ascontiguousarray(chunk[Channel.SPOOL_POSITION])
+        command = chunk[Channel.INPUT_VOLTAGE]
+        if not chunk.n_time:
+            return command
+        before = None if is_first else state
+        position, state[:] = self.follow_command(command, command[:, :1], before, chunk.sampling_frequency)
+        return np.ascontiguousarray(position)
+
     def follow_command(
         self, command: Array, rest: Array, state: Array | None, sampling_frequency: float
     ) -> tuple[Array, Array]:

@@ -86,11 +86,7 @@ def follow_signals(
     signals, unclear = np.empty((N_SIGNAL, *_shape(chunk))), np.zeros(_shape(chunk), dtype=np.bool_)
     for place, channel in _MEASURED.items():
         signals[place] = chunk[channel]
-    if options.spool == "measured":
-        signals[SPOOL] = chunk[Channel.SPOOL_POSITION]
-    elif chunk.n_time:
-        command, before = chunk[Channel.INPUT_VOLTAGE], state["spool"] if n_before else None
-        signals[SPOOL], after["spool"] = options.follow_command(command, command[:, :1], before, frequency)
+    signals[SPOOL] = options.spool_of_stream(chunk, n_before == 0, after["spool"])
     mark_unclear(signals[SPOOL], n_before, 0, options.least_opening, math.inf, 0, after["gate"], unclear)
     match options.supply_known_by(chunk):
         case "measured":

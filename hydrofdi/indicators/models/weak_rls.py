@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,45 +122,21 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
         """Estimates with the memory, and under ``whole_…`` those of all that was seen."""
-        options, frequency, half = self.options, chunk.sampling_frequency, self.options.half_window
         n_before, after = int(state["n_sample"]), {name: array.copy() for name, array in state.items()}
         after["n_sample"] += chunk.n_time
-        spool = self._spool(chunk, n_before, after)
-        unclear = np.zeros(spool.shape, dtype=np.bool_)
-        mark_unclear(
-            spool, n_before, round(options.start_up * frequency), options.least_opening, options.least_jump,
-            round(options.settling * frequency), after["gate"], unclear,
-        )  # fmt: skip
+        places = instants(n_before, chunk.n_time, self.samples_per_estimate(chunk.sampling_frequency))
+        spool = self.options.spool_of_stream(chunk, n_before == 0, after["spool"])
+        unclear = self._unclear(chunk, spool, n_before, after["gate"])
         supply, reference = self._supply(chunk, n_before, after["means"])
-        first = np.ascontiguousarray(chunk[P1])
-        second = chunk[P2] if self._both else supply + options.return_pressure - first
-        columns, targets = window_equations(
-            spool, np.ascontiguousarray(chunk[X]), np.stack((first, second)), supply, reference,
-            weak_weights(half, frequency), n_before, known_balance(options, chunk, self._both, half),
-            after["sums"],
-        )  # fmt: skip
-        noise = self._noise(chunk, unclear, after)
+        columns, targets = self._equations(chunk, spool, supply, reference, n_before, after["sums"])
         counts = np.zeros(columns.shape[:2])
-        count_windows(unclear, n_before, half, after["unclear"], counts)
-        places = instants(n_before, chunk.n_time, self.samples_per_estimate(frequency))
-        due = np.array(
-            [windows_before(n_before + place + 1, half) for place in places], dtype=np.int64
-        ) - windows_before(n_before, half)
-        deviations = self._deviations(chunk)
-        priors = np.zeros((chunk.n_record, len(places), N_UNKNOWN))
-        if deviations[_SUPPLY] > 0.0:
-            shift = supply[:, places] / reference[:, places] - 1.0
-            priors[:, :, _SUPPLY] = shift / deviations[_SUPPLY]
-        decays = self._decays(chunk)
-        found = np.zeros((chunk.n_record, len(decays), len(places), N_ESTIMATE))
-        follow_windows(
-            columns, targets, counts, due, priors, deviations, options.error, decays,
-            self._cross_port(), noise[:, places], options.bulk_modulus,
-            RlsState(*(after[name] for name in RlsState._fields)), new_scratch(), found,
-        )  # fmt: skip
-        values = self._named(found[:, 0], reference[:, places])
-        whole = self._named(found[:, -1], reference[:, places])
-        time = state["start_time"] + (n_before + places) / frequency
+        count_windows(unclear, n_before, self.options.half_window, after["unclear"], counts)
+        due = self._windows_due(n_before, places)
+        noise = np.ascontiguousarray(self._noise(chunk, unclear, after)[:, places])
+        supply, reference = supply[:, places], reference[:, places]
+        found = self._follow(chunk, (columns, targets, counts), due, supply, reference, noise, after)
+        values, whole = self._named(found[:, 0], reference), self._named(found[:, -1], reference)
+        time = state["start_time"] + (n_before + places) / chunk.sampling_frequency
         return after, Trace(time, values | {f"whole_{name}": array for name, array in whole.items()})
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
@@ -189,18 +165,50 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def _both(self) -> bool:
         return self.options.chambers == "both"
 
-    def _spool(self, chunk: RecordBatch, n_before: int, after: dict[str, NDArray[np.float64]]) -> Array:
-        """x_v [m]; the spool rests under the first command of a stream."""
-        if self.options.spool == "measured":
-            return np.ascontiguousarray(chunk[Channel.SPOOL_POSITION])
-        command = chunk[Channel.INPUT_VOLTAGE]
-        if not command.shape[1]:
-            return command
-        before = None if n_before == 0 else after["spool"]
-        spool, after["spool"] = self.options.follow_command(
-            command, command[:, :1], before, chunk.sampling_frequency
-        )
-        return np.ascontiguousarray(spool)
+    def _unclear(self, chunk: RecordBatch, spool: Array, n_before: int, gate: Array) -> NDArray[np.bool_]:
+        """Samples that tell nothing: at the start, with the valve hardly open, or soon after a jump."""
+        options, frequency = self.options, chunk.sampling_frequency
+        unclear = np.zeros(spool.shape, dtype=np.bool_)
+        mark_unclear(
+            spool, n_before, round(options.start_up * frequency), options.least_opening, options.least_jump,
+            round(options.settling * frequency), gate, unclear,
+        )  # fmt: skip
+        return unclear
+
+    def _equations(
+        self, chunk: RecordBatch, spool: Array, supply: Array, reference: Array, n_before: int, sums: Array
+    ) -> tuple[Array, Array]:
+        """Columns and targets of the windows that a chunk completes."""
+        options, half = self.options, self.options.half_window
+        first = chunk[P1]
+        second = chunk[P2] if self._both else supply + options.return_pressure - first
+        return window_equations(
+            spool, np.ascontiguousarray(chunk[X]), np.stack((first, second)), supply, reference,
+            weak_weights(half, chunk.sampling_frequency), n_before,
+            known_balance(options, chunk, self._both, half), sums,
+        )  # fmt: skip
+
+    def _windows_due(self, n_before: int, places: NDArray[np.intp]) -> NDArray[np.int64]:
+        """Windows of a chunk that are complete behind the samples at some places."""
+        half = self.options.half_window
+        complete = [windows_before(n_before + place + 1, half) for place in places]
+        return np.array(complete, dtype=np.int64) - windows_before(n_before, half)
+
+    def _follow(
+        self, chunk: RecordBatch, windows: tuple[Array, Array, Array], due: NDArray[np.int64],
+        supply: Array, reference: Array, noise: Array, after: dict[str, NDArray[Any]],
+    ) -> Array:  # fmt: skip
+        """Estimates (n_record, n_memory, n_instant, N_ESTIMATE), from supply pressures and noise at these."""
+        options, deviations, decays = self.options, self._deviations(chunk), self._decays(chunk)
+        priors = np.zeros((*supply.shape, N_UNKNOWN))
+        if deviations[_SUPPLY] > 0.0:
+            priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviations[_SUPPLY]
+        found = np.zeros((chunk.n_record, len(decays), len(due), N_ESTIMATE))
+        follow_windows(
+            *windows, due, priors, deviations, options.error, decays, self._cross_port(), noise,
+            options.bulk_modulus, RlsState(*(after[name] for name in RlsState._fields)), new_scratch(), found,
+        )  # fmt: skip
+        return found
 
     def _supply(self, chunk: RecordBatch, n_before: int, means: Array) -> tuple[Array, Array]:
         """P_s at which the equations are linear, and about which its deviation is stated [Pa]."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from hydrofdi.evaluation.populations import Population
-from hydrofdi.report.detection.wording import probability_in_words, severity_unit_of, two_digits
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.report.detection.wording import probability_in_words, severity_unit_of
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.run_lengths.wording import between_alarms_cell, delay_cell, hours, time_text
 from hydrofdi.report.wording import HOLE, flow_text
@@ -37,30 +37,41 @@ def run_lengths_block(lengths: RunLengths) -> Block:
 
 
 def _answer(lengths: RunLengths) -> Iterator[str]:
-    """For each leak, the chart that finds it soonest at the longest time between false alarms."""
+    """For each leak, the quickest chart of those that keep the longest time between false alarms."""
     longest = max(chart.false_alarm_every for chart in lengths.charts)
-    charts = [chart for chart in lengths.charts if chart.false_alarm_every == longest]
+    charts = [chart for chart in lengths.charts if chart.false_alarm_every == longest and chart.delays]
+    kept = [chart for chart in charts if not _is_exceeded(chart)]
     unit, asked = severity_unit_of(lengths.records), time_text(longest)
     found: dict[Population, list[tuple[LeakDelay, ChartJudgement]]] = {}
-    for chart in charts:
+    for chart in kept:
         for delay in chart.delays:
             found.setdefault(delay.population, []).append((delay, chart))
-    parts = []
-    for population, each in found.items():
-        delay, chart = min(each, key=lambda pair: (pair[0].median.value, pair[0].late.value))
-        seconds = two_digits(delay.median.value)
-        parts.append(
-            f"{unit.text(population.severity)} after {seconds} s ({chart.label})"
-            if delay.n_found * 2 >= delay.n > 0
-            else f"{unit.text(population.severity)} not in half of the records"
-        )
+    parts = [
+        f"{unit.text(population.severity)} {_quickest(each, len(kept))}" for population, each in found.items()
+    ]
+    quickest = f" by the quickest of {len(kept)} charts" if len(kept) > 1 else ""
     if parts:
         yield (
             f"At a limit set for one false alarm in {asked} of operation, half of the leaks that set in are"
-            f" found: {'; '.join(parts)}."
+            f" found{quickest}: {'; '.join(parts)}."
         )
+    elif charts:
+        yield f"Healthy test records alarm more often than once in {asked} at every limit set for that."
     else:
         yield "No delay is stated: no leak sets in while a chart watches (leakage.onset, leakage.onset_time)."
+
+
+def _is_exceeded(chart: ChartJudgement) -> bool:
+    """Whether healthy test records are shown to alarm more often than the limit is set for."""
+    return any(each.kind is Kind.HEALTHY and chart.keeps(each) is False for each in chart.false_alarms)
+
+
+def _quickest(found: Sequence[tuple[LeakDelay, ChartJudgement]], n_chart: int) -> str:
+    delay, chart = min(found, key=lambda pair: (pair[0].median.value, pair[0].late.value))
+    if delay.n_found * 2 < delay.n:
+        return "not in half of the records"
+    label = f", {chart.label}" if n_chart > 1 else ""
+    return f"after {delay_cell(delay.median, delay.watched).text} s{label}"
 
 
 def _delays_sheet(lengths: RunLengths) -> Sheet:

@@ -83,6 +83,7 @@ class _Case:
         return self._false_alarms(fit)
 
     def _false_alarms(self, population: Population) -> FalseAlarms:
+        """Records of one population are of different machines, and do not depend on each other."""
         return FalseAlarms(
             self.chart, self.scores[self.traces.records.rows(population)], self.traces.interval
         )
@@ -112,7 +113,7 @@ class _Case:
             yield LeakDelay(
                 population,
                 float(np.mean(traces.flow[rows])),
-                int(np.isfinite(found.values).sum()),
+                found.found.count,
                 rows.size,
                 int(found.n_early.sum()),
                 found.not_measurable,

@@ -42,6 +42,12 @@ def with_memory_of_its_own(values: NDArray[Any]) -> None:
         values[k] = copy[values.size - 1 - k]
 
 
+def in_place(values: NDArray[Any]) -> None:
+    for row in range(values.shape[0]):
+        for column in range(values.shape[1]):
+            values[row, column] *= 2.0
+
+
 @equation
 def deflate(matrix: NDArray[Any], row: NDArray[Any], scratch: NDArray[Any]) -> None:
     for i in range(scratch.size):
@@ -125,6 +131,14 @@ def test_views_of_arrays_need_no_runtime(folder: Path) -> None:
     kernel(with_views)(matrices, rows, np.zeros(3))
     np.testing.assert_allclose(matrices, expected)
     assert len(list(folder.glob("with_views-*.o"))) == 1
+
+
+def test_one_row_or_sample_shares_the_code_of_several(folder: Path) -> None:
+    doubling, grid = kernel(in_place), np.ones((4, 5))
+    for part in (grid, grid[:1], grid[:1, 2:3], grid[:0]):
+        doubling(part)
+    np.testing.assert_array_equal(grid, [[4.0, 4.0, 8.0, 4.0, 4.0], *[[2.0] * 5] * 3])
+    assert len(list(folder.glob("in_place-*.o"))) == 1
 
 
 def test_a_cache_that_cannot_be_written_costs_time_alone(

@@ -61,7 +61,7 @@ def _duration_warnings(
     hours = f"{every / 3600.0:g} h between false alarms"
     for key, count, needed, cannot in (
         ("fit", study.healthy.fit, every, "set no limit"),
-        ("test", study.healthy.test, time_needed(every, confidence), "do not show whether a limit holds"),
+        ("test", study.healthy.test, time_needed(every, confidence), "do not show that a limit holds"),
     ):
         if count * duration < needed:
             yield (

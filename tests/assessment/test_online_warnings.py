@@ -45,7 +45,7 @@ def test_too_few_healthy_hours_are_told_with_the_number_needed(warned):
         " weak_rls needs 200 of them (1 h)"
     )
     (test,) = warned("study.healthy.test=500")
-    assert "study.healthy.test = 500 records do not show whether a limit holds" in test
+    assert "study.healthy.test = 500 records do not show that a limit holds" in test
     assert "needs 600 of them (3 h)" in test
 
 

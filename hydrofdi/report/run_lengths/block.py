@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.populations import Population
 from hydrofdi.report.detection.wording import probability_in_words, severity_unit_of
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
+from hydrofdi.report.run_lengths.answer import delay_answer
 from hydrofdi.report.run_lengths.wording import between_alarms_cell, delay_cell, hours, time_text
-from hydrofdi.report.wording import HOLE, flow_text
+from hydrofdi.report.wording import HOLE, flow_text, joined
 from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay, RunLengths
 
 _ORDER = (
@@ -21,57 +22,24 @@ _ORDER = (
 def run_lengths_block(lengths: RunLengths) -> Block:
     """What is found after how long, at which time between false alarms."""
     sheets = (_delays_sheet(lengths), _false_alarms_sheet(lengths))
-    refusals = [
-        f"{chart.label} at one false alarm in {time_text(chart.false_alarm_every)}: {refusal}."
-        for chart in lengths.charts
-        for refusal in chart.refusals
-    ]
     has_delays = any(chart.delays for chart in lengths.charts)
     return Block(
         "run-lengths",
         "Delay in operation",
-        (*_answer(lengths), _ORDER, *refusals),
+        (*delay_answer(lengths), _ORDER, *_refusals(lengths)),
         sheets,
         ("delays",) if has_delays else (),
     )
 
 
-def _answer(lengths: RunLengths) -> Iterator[str]:
-    """For each leak, the quickest chart of those that keep the longest time between false alarms."""
-    longest = max(chart.false_alarm_every for chart in lengths.charts)
-    charts = [chart for chart in lengths.charts if chart.false_alarm_every == longest and chart.delays]
-    kept = [chart for chart in charts if not _is_exceeded(chart)]
-    unit, asked = severity_unit_of(lengths.records), time_text(longest)
-    found: dict[Population, list[tuple[LeakDelay, ChartJudgement]]] = {}
-    for chart in kept:
-        for delay in chart.delays:
-            found.setdefault(delay.population, []).append((delay, chart))
-    parts = [
-        f"{unit.text(population.severity)} {_quickest(each, len(kept))}" for population, each in found.items()
-    ]
-    quickest = f" by the quickest of {len(kept)} charts" if len(kept) > 1 else ""
-    if parts:
-        yield (
-            f"At a limit set for one false alarm in {asked} of operation, half of the leaks that set in are"
-            f" found{quickest}: {'; '.join(parts)}."
-        )
-    elif charts:
-        yield f"Healthy test records alarm more often than once in {asked} at every limit set for that."
-    else:
-        yield "No delay is stated: no leak sets in while a chart watches (leakage.onset, leakage.onset_time)."
-
-
-def _is_exceeded(chart: ChartJudgement) -> bool:
-    """Whether healthy test records are shown to alarm more often than the limit is set for."""
-    return any(each.kind is Kind.HEALTHY and chart.keeps(each) is False for each in chart.false_alarms)
-
-
-def _quickest(found: Sequence[tuple[LeakDelay, ChartJudgement]], n_chart: int) -> str:
-    delay, chart = min(found, key=lambda pair: (pair[0].median.value, pair[0].late.value))
-    if delay.n_found * 2 < delay.n:
-        return "not in half of the records"
-    label = f", {chart.label}" if n_chart > 1 else ""
-    return f"after {delay_cell(delay.median, delay.watched).text} s{label}"
+def _refusals(lengths: RunLengths) -> Iterator[str]:
+    """What is not stated, and why; once for all charts that share it."""
+    charts: dict[tuple[float, str], list[str]] = {}
+    for chart in lengths.charts:
+        for refusal in chart.refusals:
+            charts.setdefault((chart.false_alarm_every, refusal), []).append(chart.label)
+    for (every, refusal), labels in charts.items():
+        yield f"{joined(labels)} at one false alarm in {time_text(every)}: {refusal}."
 
 
 def _delays_sheet(lengths: RunLengths) -> Sheet:
@@ -79,7 +47,7 @@ def _delays_sheet(lengths: RunLengths) -> Sheet:
     pairs = [(chart, delay) for chart in lengths.charts for delay in chart.delays]
     share = f"{100.0 * lengths.share:g} %"
     headers = (
-        "Chart", "Every [h]", f"Leakage [{unit.name or '1'}]", "After onset [L/min]", "Found",
+        "Chart", "Every", f"Leakage [{unit.name or '1'}]", "After onset [L/min]", "Found",
         "Median [s]", f"{share} [s]", "Early",
     )  # fmt: skip
     note = (
@@ -115,8 +83,8 @@ def _false_alarms_sheet(lengths: RunLengths) -> Sheet:
     charts = [chart for chart in lengths.charts if chart.limit is not None]
     populations = list(dict.fromkeys(each for chart in charts for each in chart.false_alarms))
     headers = (
-        "Chart", "Watches", "Rule", "Every [h]", "Limit",
-        *(f"{each.name} [h]" for each in populations),
+        "Chart", "Watches", "Rule", "Every", "Limit",
+        *(each.name for each in populations),
     )  # fmt: skip
     return Sheet(
         "times-between-false-alarms",
@@ -137,20 +105,19 @@ def _alarm_row(chart: ChartJudgement, populations: Sequence[Population]) -> tupl
 
 
 def _every_cell(chart: ChartJudgement) -> Cell:
-    every = hours(chart.false_alarm_every)
-    return Cell(f"{every:.3g}", value=every)
+    return Cell(time_text(chart.false_alarm_every), value=hours(chart.false_alarm_every))
 
 
 def _note(lengths: RunLengths, charts: Sequence[ChartJudgement], populations: Sequence[Population]) -> str:
     watched = [
-        f"{each.name} {hours(chart.false_alarms[each].duration):.3g} h"
+        f"{each.name} {time_text(chart.false_alarms[each].duration)}"
         for each in populations
         for chart in charts[:1]
         if each in chart.false_alarms
     ]
     return (
-        f"In parentheses the {100.0 * lengths.confidence:g} % interval; > without an alarm. Strong (in the"
-        " terminal *): shown to alarm more often than the limit is set for; ?: watched for too short a"
-        " time to tell."
+        f"In parentheses the {100.0 * lengths.confidence:g} % interval, in the unit before it; > without an"
+        " alarm. Strong (in the terminal *): shown to alarm more often than the limit is set for; ?:"
+        " watched for too short a time to tell."
         f" Watched: {', '.join(watched) or HOLE}."
     )

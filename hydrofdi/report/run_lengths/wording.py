@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hydrofdi.detectors.run_lengths import Delay
+from hydrofdi.detectors.run_lengths import AlarmLimit, Delay
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.report.detection.wording import two_digits
 from hydrofdi.report.document import Cell
@@ -20,10 +20,31 @@ def hours(duration: float) -> float:
 
 def time_text(duration: float) -> str:
     """A duration [s] with its unit, such as ``24 h`` or ``2.5 min``."""
-    for unit in ("h", "min"):
-        if convert(duration, unit) >= 1.0:
-            return f"{convert(duration, unit):.3g} {unit}"
-    return f"{duration:.3g} s"
+    unit = _unit(duration)
+    return f"{float(f'{convert(duration, unit):.3g}'):,g} {unit}"
+
+
+def mean_time_text(found: AlarmLimit) -> str:
+    """A mean time between alarms with its interval in the same unit, such as ``31 min (12–110)``.
+
+    Without an alarm it is the lower end of the interval, ``> 20 min``.
+    """
+    if math.isinf(found.mean_time):
+        unit = _unit(found.low)
+        return f"> {_digits(found.low, unit)} {unit}"
+    unit = _unit(found.mean_time)
+    low, mean = (_digits(each, unit) for each in (found.low, found.mean_time))
+    high = "∞" if math.isinf(found.high) else _digits(found.high, unit)
+    return f"{mean} {unit} ({low}–{high})"
+
+
+def _unit(duration: float) -> str:
+    """The largest unit in which a duration [s] is at least 1; for shorter ones the second."""
+    return next((unit for unit in ("h", "min") if convert(duration, unit) >= 1.0), "s")
+
+
+def _digits(duration: float, unit: str) -> str:
+    return two_digits(convert(duration, unit))
 
 
 def delay_cell(delay: Delay, watched: float) -> Cell:
@@ -43,18 +64,13 @@ def delay_cell(delay: Delay, watched: float) -> Cell:
 
 
 def between_alarms_cell(chart: ChartJudgement, population: Population) -> Cell:
-    """The mean time between false alarms in h with its interval, such as ``31 (12–110)``.
+    """The mean time between false alarms with its interval.
 
-    Without an alarm it is the lower end of the interval, ``> 20``. Strong: shown to be shorter than the limit
-    is set for; ``?``: too short a time to tell.
+    Strong: shown to be shorter than the limit is set for; ``?``: too short a time to tell.
     """
     found, keeps = chart.false_alarms.get(population), chart.keeps(population)
     if found is None:
         return Cell(HOLE)
     mark = " ?" if keeps is None else ""
-    least = two_digits(hours(found.low))
-    if math.isinf(found.mean_time):
-        return Cell(f"> {least}{mark}")
-    most = "∞" if math.isinf(found.high) else two_digits(hours(found.high))
-    mean = hours(found.mean_time)
-    return Cell(f"{two_digits(mean)} ({least}–{most}){mark}", keeps is False, mean)
+    mean = None if math.isinf(found.mean_time) else hours(found.mean_time)
+    return Cell(f"{mean_time_text(found)}{mark}", keeps is False, mean)

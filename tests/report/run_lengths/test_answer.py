@@ -1,26 +1,75 @@
-"""The sentence that answers a study of delays."""
+"""The sentences that answer a study of delays."""
+
+from dataclasses import replace
 
 from hydrofdi.report.run_lengths.block import run_lengths_block
+from hydrofdi.report.run_lengths.wording import time_text
 from hydrofdi.studies.run_lengths.judgement import RunLengths
-from tests.studies.test_run_lengths import TEST, judged, traces
+from tests.studies.test_run_lengths import EVERY, FIT, LARGE, SMALL, TEST, judged, traces
 
 
-def answer(of):
-    charts = [*judged(of), *judged(of, chart="cusum", shift=4)]
-    return run_lengths_block(RunLengths(of.records, tuple(charts), 0.95, 0.9)).paragraphs[0]
+def block(of, every=EVERY):
+    sums = [replace(chart, label="sums") for chart in judged(of, every, chart="cusum", shift=4)]
+    charts = [*judged(of, every), *sums]
+    return run_lengths_block(RunLengths(of.records, tuple(charts), 0.95, 0.9))
+
+
+def answer(of, every=EVERY):
+    return " ".join(block(of, every).paragraphs).partition(" Charts leave out")[0]
+
+
+def too_loud():
+    whole = traces()
+    is_test = whole.records.of_record == whole.records.populations.index(TEST)
+    whole.values[is_test] *= 3.0
+    return whole
 
 
 def test_the_answer_states_the_quickest_chart_with_its_interval():
     told = answer(traces())
-    assert "one false alarm in 16.7 min of operation" in told
-    assert "found by the quickest of 2 charts" in told
-    assert " after 1.5 (1.5–1.5) s, own" in told
+    assert "At limits set for one false alarm in 16.7 min of operation" in told
+    assert "the median delay of the quickest of 2 charts after the onset of a leak is " in told
+    assert " 1.5 (1.5–1.5) s at 1 (own)." in told
+
+
+def test_the_answer_carries_what_healthy_test_records_show():
+    assert "Healthy test records alarm with own once in " in answer(traces())
+    assert "not shown to be more often than set." in answer(traces())
+    few = answer(traces({FIT: 200, TEST: 20, SMALL: 40, LARGE: 40}))
+    assert "too few hours to tell whether that is as set; 30 records are needed." in few
+
+
+def test_a_leak_that_is_missed_in_most_records_has_a_sentence_of_its_own():
+    quiet = traces()
+    is_small = quiet.records.of_record == quiet.records.populations.index(SMALL)
+    quiet.values[is_small] = quiet.values[:200].min()
+    assert "(own). Fewer than half of the leaks of 0.01 are found. Healthy" in answer(quiet)
 
 
 def test_charts_that_alarm_too_often_in_health_answer_nothing():
-    whole = traces()
-    is_test = whole.records.of_record == whole.records.populations.index(TEST)
-    whole.values[is_test] *= 3.0
-    assert answer(whole) == (
-        "Healthy test records alarm more often than once in 16.7 min at every limit set for that."
-    )
+    told = answer(too_loud())
+    assert told.startswith("Healthy test records alarm more often than once in 16.7 min at every limit set")
+    assert " s (" in told
+
+
+def test_the_answer_is_that_of_the_longest_time_that_has_a_limit():
+    """Whatever has none is named once for all charts, with the reason."""
+    told = block(traces(), [EVERY, 1e6])
+    text = " ".join(told.paragraphs)
+    assert "No delay is stated" not in text
+    assert text.startswith("At limits set for one false alarm in 16.7 min")
+    assert told.paragraphs[-1].startswith("own and sums at one false alarm in 278 h: a mean time of 278 h")
+    assert told.paragraphs[-1].endswith("not 5.56 h.")
+
+
+def test_without_any_limit_no_leak_is_blamed():
+    assert answer(traces(), 1e6) == "No delay is stated: no chart has a limit."
+
+
+def test_times_stand_in_the_unit_that_a_person_reads():
+    texts = [time_text(each) for each in (5.4, 60.0, 150.0, 3600.0, 3.1536e7)]
+    assert texts == ["5.4 s", "1 min", "2.5 min", "1 h", "8,760 h"]
+    delays, alarms = block(too_loud()).sheets
+    assert {row[1].text for row in delays.rows} == {"16.7 min"}
+    measured = [row[5].text for row in alarms.rows]
+    assert all(" s (" in each for each in measured)

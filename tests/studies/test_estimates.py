@@ -107,6 +107,25 @@ def test_the_report_says_it_in_the_units_of_a_person(data):
     assert "90 %" in sheet.note
 
 
+def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
+    """Neither K_i nor β of such a record has one truth."""
+    leakage = data.experiment.leakage.model_copy(update={"onset": "step", "onset_time": 2.0})
+    later = replace(data, experiment=data.experiment.model_copy(update={"leakage": leakage}))
+    assert {population for _, population in judged(later)} == {"healthy", "stiffer"}
+    (sheet,) = estimates_block(judge_estimates(later)[0]).sheets
+    assert "Faults are left out: leaks set in during the record" in sheet.note
+    (sheet,) = estimates_block(judge_estimates(data)[0]).sheets
+    assert "left out" not in sheet.note
+
+
+def test_estimates_that_state_no_deviation_are_named(data):
+    told = with_columns(data, **{"observer.bulk_modulus": data.columns["balance.bulk_modulus"]})
+    (sheet,) = estimates_block(judge_estimates(told)[0]).sheets
+    assert "Not listed, as they state no deviation: observer.bulk_modulus." in sheet.note
+    (sheet,) = estimates_block(judge_estimates(data)[0]).sheets
+    assert "Not listed" not in sheet.note
+
+
 def test_nothing_is_said_where_nothing_is_estimated(tmp_path):
     text = STUDY.replace("balance: {kind: flow_balance, spool: command, supply: nominal}, ", "")
     (tmp_path / "study.yaml").write_text(text)

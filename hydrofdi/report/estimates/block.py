@@ -9,7 +9,7 @@ from typing import Any
 from hydrofdi.report.detection.wording import two_digits
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.wording import HOLE
+from hydrofdi.report.wording import HOLE, joined
 from hydrofdi.studies.estimates.judging import EstimateJudgement, Estimates
 from hydrofdi.units import convert
 
@@ -39,6 +39,7 @@ def estimates_block(estimates: Estimates) -> Block | None:
     note = (
         f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. 1σ stated: root mean square. Covered:"
         f" records whose stated {level} interval holds the truth, with the {level} interval of that share."
+        f"{_left_out(estimates)}"
     )
     sheet = Sheet(
         "estimates",
@@ -50,6 +51,16 @@ def estimates_block(estimates: Estimates) -> Block | None:
         note,
     )
     return Block("estimates", "Estimates", (_ORDER,), (sheet,))
+
+
+def _left_out(estimates: Estimates) -> str:
+    """Sentences on what the table does not list, and why."""
+    sentences = ""
+    if not estimates.has_constant_leaks:
+        sentences += " Faults are left out: leaks set in during the record, and no one plant is behind it."
+    if estimates.without_deviation:
+        sentences += f" Not listed, as they state no deviation: {joined(estimates.without_deviation)}."
+    return sentences
 
 
 def estimate_records(judged: Sequence[Estimates]) -> list[dict[str, Any]]:

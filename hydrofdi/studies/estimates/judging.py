@@ -71,17 +71,24 @@ class Estimates:
     judgements : tuple of EstimateJudgement
     confidence : float
         Of the stated intervals, which are normal.
+    has_constant_leaks : bool
+        Whether leaks are there from the start; those that set in later are left out.
+    without_deviation : tuple of str
+        Estimates that state no deviation, and are not judged.
     """
 
     records: StudyRecords
     judgements: tuple[EstimateJudgement, ...]
     confidence: float
+    has_constant_leaks: bool = True
+    without_deviation: tuple[str, ...] = ()
 
 
 def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
     """Every estimate of every design of a stored study, on test records and shifts.
 
-    K_i is left out of leaks that set in later, and β where the fluid has no constant one.
+    Leaks that set in later are left out, and β where the fluid has no constant one: a record then has no one
+    truth.
 
     Raises
     ------
@@ -89,31 +96,40 @@ def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
         The experiment has no study, or its file does not hold the runs of its study.
     """
     confidence = data.experiment.detection.confidence
+    is_constant = data.experiment.leakage.onset == "constant"
+    without = tuple(name for name in _estimates(data) if f"{name}{ERROR}" not in data.columns)
     return tuple(
-        Estimates(records, tuple(_judged(data, records, rows, confidence)), confidence)
+        Estimates(records, tuple(_judged(data, records, rows, confidence)), confidence, is_constant, without)
         for records, rows in study_designs(data)
     )
+
+
+def _estimates(data: ExperimentData) -> Iterator[str]:
+    """Names of the estimates whose truth the file holds."""
+    for name in data.columns:
+        label, _, quantity = name.rpartition(".")
+        has_truth = quantity == "internal_coefficient" or data.experiment.fluid.law == "constant"
+        if label and quantity in TRUTHS and has_truth:
+            yield name
 
 
 def _judged(
     data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], confidence: float
 ) -> Iterator[EstimateJudgement]:
     populations = dict(_populations(records))
-    has_constant_leak = data.experiment.leakage.onset == "constant"
-    for name in data.columns:
+    if data.experiment.leakage.onset != "constant":
+        populations.pop(FAULTS, None)
+    for name in _estimates(data):
         label, _, quantity = name.rpartition(".")
         stated = data.columns.get(f"{name}{ERROR}")
-        if quantity not in TRUTHS or stated is None:
-            continue
-        if quantity == "bulk_modulus" and data.experiment.fluid.law != "constant":
+        if stated is None:
             continue
         truth = np.asarray(data.columns[TRUTHS[quantity]][rows], dtype=float)
         estimate = np.asarray(data.columns[name][rows], dtype=float)
         scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
         error, deviation = (estimate - truth) / scale, np.asarray(stated[rows], dtype=float) / scale
         for population, own in populations.items():
-            if population != FAULTS or has_constant_leak or quantity == "bulk_modulus":
-                yield _judgement(label, quantity, population, error[own], deviation[own], confidence)
+            yield _judgement(label, quantity, population, error[own], deviation[own], confidence)
 
 
 def _populations(records: StudyRecords) -> Iterator[tuple[str, NDArray[np.bool_]]]:

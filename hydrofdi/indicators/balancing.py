@@ -28,7 +28,7 @@ class WindowOptions(UncertainActuator):
     chambers: Literal["both", 1] = "both"
     """Whose pressures are used. ``1``: that of chamber 1 alone; a matched valve gives the other."""
 
-    half_window: Annotated[int, Field(strict=True, ge=2)] = 16
+    half_window: Annotated[int, Field(strict=True, ge=2, le=100_000)] = 16
     """Half the length of a window [samples]; windows overlap by half."""
 
     least_opening: Annotated[float, SI("m", least=0)] = 2e-6

@@ -48,7 +48,7 @@ class NominalPlant(UncertainActuator):
     """Speed v_th below which dry friction is linear [m/s], for ``friction: model``; wider than that of an
     actuator, so that the steps can follow it."""
 
-    substeps: Annotated[int, Field(strict=True, ge=1)] = 4
+    substeps: Annotated[int, Field(strict=True, ge=1, le=100)] = 4
     """Runge-Kutta steps from one sample to the next; at 500 Hz four of 0.5 ms."""
 
     reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6

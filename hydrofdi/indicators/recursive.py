@@ -107,7 +107,8 @@ class RecursiveIndicator(Indicator[Chosen]):
         """A record without an estimate after the transient, or one that is shorter than its trace."""
         options = self.options
         if records.duration < options.transient + options.interval:
-            return f"{records.duration:g} s are too few after a transient of {options.transient:g} s"
+            needed = f"a transient of {options.transient:g} s and an interval of {options.interval:g} s"
+            return f"{records.duration:g} s are too few for {needed}"
         traced = self.trace_instants(records.sampling_frequency)[-1:]
         if traced.size and records.duration <= traced[0]:
             return f"{records.duration:g} s are less than the trace of {options.trace_duration:g} s"

@@ -80,7 +80,7 @@ class TestEachRecursiveIndicator:
 
     def test_needs_records_longer_than_the_transient(self, name):
         found = measure(all_channels(1), {name: indicator_of(name, transient="4 s")})
-        assert found.obstacles[name] == ("4 s are too few after a transient of 4 s",)
+        assert found.obstacles[name] == ("4 s are too few for a transient of 4 s and an interval of 0.1 s",)
 
     def test_marks_a_gap_from_its_instant_on(self, name):
         records = all_channels(2)

@@ -17,7 +17,7 @@ class PressureBalanceOptions(BalanceOptions):
     """Where the spool is: as measured, where the nominal valve puts it under the input voltage, or where a
     square wave puts it that turns with the period of the drive or, unknown, with the jumps of P_1."""
 
-    half_window: Annotated[int, Field(strict=True, ge=2)] = 36
+    half_window: Annotated[int, Field(strict=True, ge=2, le=100_000)] = 36
     """Half the length of a window [samples]; windows overlap by half."""
 
     settling: Annotated[float, SI("s", least=0)] = 0.1

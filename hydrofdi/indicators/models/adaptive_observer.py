@@ -28,6 +28,8 @@ Estimated = Literal["leakage", "compressibility"]
 def _with_leakage(estimated: tuple[Estimated, ...]) -> tuple[Estimated, ...]:
     if "leakage" not in estimated:
         raise ValueError("leakage is always estimated: [leakage], or [leakage, compressibility]")
+    if len(set(estimated)) < len(estimated):
+        raise ValueError("what is estimated is named twice")
     return estimated
 
 
@@ -64,8 +66,14 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         "V_1 P̂_1'/β̂ = q_1 − A v − K̂_i S + V_1 L e_1/β̂, chamber 2 alike, e = P − P̂, S = sgn(ΔP) √abs(ΔP);"
         " K̂_i' = −γ S (e_1 − e_2), (1/β̂)' = −γ_c Σ V r e with r the rate of P̂ without L"
     )
-    caution = "Errors of supply pressure, flow gain and valve null count as leakage."
-    absence = "the observer diverged: K_i or β left what is physical, or a sample is missing"
+    caution = (
+        "Errors of supply pressure, flow gain and valve null count as leakage. A record shorter than some"
+        " time constants still holds the settling from the start: K_i from zero, β from the data sheet."
+    )
+    absence = (
+        "the observer learned nothing, as where the spool never opens, or diverged: K_i or β left what is"
+        " physical, or a sample is missing"
+    )
     Options = AdaptiveObserverOptions
 
     @property
@@ -118,8 +126,8 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         return after, Trace(time, {"leakage": flow, "compressibility": estimates[1]})
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """Means after the transient."""
-        flow = trace.values["leakage"]
+        """Means after the transient; of what was learned at all."""
+        flow = _learned(trace.values["leakage"], 0.0)
         leakage = flow.mean(axis=1)
         values = {
             "leakage": leakage,
@@ -127,7 +135,8 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
             "internal_coefficient": leakage / np.sqrt(self.options.reference_pressure),
         }
         if self._adapts_compressibility:
-            values["bulk_modulus"] = 1.0 / trace.values["compressibility"].mean(axis=1)
+            learned = _learned(trace.values["compressibility"], 1.0 / self.options.bulk_modulus)
+            values["bulk_modulus"] = 1.0 / learned.mean(axis=1)
         return values
 
     def _law(self, interval: float) -> observer.Law:
@@ -144,3 +153,8 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
             compressibility_gain if self._adapts_compressibility else 0.0,
             compressibility / _MOST_RATIO, compressibility * _MOST_RATIO, opened,
         )  # fmt: skip
+
+
+def _learned(values: Array, start: float) -> Array:
+    """Values along the time; NaN in records in which they stay, to the bit, where they start."""
+    return np.where((values != start).any(axis=1, keepdims=True), values, np.nan)

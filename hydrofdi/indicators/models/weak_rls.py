@@ -80,7 +80,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     )
     caution = (
         "A leak in proportion to ΔP looks like the clearance of the valve: cross_port_leakage holds both."
-        " Noise of the pressures that is not white biases β; with one chamber, a leak as well. β is missing"
+        " Noise of the pressures that is not white biases β; with one chamber, a leak as well. With one"
+        " chamber the leakage comes out up to 10 % too small, more than its stated deviation. β is missing"
         " where the estimate of 1/β is not positive, as after a leak set in that is taken for constant."
     )
     absence = "the record has samples that are not finite"

@@ -21,6 +21,8 @@ from pydantic.fields import FieldInfo
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.schema import experiment_schema
+from hydrofdi.config.study.online import ChartConfig
+from hydrofdi.detectors.charts import ChartOptions, chart_kind, chart_names
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.schema import measured_schema
 from hydrofdi.settings.docstrings import field_texts
@@ -84,6 +86,24 @@ def _section(names: list[str], model: type[BaseModel]) -> Iterator[str]:
         inner = _model(info)
         if inner not in (None, model):
             yield from _section([f"{name}.{field}" for name in names], inner)
+    if model is ChartConfig:
+        yield from _rules()
+
+
+def _rules() -> Iterator[str]:
+    """The options of every chart, those that all share first."""
+    yield "\nOptions of every rule; a study takes `direction` from the indicator unless it is stated:\n"
+    yield _table(ChartOptions.model_fields, field_texts(ChartOptions))
+    for name in chart_names():
+        kind = chart_kind(name)
+        own = {
+            key: info
+            for key, info in kind.Options.model_fields.items()
+            if key not in ChartOptions.model_fields
+        }
+        yield f"\n`{name}`: {kind.summary} {kind.caution}\n"
+        if own:
+            yield _table(own, field_texts(kind.Options))
 
 
 def _table(fields: dict[str, FieldInfo], texts: dict[str, str]) -> str:

@@ -67,8 +67,11 @@ class Scratch(NamedTuple):
     values: Array
 
 
-N_ESTIMATE = 2 * N_UNKNOWN + 2
-"""Numbers of an estimate: values, standard deviations, that of the combination, condition."""
+COMBINED, CONDITION, MISFIT = 2 * N_UNKNOWN, 2 * N_UNKNOWN + 1, 2 * N_UNKNOWN + 2
+"""Places behind values and standard deviations: that of the combination, condition, rms left over `error`."""
+
+N_ESTIMATE = 2 * N_UNKNOWN + 3
+"""Numbers of an estimate."""
 
 
 def new_state(n_record: int, n_memory: int, n_chamber: int) -> RlsState:
@@ -142,6 +145,16 @@ def left_over(moments: Any, values: Any) -> float:
         total += values[i] * product
     least: float = max(total, 0.0)
     return least
+
+
+@equation
+def misfit(moments: Any, count: float, values: Any) -> float:
+    """Root mean square of what estimates leave of the equations, in standard deviations of `error`."""
+    total, n_kind = 0.0, moments.shape[0]
+    for kind in range(n_kind):
+        total += left_over(moments[kind, EQUATIONS], values)
+    size: float = np.sqrt(total / (n_kind * max(count, 1.0)))
+    return size
 
 
 @equation
@@ -252,8 +265,9 @@ def write_estimate(
         for j in range(N_UNKNOWN):
             factor = combination[i] * deviations[i] * combination[j] * deviations[j]
             variance += factor * s.covariance[i, j]
-    out[2 * N_UNKNOWN] = np.sqrt(abs(variance))
-    out[2 * N_UNKNOWN + 1] = condition_number(s.normal, s.inverse)
+    out[COMBINED] = np.sqrt(abs(variance))
+    out[CONDITION] = condition_number(s.normal, s.inverse)
+    out[MISFIT] = misfit(moments, count, s.values)
 
 
 @equation

@@ -43,8 +43,13 @@ class WindowOptions(UncertainActuator):
     """Standard deviation of what the balance of a window leaves [m³]; it weighs the record against the
     deviations of the actuator."""
 
-    reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
+    reference_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
+
+    def lack_of_windows(self, records: RecordBatch) -> str | None:
+        """Why records are too short for a balance, None where they are not."""
+        n_window = records.n_time // self.half_window - 1
+        return f"{max(n_window, 0)} windows are too few for a balance" if n_window < 8 else None
 
 
 class BalanceOptions(WindowOptions):
@@ -113,8 +118,7 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """A record of too few windows."""
-        n_window = records.n_time // self.options.half_window - 1
-        return f"{max(n_window, 0)} windows are too few for a balance" if n_window < 8 else None
+        return self.options.lack_of_windows(records)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """In SI."""

@@ -25,7 +25,7 @@ class NominalPlant(UncertainActuator):
     """Supply pressure that the estimate starts from. ``measured``: its channel. ``nominal``:
     ``supply_pressure``. ``auto``: measured where it is, else nominal."""
 
-    mass: Annotated[float, SI("kg", above=0)] = 12.3
+    mass: Annotated[float, SI("kg", above=0, most=1e6)] = 12.3
     """Mass m of piston and load [kg]."""
 
     friction: Literal["random_walk", "model"] = "random_walk"
@@ -51,7 +51,7 @@ class NominalPlant(UncertainActuator):
     substeps: Annotated[int, Field(strict=True, ge=1, le=100)] = 4
     """Runge-Kutta steps from one sample to the next; at 500 Hz four of 0.5 ms."""
 
-    reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
+    reference_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
 
     @model_validator(mode="after")

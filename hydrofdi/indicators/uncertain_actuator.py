@@ -11,7 +11,7 @@ from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
-Share = Annotated[float, SI("1", least=0)]
+Share = Annotated[float, SI("1", least=0, most=1e3)]
 
 _SUPPLY = {"measured": 2e-3, "sum": 1e-3, "nominal": 0.03}
 _SUPPLY_OF_ONE_PRESSURE = {"measured": 2e-3, "sum": 0.01, "nominal": 0.03}
@@ -35,16 +35,16 @@ class UncertainActuator(NominalActuator):
     """Standard deviation of the supply pressure over the value that is used [-]; without it, 0.002 where it
     is measured, 0.03 where it is nominal, and from the sum of pressures 0.001, or 0.01 with one of them."""
 
-    offset_deviation: Annotated[float, SI("m", least=0)] = 0.5e-6
+    offset_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.5e-6
     """Standard deviation of the spool position at which the valve is closed, about zero [m]."""
 
-    lap_deviation: Annotated[float, SI("m", least=0)] = 0.6e-6
+    lap_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.6e-6
     """Standard deviation of the lap x_0 of the valve, about zero [m]."""
 
-    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0)] = 1e-14
+    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14
     """Standard deviation of the conductance of the clearance over each edge of the valve [m³/(s·Pa)]."""
 
-    pressure_bias: Annotated[float, SI("Pa", least=0)] = 25e3
+    pressure_bias: Annotated[float, SI("Pa", least=0, most=2e8)] = 25e3
     """Standard deviation of the constant error of each chamber pressure sensor [Pa]."""
 
     def bulk_modulus_error(self, modulus: Array, error: Array) -> Array:

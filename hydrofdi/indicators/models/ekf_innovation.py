@@ -38,7 +38,7 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
     """How a record departs from what the healthy plant would have shown, and whether as a leak would."""
 
     name = "ekf_innovation"
-    version = 1
+    version = 2
     summary = "Innovations of an extended Kalman filter of the healthy actuator, and the leak in them."
     source = (
         "An & Sepehri, Proc. American Control Conference (2003) and Int. J. Fluid Power 6(2) (2005);"
@@ -61,30 +61,44 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
         at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
         return (
             Output("leakage", "m^3/s", f"leakage flow whose signature fits {at}", direction=rising),
-            Output.quality("leakage_error", "m^3/s", "standard deviation of that flow"),
+            Output.quality(
+                "leakage_error", "m^3/s", "standard deviation of that flow, wider by √nis where nis exceeds 1"
+            ),
             Output("nis", "1", "mean normalised innovation squared", direction=rising),
             Output("residual", "Pa", "root mean square innovation of the pressures", direction=rising),
         )
 
     def read(self, found: Estimates) -> Mapping[str, Array]:
-        """In SI; an interval in which nothing shows a leak has an infinite error."""
+        """In SI; an interval in which nothing shows a leak has an infinite error.
+
+        ``error_of_model`` is the standard deviation if the plant were the nominal one.
+        """
         squares, pressures, fits, weights = np.moveaxis(found.sums, 2, 0)
         shows = weights > 0.0
         safe = np.where(shows, weights, 1.0)
+        error = LITRE_PER_MINUTE * np.where(shows, 1.0 / np.sqrt(safe), np.inf)
+        nis = squares / (3 * found.n_sample)
         return {
             "leakage": LITRE_PER_MINUTE * np.where(shows, fits / safe, 0.0),
-            "leakage_error": LITRE_PER_MINUTE * np.where(shows, 1.0 / np.sqrt(safe), np.inf),
-            "nis": squares / (3 * found.n_sample),
+            "leakage_error": error * _widening(nis),
+            "error_of_model": error,
+            "nis": nis,
             "residual": 1e6 * np.sqrt(pressures / (2 * found.n_sample)),
         }
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """Means of the innovations, and the leakage that fits them all."""
-        weights = 1.0 / trace.values["leakage_error"] ** 2
+        weights = 1.0 / trace.values["error_of_model"] ** 2
         total = np.sum(weights, axis=1)
+        nis = np.mean(trace.values["nis"], axis=1)
         return {
             "leakage": np.sum(weights * trace.values["leakage"], axis=1) / total,
-            "leakage_error": np.where(total > 0.0, 1.0 / np.sqrt(total), np.nan),
-            "nis": np.mean(trace.values["nis"], axis=1),
+            "leakage_error": np.where(total > 0.0, _widening(nis) / np.sqrt(total), np.nan),
+            "nis": nis,
             "residual": np.sqrt(np.mean(trace.values["residual"] ** 2, axis=1)),
         }
+
+
+def _widening(nis: Array) -> Array:
+    """What the deviations of a model are too small by, if they are."""
+    return np.sqrt(np.maximum(nis, 1.0))

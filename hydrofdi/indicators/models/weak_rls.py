@@ -21,7 +21,10 @@ from hydrofdi.estimation.valve_use import (
     new_means,
 )
 from hydrofdi.estimation.weak_rls import (
+    COMBINED,
+    CONDITION,
     EQUATIONS,
+    MISFIT,
     N_ESTIMATE,
     RlsState,
     follow_windows,
@@ -68,7 +71,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """K_i, β and valve that explain where the volume goes, followed along the time."""
 
     name = "weak_rls"
-    version = 3
+    version = 4
     summary = "Internal leakage, bulk modulus and valve by recursive least squares of the volume balance."
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
@@ -82,9 +85,15 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         "A leak in proportion to ΔP looks like the clearance of the valve: cross_port_leakage holds both."
         " Noise of the pressures that is not white biases β; with one chamber, a leak as well. With one"
         " chamber the leakage comes out up to 10 % too small, more than its stated deviation. β is missing"
-        " where the estimate of 1/β is not positive, as after a leak set in that is taken for constant."
+        " where the estimate of 1/β is not positive, as after a leak set in that is taken for constant. A"
+        " misfit well above 1 or a departure above 2.5 says that the data sheet does not fit. A piston area"
+        " that is 10 % too large there moves the departure from 0.2 to 2.8 and the misfit from 0.66 to 0.74"
+        " alone, as the flow gain takes the area up; with one chamber from 0.5 to 3.9 and from 0.66 to 1.6."
     )
-    absence = "the record has samples that are not finite"
+    absence = (
+        "the record has samples that are not finite, or a supply pressure or flow gain that is not positive"
+        " fits it best"
+    )
     Options = WeakRlsOptions
 
     @property
@@ -102,7 +111,12 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         """Those of a balance, the leakage first."""
         kept = balance_outputs(self.options.reference_pressure)
         chosen = (output for output in kept if output.name != "mean_leakage")
-        return tuple(sorted(chosen, key=lambda output: not output.name.startswith("leakage")))
+        first_leakage = sorted(chosen, key=lambda output: not output.name.startswith("leakage"))
+        return (*first_leakage, *_QUALITY)
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record that is too short for estimates, or of too few windows."""
+        return super().obstacle(records) or self.options.lack_of_windows(records)
 
     def start(self, records: RecordBatch) -> State:
         """Nothing is known yet but the priors."""
@@ -136,7 +150,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         noise = np.ascontiguousarray(self._noise(chunk, unclear, after)[:, places])
         supply, reference = supply[:, places], reference[:, places]
         found = self._follow(chunk, (columns, targets, counts), due, supply, reference, noise, after)
-        values, whole = self._named(found[:, 0], reference), self._named(found[:, -1], reference)
+        deviations = self._deviations(chunk)
+        values, whole = (self._named(found[:, place], reference, deviations) for place in (0, -1))
         time = state["start_time"] + (n_before + places) / chunk.sampling_frequency
         return after, Trace(time, values | {f"whole_{name}": array for name, array in whole.items()})
 
@@ -261,7 +276,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         factors = {"internal_coefficient": math.sqrt(pressure), "clearance": pressure}
         return np.array([factors.get(name, 0.0) for name in UNKNOWNS])
 
-    def _named(self, found: Array, reference: Array) -> dict[str, Array]:
+    def _named(self, found: Array, reference: Array, deviations: Array) -> dict[str, Array]:
         """Outputs from numbers (n_record, n_instant, N_ESTIMATE)."""
         options = self.options
         of = {name: found[:, :, place] for place, name in enumerate(UNKNOWNS)}
@@ -269,26 +284,51 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         root = math.sqrt(options.reference_pressure)
         compressibility = 1.0 / options.bulk_modulus + of["compressibility"]
         modulus = 1.0 / np.where(compressibility > 0.0, compressibility, np.nan)
-        return {
+        is_actuator = (of["flow_gain"] > -1.0) & (of["supply"] > -1.0)
+        values = {
             "leakage": root * of["internal_coefficient"],
             "leakage_error": root * error["internal_coefficient"],
             "internal_coefficient": of["internal_coefficient"],
             "internal_coefficient_error": error["internal_coefficient"],
             "cross_port_leakage": root * of["internal_coefficient"]
             + options.reference_pressure * of["clearance"],
-            "cross_port_leakage_error": found[:, :, -2],
+            "cross_port_leakage_error": found[:, :, COMBINED],
             "bulk_modulus": modulus,
             "bulk_modulus_error": options.bulk_modulus_error(modulus, error["compressibility"] * modulus**2),
             "flow_gain": 1.0 + of["flow_gain"],
             "supply_pressure": reference * (1.0 + of["supply"]),
-            "offset": of["offset"],
-            "lap": of["lap"],
-            "clearance": of["clearance"],
-            "condition": found[:, :, -1],
+            "condition": found[:, :, CONDITION],
+            "flow_gain_error": error["flow_gain"],
+            "supply_pressure_error": reference * error["supply"],
+            "misfit": found[:, :, MISFIT],
+            "departure": _departure(found, deviations),
         }
+        for name in ("offset", "lap", "clearance"):
+            values |= {name: of[name], f"{name}_error": error[name]}
+        return {name: np.where(is_actuator, array, np.nan) for name, array in values.items()}
 
 
 _SUPPLY = UNKNOWNS.index("supply")
+
+_QUALITY = (
+    Output.quality("flow_gain_error", "1", "standard deviation of the flow gain over its nominal value"),
+    Output.quality("supply_pressure_error", "Pa", "standard deviation of the supply pressure"),
+    Output.quality("offset_error", "m", "standard deviation of the offset"),
+    Output.quality("lap_error", "m", "standard deviation of the lap"),
+    Output.quality("clearance_error", "m^3/(s*Pa)", "standard deviation of the clearance"),
+    Output.quality("misfit", "1", "root mean square of what the balances leave, over the option error"),
+    Output.quality(
+        "departure", "1", "largest distance of an unknown from the data sheet, over its stated deviation"
+    ),
+)
+
+
+def _departure(found: Array, deviations: Array) -> Array:
+    """Largest distance of β, valve and sensors from what is expected, over the deviation beforehand."""
+    elsewhere = {"internal_coefficient", "supply"}
+    stated = [i for i, name in enumerate(UNKNOWNS) if deviations[i] > 0.0 and name not in elsewhere]
+    return np.asarray(np.max(np.abs(found[:, :, stated]) / deviations[stated], axis=2, initial=0.0))
+
 
 _IN_WORDS = {
     "internal_coefficient": ("leakage", "m^3/s"),

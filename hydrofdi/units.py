@@ -88,6 +88,9 @@ _TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(-?\d+(?:\.\d+)?|\(-
 _ROOT = re.compile(r"(?:√|sqrt)\s*(?:\(\s*([A-Za-zµμ]+)\s*\)|([A-Za-zµμ]+))")
 """Square root of a single unit, as in ``Pa/√Hz`` or ``Pa/sqrt(Hz)``."""
 _LARGEST_EXPONENT = 12
+_BARE_POWER = re.compile(r"([a-zµμ])([23])(?![\d.])")
+"""A power without its sign, as in ``cm2``."""
+_RAISED = {"2": "²", "3": "³"}
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
@@ -172,7 +175,7 @@ def parse_unit(text: str) -> Unit:
                 raise ValueError(f"unbalanced parentheses in the unit {text!r}")
             open_signs.pop()
     if pending is None or len(open_signs) != 1 or power_sign != 1:
-        raise ValueError(f"{text!r} is not a unit")
+        raise _not_a_unit(text)
     return result * pending
 
 
@@ -209,13 +212,28 @@ def _tokens(text: str) -> list[tuple[str, str, str]]:
     while position < len(text.rstrip()):
         match = _TOKEN.match(text, position)
         if match is None:
-            raise ValueError(f"{text!r} is not a unit")
+            raise _not_a_unit(text)
         symbol, operator, power, superscript = match.groups(default="")
         if (power or superscript) and tokens and tokens[-1][2]:
             raise ValueError(f"misplaced exponent in the unit {text!r}")
         tokens.append((symbol, operator, power.strip("()") or superscript.translate(_SUPERSCRIPTS)))
         position = match.end()
     return tokens
+
+
+def _not_a_unit(text: str) -> ValueError:
+    """The error on what is no unit, with the spelling of a power that it may stand for."""
+    power = _BARE_POWER.sub(lambda found: found[1] + _RAISED[found[2]], text)
+    hint = f"; did you mean {power!r}?" if power != text and _is_known(power) else ""
+    return ValueError(f"{text!r} is not a unit{hint}")
+
+
+def _is_known(text: str) -> bool:
+    try:
+        parse_unit(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _exponent(power: str, text: str) -> Fraction:

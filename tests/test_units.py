@@ -114,3 +114,14 @@ def test_numbers_that_do_not_exist_pass_the_conversion_unchanged():
 def test_units_multiply_and_divide():
     assert parse_unit("N·s/m") == parse_unit("kg/s")
     assert parse_unit("W") == parse_unit("V*A") == parse_unit("J/s") == parse_unit("Pa·m³/s")
+
+
+@pytest.mark.parametrize(("text", "meant"), [("cm2", "cm²"), ("mm3", "mm³"), ("m3/s", "m³/s")])
+def test_a_power_without_its_sign_is_hinted_at(text, meant):
+    with pytest.raises(ValueError, match=f"is not a unit; did you mean '{meant}'"):
+        parse_unit(text)
+
+
+def test_no_hint_at_what_is_no_unit_either():
+    with pytest.raises(ValueError, match=r"'foo2' is not a unit$"):
+        parse_unit("foo2")

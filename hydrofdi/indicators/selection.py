@@ -17,6 +17,8 @@ from hydrofdi.settings.validation import read_yaml
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
 
+_SUFFIXES = (".yaml", ".yml")
+
 _KIND_HINT = "; under a label of your own, add 'kind: NAME'"
 
 
@@ -33,7 +35,10 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     ConfigError
         With every mistake.
     """
-    if text.endswith((".yaml", ".yml")) or Path(text).is_file():
+    parts, is_file = [part.strip() for part in text.split(",")], Path(text).is_file()
+    if len(parts) > 1 and not is_file and any(part.endswith(_SUFFIXES) for part in parts):
+        raise ConfigError(f"{text}: give one file; its 'indicators:' may hold several labels")
+    if text.endswith(_SUFFIXES) or is_file:
         source = read_yaml(Path(text), "a file of indicators")
         within: KeyPath = ("indicators",)
         if not isinstance(source.data, dict) or "indicators" not in source.data:

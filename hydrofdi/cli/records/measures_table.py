@@ -18,7 +18,7 @@ from hydrofdi.units import convert
 _SHOWN = 20
 """Records that the terminal shows."""
 
-_READABLE = {"Pa": ("kPa", "MPa"), "m": ("mm",), "m/s": ("mm/s",), "m^3/s": ("L/min",)}
+_READABLE = {"Pa": ("kPa", "MPa"), "m": ("µm", "mm"), "m/s": ("mm/s",), "m^3/s": ("L/min",)}
 """SI unit → units that the terminal shows, the next one where the numbers are large."""
 
 _LARGE = 9_999.5
@@ -56,7 +56,12 @@ def _print_indicator(
     console.print(Text(label, style="bold"))
     lead = [_lead(record) for record in records]
     are_measured = any(label not in record.reasons for record in records)
-    shown = [_texts(column, records) for column in columns if are_measured and not column.output.dims]
+    leading = {column.name: column for column in columns}
+    shown = [
+        _texts(column, records, leading.get(column.name.removesuffix("_error"), column))
+        for column in columns
+        if are_measured and not column.output.dims
+    ]
     for part in _parts(shown, console.width - _width(lead) - _GAP):
         first = 0 if any(texts[0] for texts in part) else 1
         table = Table(box=None, pad_edge=False, padding=(0, _GAP, 0, 0))
@@ -99,17 +104,27 @@ def _short(text: str) -> str:
     return text if len(text) <= _MOST_TEXT else f"…{text[1 - _MOST_TEXT :]}"
 
 
-def _texts(column: Column, records: Sequence[RecordMeasures]) -> list[str]:
-    """Name, unit and numbers of a column."""
-    values = [float(record.values.get(column.name, math.nan)) for record in records]
-    finite = [abs(value) for value in values if math.isfinite(value)]
+def _texts(column: Column, records: Sequence[RecordMeasures], leading: Column) -> list[str]:
+    """Name, unit and numbers of a column; the unit is that of the leading one, an error's estimate."""
+    unit, factor = _readable_unit(leading if leading.unit == column.unit else column, records)
+    name = _two_lines(column.output.name)
+    numbers = (number_text(value * factor) for value in _values(column, records))
+    return [*name, "" if unit == "1" else unit, *numbers]
+
+
+def _values(column: Column, records: Sequence[RecordMeasures]) -> list[float]:
+    return [float(record.values.get(column.name, math.nan)) for record in records]
+
+
+def _readable_unit(column: Column, records: Sequence[RecordMeasures]) -> tuple[str, float]:
+    """Unit in which the terminal shows a column, and its numbers for one in SI."""
+    largest = max((abs(value) for value in _values(column, records) if math.isfinite(value)), default=0.0)
     unit, factor = column.unit, 1.0
     for unit in _READABLE.get(column.unit, (column.unit,)):
         factor = convert(1.0, unit) if column.unit in _READABLE else 1.0
-        if max(finite, default=0.0) * factor < _LARGE:
+        if largest * factor < _LARGE:
             break
-    name = _two_lines(column.output.name)
-    return [*name, "" if unit == "1" else unit, *(number_text(value * factor) for value in values)]
+    return unit, factor
 
 
 def _two_lines(name: str) -> tuple[str, str]:

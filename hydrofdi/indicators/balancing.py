@@ -12,6 +12,7 @@ from pydantic import Field
 from hydrofdi.estimation.chamber_balance import UNKNOWNS
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.stepping import alternating_side
 from hydrofdi.indicators.uncertain_actuator import UncertainActuator
 from hydrofdi.indicators.volume_balance import P1, P2, VolumeBalance, X
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -55,8 +56,21 @@ class WindowOptions(UncertainActuator):
 class BalanceOptions(WindowOptions):
     """Options of `Balance`."""
 
+    spool: Literal["measured", "command", "square"] = "measured"  # type: ignore[assignment]
+    """Where the spool is: as measured, where the nominal valve puts it under the input voltage, or where a
+    square wave puts it that turns with the period of the drive or, unknown, with the jumps of P_1."""
+
+    drive_amplitude: Annotated[float, SI("V", above=0)] = 2.0
+    """Amplitude of the input voltage [V], for ``spool: square``."""
+
     robust: bool = False
     """Whether windows that fit badly count less: those in which a force on the piston jumps."""
+
+    def spool_position(self, records: RecordBatch) -> Array:
+        """x_v [m], of a square wave as well."""
+        if self.spool != "square":
+            return super().spool_position(records)
+        return self.spool_gain * self.drive_amplitude * alternating_side(records, records[P1])
 
 
 Chosen = TypeVar("Chosen", bound=BalanceOptions)

@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from hydrofdi.indicators.stepping import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
 
@@ -39,12 +38,8 @@ class NominalActuator(Section):
     area_gradient: Annotated[float, SI("m", above=0, most=10.0)] = 20.75e-3
     """Orifice area gradient w [m]."""
 
-    spool: Literal["measured", "command", "square"] = "measured"
-    """Where the spool is: as measured, where the nominal valve puts it under the input voltage, or where a
-    square wave puts it that turns with the period of the drive or, unknown, with the jumps of P_1."""
-
-    drive_amplitude: Annotated[float, SI("V", above=0)] = 2.0
-    """Amplitude of the input voltage [V], for ``spool: square``."""
+    spool: Literal["measured", "command"] = "measured"
+    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
 
     spool_gain: Annotated[float, SI("m/V", above=0, most=1.0)] = 22e-6
     """Spool position gain k_v [m/V], for ``spool: command``."""
@@ -94,9 +89,6 @@ class NominalActuator(Section):
         """x_v [m], shape (n_record, n_time). A command is held between samples; the spool starts at rest."""
         if self.spool == "measured":
             return records[Channel.SPOOL_POSITION]
-        if self.spool == "square":
-            size = self.spool_gain * self.drive_amplitude
-            return size * alternating_side(records, records[Channel.CHAMBER_1_PRESSURE])
         command = records[Channel.INPUT_VOLTAGE]
         return self.follow_command(command, command[:, :1], None, records.sampling_frequency)[0]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +27,7 @@ from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.execution import Job
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
 from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.store.layout.names import OBSTACLE
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
 REFERENCE_DROP = 10e6
@@ -103,6 +105,8 @@ class Inspection:
         Of the record [Hz].
     observability : tuple of Observability
         What the first run, without a leak, tells each indicator that estimates unknowns.
+    unmeasured : tuple of str
+        Sentences on indicators without numbers of some runs, and why.
     """
 
     step: float
@@ -117,6 +121,7 @@ class Inspection:
     n_left_out: int = 0
     sampling_frequency: float = RecordConfig().sampling_frequency
     observability: tuple[Observability, ...] = ()
+    unmeasured: tuple[str, ...] = ()
 
     @property
     def binding(self) -> str:
@@ -163,7 +168,21 @@ def inspect_experiment(selection: Selection) -> Inspection:
         n_left_out=selection.n_left_out,
         sampling_frequency=record.sampling_frequency,
         observability=observability(jobs[0]),
+        unmeasured=tuple(_unmeasured(jobs, rows)),
     )
+
+
+def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """A sentence on each reason for which an indicator has no numbers of runs that are computed."""
+    reasons = Counter(
+        (label, str(row[f"{label}{OBSTACLE}"]))
+        for job, row in zip(jobs, rows, strict=True)
+        if row["status"] == "ok"
+        for label in job.analysis.indicators
+    )
+    for (label, reason), count in reasons.items():
+        if reason:
+            yield f"{label} has no numbers in {count} of {len(rows)} runs: {reason}"
 
 
 def _shortest(limits: Iterable[dict[str, float]]) -> dict[str, float]:
@@ -223,6 +242,7 @@ def _warnings(found: Inspection) -> Iterator[str]:
         (mode.frequency, mode.bulk_modulus) for mode in found.modes if mode.octaves_to_edge < NEAR_BAND_EDGE
     )
     yield from found.folding
+    yield from found.unmeasured
     yield from record_warnings(found.n_period, found.boundary_shares)
     for level, noise in enumerate(found.noise, 1):
         if noise.share > MUCH_NOISE:

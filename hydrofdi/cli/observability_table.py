@@ -26,6 +26,9 @@ def print_observability(found: Observability) -> None:
     for each in found.unknowns:
         shown.add_row(each.name, *_row(each))
     console.print(shown)
+    if not any(found.singular_values):
+        console.print("the record tells nothing of them; does the valve open?")
+        return
     console.print(_singular_values(found))
     left = f"{found.weakest_left:.0%} of the deviation beforehand is left"
     console.print(f"known least: {found.weakest} (in deviations beforehand): {left}")

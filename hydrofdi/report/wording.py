@@ -149,6 +149,13 @@ def _level_at(table: SensitivityTable, frequency: float) -> str:
     return "above d1" if frequency >= table.bands[0][1] else f"below d{table.n_level}"
 
 
+def capitalized(sentence: str) -> str:
+    """A sentence with a capital at its start, unless it starts with the name of a score such as dwt.d1."""
+    first = sentence.partition(" ")[0].rstrip(".,;:")
+    is_name = "_" in first or "." in first
+    return sentence if is_name else f"{sentence[:1].upper()}{sentence[1:]}"
+
+
 def joined(words: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)

@@ -30,6 +30,9 @@ def describe_error(error: Any, known: Sequence[str] = ()) -> str:
             return f"expected a section with 'key: value' pairs; found {found!r}"
         case "tuple_type" | "list_type":
             return f"expected a list; found {found!r}"
+        case "too_short":
+            least = context["min_length"]
+            return f"needs {least} entr{'y' if least == 1 else 'ies'} or more; found {len(found)}"
         case "json_invalid":
             return f"is no JSON: {context['error']}"
         case "missing":

@@ -109,3 +109,27 @@ def test_an_estimate_that_diverges_has_no_numbers(tmp_path):
     (record,) = run_json("check", tmp_path / "wrong.yaml")["observability"]
     assert record["unknowns"] == []
     assert record["condition"] is None
+
+
+@pytest.mark.parametrize(("options", "reason"), [
+    ("transient: 3 s", "2 s are too few for a transient of 3 s"),
+    ("transient: 1 s, least_opening: 1 mm", "the observer learned nothing"),
+])  # fmt: skip
+def test_an_indicator_without_numbers_is_said(tmp_path, options, reason):
+    (tmp_path / "few.yaml").write_text(
+        "name: few\nrecord: {duration: 2 s}\ninput: {period: 1 s}\n"
+        f"indicators: {{adaptive_observer: {{{options}}}}}\n"
+    )
+    found = run_json("check", tmp_path / "few.yaml")
+    (warning,) = [each for each in found["warnings"] if "no numbers" in each]
+    assert warning.startswith("adaptive_observer has no numbers in 1 of 1 runs: ")
+    assert reason in warning
+
+
+def test_a_record_that_tells_nothing_is_not_said_to_tell_unknowns_apart(tmp_path):
+    (tmp_path / "shut.yaml").write_text(
+        "name: shut\nrecord: {duration: 4 s}\nindicators: {weak_rls: {least_opening: 1 mm}}\n"
+    )
+    text = run("check", tmp_path / "shut.yaml", check=0).stdout
+    assert "the record tells nothing" in text
+    assert "collinear" not in text

@@ -15,6 +15,7 @@ from hydrofdi.cli.records.evaluation_columns import HOLE, area_text, print_score
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.pipeline.evaluating import Evaluation
+from hydrofdi.report.wording import capitalized
 from hydrofdi.studies.judgement import Judgement
 
 _SHOWN = 20
@@ -31,7 +32,7 @@ def print_evaluation(evaluation: Evaluation) -> None:
         console.print("no indicator gave a number of any record")
         return
     if evaluation.conclusion:
-        console.print(Text(f"{evaluation.conclusion[0].upper()}{evaluation.conclusion[1:]}.", style="bold"))
+        console.print(Text(f"{capitalized(evaluation.conclusion)}.", style="bold"))
     console.print()
     shown = detection.judgements[:_SHOWN]
     print_scores(console, evaluation, shown)

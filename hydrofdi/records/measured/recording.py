@@ -90,7 +90,7 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
         values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
     n_time = _common_length(channels, times)
     if n_time < 2:
-        raise RejectionError("short", f"holds {n_time} sample{'s' if n_time == 1 else ''}")
+        raise RejectionError("short", f"holds {n_time} sample{'' if n_time == 1 else 's'}")
     sampling, remarks = given_sampling(config) if times is None else sampling_of_times(times, config)
     if times is not None and config.resample is not None:
         remarks += folding(sampling, config.resample)

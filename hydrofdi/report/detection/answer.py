@@ -24,7 +24,7 @@ from hydrofdi.report.detection.wording import (
     severity_unit,
 )
 from hydrofdi.report.document import Block
-from hydrofdi.report.wording import counted, joined
+from hydrofdi.report.wording import capitalized, counted, joined
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST = 6
@@ -79,8 +79,7 @@ def answer_sentence(detection: Detection) -> str:
         f"{_measured_alarms(detection, each)}"
         for first, each in zip([True] + [False] * len(found), found, strict=False)
     ]
-    sentence = "; ".join(parts)
-    return f"{sentence[0].upper()}{sentence[1:]}."
+    return f"{capitalized('; '.join(parts))}."
 
 
 def _measured_alarms(detection: Detection, judgement: Judgement) -> str:

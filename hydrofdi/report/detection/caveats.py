@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 
 from hydrofdi.report.document import Block
-from hydrofdi.report.wording import counted, some
+from hydrofdi.report.wording import capitalized, counted, some
 from hydrofdi.studies.judgement import Detection
 
 _P_VALUE = re.compile(r" \(p = [^)]*\)")
@@ -48,7 +48,7 @@ def _common(plain: str, said: Mapping[str, str]) -> str:
 
 
 def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
+    return f"{capitalized(text).rstrip('.')}."
 
 
 def _of(names: list[str]) -> str:

@@ -44,6 +44,12 @@ def _count_warnings(study: StudyConfig, rules: Rules) -> Iterator[str]:
             f"study.healthy.test = {healthy.test} shows no rate of false alarms: {rate} needs"
             f" {rules.records_for_false_alarms} records ({confidence} confidence)"
         )
+    if study.shifts and healthy.shift is not None and healthy.shift < rules.records_for_false_alarms:
+        yield (
+            f"study.healthy.shift = {healthy.shift} shows no rate of false alarms in shifts: {rate} needs"
+            f" {rules.records_for_false_alarms} records of each ({confidence} confidence), without which no"
+            " score is known to keep its rate"
+        )
     if faults is not None and faults.each < rules.records_for_detection:
         yield (
             f"study.faults.each = {faults.each} is too few for one level to show"

@@ -38,6 +38,15 @@ def test_too_few_healthy_records_are_warned_of_with_the_number_needed(loaded, th
     assert not study_warnings(loaded(needed, threshold=threshold))
 
 
+def test_too_few_records_of_shifts_are_warned_of_with_the_number_needed(loaded):
+    shifts = "study.shifts={rough: {friction.viscous: 80}}"
+    (warning,) = study_warnings(loaded(99, settings=[shifts, "study.healthy.shift=298"]))
+    assert "study.healthy.shift = 298 shows no rate" in warning
+    assert "1 % needs 299 records of each" in warning
+    for enough in ([shifts], [shifts, "study.healthy.shift=299"], ["study.healthy.shift=298"]):
+        assert not study_warnings(loaded(99, settings=enough))
+
+
 def test_plans_warn_of_too_few_leaks(loaded, tmp_path):
     plan = plan_sweep(loaded(99, each=28), tmp_path / "out")
     assert any("study.faults.each = 28" in text and "29" in text for text in plan.warnings(predict(plan, 1)))

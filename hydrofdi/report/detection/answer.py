@@ -110,8 +110,23 @@ def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
     if kept == {False}:
         return "every score is shown to exceed its false-alarm rate"
     if True not in kept:
-        return "too few healthy test records, or records in shifts, to know any false-alarm rate"
+        return _too_few_to_know(detection)
     return "no severity can be stated"
+
+
+def _too_few_to_know(detection: Detection) -> str:
+    """Which records without a fault are too few for a rate of false alarms, and how many are needed."""
+    few = {
+        population.name: judgement.false_alarms[population].total
+        for judgement in detection.judgements
+        for population in judgement.counted
+        if population.kind in (Kind.HEALTHY, Kind.SHIFT) and population in judgement.false_alarms
+    }
+    needed = f"{counted(detection.rules.records_for_false_alarms, 'record')} of each are needed"
+    if not few:
+        return f"no healthy test records show a false-alarm rate; {needed}"
+    there = joined([f"{total:,} of '{name}'" for name, total in few.items()])
+    return f"too few records without a fault to know any false-alarm rate: there are {there}; {needed}"
 
 
 def _paper_sentence(detection: Detection, paper: Sequence[Judgement]) -> str:

@@ -105,7 +105,8 @@ def alarming(records):
         ({"severities": ()}, "no severity can be stated."),
         (
             {"n_healthy": 200},
-            "too few healthy test records, or records in shifts, to know any false-alarm rate.",
+            "too few records without a fault to know any false-alarm rate: there are 200 of 'healthy test';"
+            " 299 records of each are needed.",
         ),
     ],
 )

@@ -2,6 +2,9 @@
 
 from dataclasses import replace
 
+from rich.console import Console
+
+from hydrofdi.cli.rendering import _fitting_grid
 from hydrofdi.report.run_lengths.block import run_lengths_block
 from hydrofdi.report.run_lengths.wording import time_text
 from hydrofdi.studies.run_lengths.judgement import RunLengths
@@ -73,3 +76,17 @@ def test_times_stand_in_the_unit_that_a_person_reads():
     assert {row[1].text for row in delays.rows} == {"16.7 min"}
     measured = [row[5].text for row in alarms.rows]
     assert all(" s (" in each for each in measured)
+
+
+def test_no_number_is_broken_at_eighty_columns():
+    charts = [
+        replace(chart, label="threshold", watched="weak_rls.leakage", rule="moving_window")
+        for chart in judged(too_loud(), [EVERY / 2, EVERY])
+    ]
+    console = Console(width=80)
+    for sheet in run_lengths_block(RunLengths(traces().records, tuple(charts), 0.95, 0.9)).sheets:
+        with console.capture() as shown:
+            console.print(_fitting_grid(sheet, console))
+        printed = shown.get()
+        numbers = [word for row in sheet.rows for cell in row[3:] for word in cell.text.split()]
+        assert all(word in printed for word in numbers)

@@ -14,7 +14,8 @@ from hydrofdi.config.request import parameter_names
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.validation import read_yaml, validated
+from hydrofdi.settings.extending import overlay, read_extended
+from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
 
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
@@ -47,44 +48,25 @@ def load_experiment(file: str | FilePath | None = None, settings: Sequence[str] 
     ConfigError
         With every mistake in the files and the settings.
     """
-    source = Source({}) if file is None else _compose(FilePath(file), ())
+    source = Source({})
+    if file is not None:
+        source = read_extended(FilePath(file), "an experiment file", _prepare, _merged)
     for setting in settings:
         _apply_setting(source, setting)
     _refuse_contradictory_settings(source, settings)
     return _validate(source)
 
 
-def _compose(file: FilePath, extending: tuple[FilePath, ...]) -> Source:
-    """A file on top of the files that it extends."""
-    if file.resolve() in extending:
-        chain = " → ".join(path.name for path in (*extending, file.resolve()))
-        raise ConfigError([Mistake(f"the files extend each other: {chain}", "extends", str(file))])
-    own = read_yaml(file, "an experiment file")
+def _prepare(own: Source, file: FilePath) -> None:
+    """What each file of an experiment is seen to before it extends others."""
     if not own.data:
         raise ConfigError([Mistake(_NOTHING, origin=str(file))])
-    parents = own.data.pop("extends", [])
-    parents = [parents] if isinstance(parents, str) else parents
-    if not isinstance(parents, list) or not all(isinstance(parent, str) for parent in parents):
-        raise ConfigError([own.mistake(("extends",), "expected the path of a file, or a list of paths")])
-    whole = Source({})
-    for parent in parents:
-        if not (file.parent / parent).exists():
-            raise ConfigError([own.mistake(("extends",), f"{file.parent / parent}: no such file")])
-        _overlay(whole, _compose(file.parent / parent, (*extending, file.resolve())))
     anchor_input_files(own, file.parent)
     rename_keys(own)
-    _overlay(whole, own)
-    return whole
-
-
-def _overlay(base: Source, over: Source) -> None:
-    """Lay a source over another; its keys win, mappings are merged, but not what a parameter takes."""
-    base.data = _merged(base.data, over.data)
-    base.origins.update(over.origins)
-    base.mistakes.extend(over.mistakes)
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Mappings are merged, but not what a parameter takes."""
     replaced = {
         other for pair in _EXCLUSIVE for key, other in (pair, pair[::-1]) if key in over and other not in over
     }
@@ -120,7 +102,7 @@ def _apply_setting(source: Source, setting: str) -> None:
     origins |= {part: origin for part in around if part not in source.origins}
     setting_source = Source(nested, origins, value.mistakes)
     rename_keys(setting_source)
-    _overlay(source, setting_source)
+    overlay(source, setting_source, _merged)
 
 
 def _refuse_contradictory_settings(source: Source, settings: Sequence[str]) -> None:

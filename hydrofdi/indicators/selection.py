@@ -12,8 +12,8 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.indicators.choice import chosen_options
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
+from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.mistakes import describe_error
-from hydrofdi.settings.validation import read_yaml
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
 
@@ -28,7 +28,7 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     Parameters
     ----------
     text : str
-        ``NAME,…``, ``all``, or the path of a YAML file with ``indicators:``.
+        ``NAME,…``, ``all``, or the path of a YAML file with ``indicators:``, which may extend others.
 
     Raises
     ------
@@ -39,9 +39,9 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     if len(parts) > 1 and not is_file and any(part.endswith(_SUFFIXES) for part in parts):
         raise ConfigError(f"{text}: give one file; its 'indicators:' may hold several labels")
     if text.endswith(_SUFFIXES) or is_file:
-        source = read_yaml(Path(text), "a file of indicators")
+        source = read_extended(Path(text), "a file of indicators")
         within: KeyPath = ("indicators",)
-        if not isinstance(source.data, dict) or "indicators" not in source.data:
+        if "indicators" not in source.data:
             raise ConfigError([Mistake("has no 'indicators:'", origin=text)])
         return make_indicators(source.data["indicators"], source, within)
     return make_indicators(text)

@@ -12,9 +12,10 @@ from hydrofdi.config.study.options import move_options
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.scoring.registry import score_kind, score_names
+from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.validation import read_yaml, validated
+from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source
 
 _CHOICE_OF_ONE = re.compile(r"\[.*|\s*\(.*")
@@ -38,8 +39,8 @@ def load_scores(indicators: str, made: Mapping[str, Indicator[Any]]) -> dict[str
     """
     if not FilePath(indicators).is_file():
         return {}
-    source = read_yaml(FilePath(indicators), "a file of indicators")
-    source.data = {"scores": (source.data or {}).get("scores") or {}}
+    source = read_extended(FilePath(indicators), "a file of indicators")
+    source.data = {"scores": source.data.get("scores") or {}}
     normalize_scores(source, source.data["scores"], ("scores",), made)
     return validated(ScoresConfig, source).scores
 

@@ -1,0 +1,75 @@
+"""YAML files that extend others (``extends: other.yaml``), whose keys they override."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.validation import read_yaml
+from hydrofdi.settings.yaml_source import Source
+
+Merge = Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]]
+
+
+def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Both, mappings within them as well; where both have something else, the second wins."""
+    whole = dict(base)
+    for key, value in over.items():
+        both = isinstance(value, dict) and isinstance(whole.get(key), dict)
+        whole[key] = merged(whole[key], value) if both else value
+    return whole
+
+
+def overlay(base: Source, over: Source, merge: Merge = merged) -> None:
+    """Lay a source over another; its keys win."""
+    base.data = merge(base.data, over.data)
+    base.origins.update(over.origins)
+    base.mistakes.extend(over.mistakes)
+
+
+def read_extended(
+    file: Path,
+    kind: str,
+    prepare: Callable[[Source, Path], None] = lambda own, file: None,
+    merge: Merge = merged,
+    extending: tuple[Path, ...] = (),
+) -> Source:
+    """A file on top of the files that it extends.
+
+    Parameters
+    ----------
+    file : path
+    kind : str
+        What the file should be, such as ``an experiment file``.
+    prepare : callable, optional
+        Is given the data of each file, and the file.
+    merge : callable, optional
+        Lays data over others.
+    extending : tuple of path
+        Files that extend this one.
+
+    Raises
+    ------
+    ConfigError
+        A file cannot be read, or the files extend each other.
+    """
+    if file.resolve() in extending:
+        chain = " → ".join(path.name for path in (*extending, file.resolve()))
+        raise ConfigError([Mistake(f"the files extend each other: {chain}", "extends", str(file))])
+    own = read_yaml(file, kind)
+    own.data = own.data or {}
+    prepare(own, file)
+    parents = own.data.pop("extends", [])
+    parents = [parents] if isinstance(parents, str) else parents
+    if not isinstance(parents, list) or not all(isinstance(parent, str) for parent in parents):
+        raise ConfigError([own.mistake(("extends",), "expected the path of a file, or a list of paths")])
+    whole = Source({})
+    for parent in parents:
+        path = file.parent / parent
+        if not path.exists():
+            raise ConfigError([own.mistake(("extends",), f"{path}: no such file")])
+        overlay(whole, read_extended(path, kind, prepare, merge, (*extending, file.resolve())), merge)
+    overlay(whole, own, merge)
+    return whole

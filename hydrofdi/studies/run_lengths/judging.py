@@ -95,7 +95,7 @@ class _Case:
             try:
                 at = self._false_alarms(population).at(limit.value, confidence=self.rules.confidence)
             except NotStatedError as refusal:
-                refusals.append(f"{population.title}: {refusal}")
+                refusals.append(f"of {population.title} alone no false alarms are stated: {refusal}")
             else:
                 found[population] = at
         return found, tuple(refusals)

@@ -102,7 +102,7 @@ MISTAKES = [
     ("{friction.viscous: {lognormal: [50, 2 kg]}}", "", "lognormal.1.: '2 kg' has the wrong unit"),
     ("{friction.viscous: {triangular: [1, 3, 2]}}", "", "needs low ≤ mode ≤ high"),
     ("{friction.viscous: {trianglar: [1, 2, 3]}}", "", "did you mean 'triangular'"),
-    (OVER, "[friction.viscous], matrix: [[1]]", "at least 2 items"),
+    (OVER, "[friction.viscous], matrix: [[1]]", "needs 2 entries or more; found 1"),
     (OVER, "[friction.viscous, friction.viscous], matrix: [[1, 0], [0, 1]]", "names a parameter twice"),
     (OVER, "[friction.viscous, actuator.mass], matrix: [[1, 0.2]]", "matrix needs 2 rows of 2 numbers"),
     (OVER, "[friction.viscous, actuator.mass], matrix: [[1, 0.2], [0.1, 1]]", "must be symmetric"),

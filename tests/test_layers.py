@@ -17,7 +17,7 @@ LAYERS = [
     {"assessment"},
     {"execution"},
     {"papers"},
-    {"report", "studies", "quality", "sensing", "store", "simulation"},
+    {"monitor", "report", "studies", "quality", "sensing", "store", "simulation"},
     {"config"},
     {"detectors"},
     {"indicators", "scoring"},
@@ -37,6 +37,7 @@ SIDEWAYS = {
     ("studies", "store"),
     ("quality", "simulation"),
     ("sensing", "simulation"),
+    ("monitor", "store"),
 }
 """Imports within a layer."""
 
@@ -55,6 +56,9 @@ HOMES = {
     "dask": ("execution/",),
     "sklearn": ("scoring/",),
     "threadpoolctl": ("scoring/extra.py",),
+    "paho": ("monitor/",),
+    "asyncua": ("monitor/sources/",),
+    "prometheus_client": ("monitor/sinks/",),
 }
 """Outside library → where it may be imported."""
 

@@ -1,0 +1,1 @@
+"""Commands for a machine: train, detect, monitor, replay."""

@@ -1,0 +1,154 @@
+"""The file of a trained detector: JSON that is checked when it is read. Nothing in it is executed."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from hydrofdi.detectors.trained.configuration import DetectorConfig
+from hydrofdi.records.channels import Channel
+from hydrofdi.settings.quantities import Section
+
+SCHEMA, VERSION = "hydrofdi.detector", 1
+
+
+class Made(Section):
+    """Who made it."""
+
+    hydrofdi: str
+    """Version of hydrofdi."""
+
+    time: str
+    """When, in UTC."""
+
+    command: str = ""
+    """The command line."""
+
+
+class Basis(Section):
+    """What the promise rests on."""
+
+    sources: tuple[str, ...]
+    """Where the healthy records came from."""
+
+    n_record: int
+    """Healthy records."""
+
+    n_window: int
+    """Windows of them that set the threshold; they do not overlap."""
+
+    n_group: int
+    """Groups that do not depend on each other, such as units or days; 0 where nobody stated any."""
+
+    populations: dict[str, int]
+    """Label of healthy records → number of their windows; empty where they have none."""
+
+    not_judged: dict[str, int]
+    """Kind of fault → number of healthy windows that taught nothing for it."""
+
+
+class Scale(Section):
+    """The healthy score, in the unit of the output."""
+
+    centre: float
+    """Median."""
+
+    spread: float
+    """Interquartile range over 1.349."""
+
+
+class Limits(Section):
+    """Limits of the score, in the unit of the output, and the rate of false alarms."""
+
+    low: float | None
+    """A score below it is an alarm; null where there is no such limit."""
+
+    high: float | None
+    """A score above it is an alarm; null where there is no such limit."""
+
+    false_alarm_rate: float
+    """Wanted share of healthy windows that raise an alarm."""
+
+    interval: tuple[float, float]
+    """Where the true share lies, with the confidence."""
+
+    confidence: float
+    """Of the interval."""
+
+    method: str
+    """How the limits were set."""
+
+    interval_rests_on: str
+    """``windows``: those are taken as independent. ``groups``: each group met the limits of the others."""
+
+
+class ChartLimit(Section):
+    """The limit of the control chart."""
+
+    limit: float
+    """An alarm where the statistic reaches it; the chart then starts anew."""
+
+    mean_time: float | None
+    """Mean time between false alarms on healthy records [s]; null where there was none."""
+
+    interval: tuple[float, float | None]
+    """Where it lies, with the confidence [s]; null where nothing bounds it."""
+
+    hours: float
+    """Hours of healthy operation that it rests on."""
+
+
+class ChannelRange(Section):
+    """What healthy windows showed of a channel, widened by a margin; beyond it a window is novel."""
+
+    low: tuple[float, float]
+    """Range of the 1 % quantile."""
+
+    high: tuple[float, float]
+    """Range of the 99 % quantile."""
+
+    activity: tuple[float, float]
+    """Range of the rms change from sample to sample."""
+
+    at_end: float
+    """Largest share of samples at the lowest or at the highest value; above it a window is clipped."""
+
+
+class DetectorFile(Section):
+    """A trained detector."""
+
+    schema_name: Literal["hydrofdi.detector"] = Field("hydrofdi.detector", alias="schema")
+    """What the file is."""
+
+    version: Literal[1] = 1
+    """Version of its form."""
+
+    made: Made
+    config: DetectorConfig
+    """In full: every option is written out, so that new defaults of hydrofdi change nothing."""
+
+    indicator_version: int
+    """Version of the indicator; another one gives other numbers, and is refused."""
+
+    unit: str
+    """SI unit of the score."""
+
+    channels: tuple[Channel, ...]
+    """Channels that a window needs."""
+
+    sampling_frequency: float
+    """[Hz]"""
+
+    n_sample: int
+    """Samples of a window; 0 where estimates are judged."""
+
+    basis: Basis
+    healthy: Scale
+    limits: Limits
+    chart: ChartLimit | None = None
+    ranges: dict[Channel, ChannelRange]
+    """What is known of each channel."""
+
+    drive: tuple[float, float] | None = None
+    """Lowest and highest value of the channel whose edges start cycles."""

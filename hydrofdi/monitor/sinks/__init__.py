@@ -1,0 +1,5 @@
+"""Where lines go."""
+
+from hydrofdi.monitor.sinks.contract import Sink
+
+__all__ = ["Sink"]

@@ -1,0 +1,47 @@
+"""What streams are cut into."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+
+
+@dataclass(frozen=True)
+class WindowFault:
+    """Why a window cannot be judged.
+
+    Attributes
+    ----------
+    kind : str
+        One word: ``other_rate``, ``missing``, ``stuck``, ``clipped``, ``short_cycle``, ``novel``, …
+    text : str
+        The sentence for a person, with its number.
+    """
+
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Window:
+    """Consecutive samples of a stream, without a gap.
+
+    Attributes
+    ----------
+    number : int
+        From 0, in the order of their ends; it goes on after gaps and restarts.
+    time : ndarray, shape (n_time,)
+        Sampling instants as the source stated them [s].
+    channels : mapping of Channel to ndarray, shape (n_time,)
+        In SI.
+    fault : WindowFault or None
+        What forbids to judge it; None where nothing does so far.
+    """
+
+    number: int
+    time: Array
+    channels: Mapping[Channel, Array]
+    fault: WindowFault | None = None

@@ -18,16 +18,16 @@ class WindowConfig(Section):
     """How streams and long records are cut. One window is judged at a time."""
 
     by: Literal["time", "cycle", "estimate"] = "time"
-    """``time``: windows of equal duration. ``cycle``: one from each edge of the drive. ``estimate``: no windows;
-    a recursive indicator follows the stream, and each of its estimates is judged."""
+    """``time``: windows of equal duration. ``cycle``: one from each edge of the drive. ``estimate``: a
+    recursive indicator follows the stream without windows, and each of its estimates is judged."""
 
     duration: Duration | None = None
-    """Duration of a window [s]; that of the healthy records where left out. Cycles are cut to it; shorter ones
-    are not judged."""
+    """Duration of a window [s]; that of the healthy records where left out. Cycles are cut to it; shorter
+    ones are not judged."""
 
     every: Duration | None = None
-    """Time from the start of one window to the start of the next [s]; windows overlap where it is less than the
-    duration, which it is where left out."""
+    """Time from the start of one window to the start of the next [s]; the duration where left out.
+    Windows overlap where it is less."""
 
     channel: Channel = Channel.INPUT_VOLTAGE
     """Channel whose edges start a cycle."""

@@ -12,8 +12,8 @@ from hydrofdi.records.streams import Chunk
 class Sink(Protocol):
     """Something that takes lines: standard output, a log, a broker, a web address, metrics, a view.
 
-    A sink that may be slow keeps a bounded queue of its own and never holds the monitor up; only standard output
-    and the log may.
+    A sink that may be slow keeps a bounded queue of its own and never holds the monitor up; only standard
+    output and the log may.
     """
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:

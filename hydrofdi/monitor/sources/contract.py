@@ -35,8 +35,8 @@ class Reading:
 class StreamSource(Protocol):
     """A stream of samples. One thread calls its methods; sockets, event loops and other threads are its own.
 
-    Samples that come again (after a restart, or from a broker that was not sure) need no care: the watch leaves
-    out what is not later than what it has seen.
+    Samples that come again (after a restart, or from a broker that was not sure) need no care: the watch
+    leaves out what is not later than what it has seen.
     """
 
     @property

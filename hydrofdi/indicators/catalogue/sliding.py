@@ -1,0 +1,158 @@
+"""Another indicator in a window that slides along the record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
+from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.quantities import SI
+
+
+class SlidingOptions(RecursiveOptions):
+    """Options of `Sliding`."""
+
+    of: str = "dwt"
+    """Name of the indicator that is measured in each window."""
+
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Options of that indicator."""
+
+    output: str = ""
+    """Which of its numbers is followed, such as ``d2``; the first one that is a score where left out."""
+
+    window: Annotated[float, SI("s", above=0)] = 2.0
+    """Length of the window [s], rounded to whole samples; a new one ends every ``interval``."""
+
+    @cached_property
+    def made(self) -> Indicator[Any]:
+        """The indicator of the windows."""
+        return sound_indicator(self.of, self.options)
+
+    @cached_property
+    def followed(self) -> Output:
+        """The number that is followed."""
+        outputs = {each.name: each for each in self.made.outputs}
+        name = self.output or next((each.name for each in self.made.outputs if each.is_score), "")
+        if name not in outputs:
+            raise ValueError(f"{self.of} has no output {self.output!r}{nearest(self.output, [*outputs])}")
+        if outputs[name].dims:
+            raise ValueError(f"{name} of {self.of} is no single number, and one is followed")
+        return outputs[name]
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> Self:
+        try:
+            assert self.followed
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, first["loc"]))
+            raise ValueError(f"options of {self.of}: {place}: {first['msg']}") from None
+        except ConfigError as error:
+            raise ValueError(str(error)) from None
+        if isinstance(self.made, RecursiveIndicator):
+            raise ValueError(f"{self.of} follows records by itself; a window adds nothing")
+        return self
+
+
+class Sliding(RecursiveIndicator[SlidingOptions]):
+    """One number of another indicator, measured anew in each position of a window."""
+
+    name = "sliding"
+    version = 1
+    summary = "A number of another indicator along the record, in a sliding window: wavelets on line."
+    source = "Goharrizi, Sepehri and Wu, Int. J. Fluid Power 11 (2010) 61, for the RMS of d2"
+    equation = "s(t) = indicator of the samples from t − window to t"
+    caution = (
+        "Neighbouring windows share samples, and so their numbers. A decimated transform meets each window at"
+        " another start phase unless 'interval' is a multiple of 2^levels samples."
+    )
+    absence = "no window has the number"
+    needs_scale = False
+    Options = SlidingOptions
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Those of the indicator of the windows."""
+        return self.options.made.channels
+
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """Those of the indicator of the windows."""
+        return self.options.made.optional_channels
+
+    @property
+    def estimates(self) -> tuple[Output, ...]:
+        """The mean over the windows of a record, and how much they differ."""
+        followed, window = self.options.followed, f"windows of {self.options.window:g} s"
+        return (
+            replace(followed, long_name=f"{followed.long_name}, mean over {window}", is_score=True),
+            Output.quality(
+                f"{followed.name}_spread", followed.unit, f"{followed.long_name}, spread over {window}"
+            ),
+        )
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """A record that is shorter than a window, or windows that cannot be measured."""
+        if records.duration < self.options.window:
+            return f"{records.duration:g} s are too few for a window of {self.options.window:g} s"
+        first = records.window(0, self._n_window(records.sampling_frequency))
+        return super().obstacle(records) or self.options.made.obstacle(first)
+
+    def start(self, records: RecordBatch) -> State:
+        """Windows that hold nothing yet."""
+        n_window = self._n_window(records.sampling_frequency)
+        held = {
+            f"held.{channel}": np.full((records.n_record, n_window), np.nan)
+            for channel in sorted(self.channels | (self.optional_channels & records.channels.keys()))
+        }
+        return {**held, "n_sample": np.array([0]), "began": np.array([records.start_time])}
+
+    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+        """Measure every window that ends in the chunk."""
+        n_window, n_before = self._n_window(chunk.sampling_frequency), int(state["n_sample"][0])
+        samples = {
+            channel: np.concatenate([state[f"held.{channel}"], chunk[channel]], axis=1)
+            for channel in chunk.channels
+            if f"held.{channel}" in state
+        }
+        ends = instants(n_before, chunk.n_time, self.samples_per_estimate(chunk.sampling_frequency))
+        numbers = np.full((chunk.n_record, ends.size), np.nan)
+        for place, end in enumerate(ends):
+            if n_before + end + 1 >= n_window:
+                window = {channel: held[:, end + 1 : end + 1 + n_window] for channel, held in samples.items()}
+                numbers[:, place] = self._measured(replace(chunk, channels=window, start_time=0.0))
+        kept = {f"held.{channel}": held[:, -n_window:].copy() for channel, held in samples.items()}
+        time = state["began"] + (n_before + ends) / chunk.sampling_frequency
+        after = {**kept, "n_sample": np.array([n_before + chunk.n_time]), "began": state["began"]}
+        return after, Trace(time, {self.options.followed.name: numbers})
+
+    def of_record(self, trace: Trace) -> Mapping[str, Array]:
+        """Mean and standard deviation over the windows that have the number."""
+        name = self.options.followed.name
+        known = np.ma.masked_invalid(trace.values[name])
+        return {
+            name: known.mean(axis=1).filled(np.nan),
+            f"{name}_spread": known.std(axis=1).filled(np.nan),
+        }
+
+    def _n_window(self, sampling_frequency: float) -> int:
+        return max(2, round(self.options.window * sampling_frequency))
+
+    def _measured(self, windows: RecordBatch) -> Array:
+        """The number of each record; windows with a missing sample have none."""
+        held = {channel: np.ascontiguousarray(samples) for channel, samples in windows.channels.items()}
+        with np.errstate(all="ignore"):
+            numbers = self.options.made.measure(replace(windows, channels=held))[self.options.followed.name]
+        is_whole = np.logical_and.reduce([np.isfinite(samples).all(axis=1) for samples in held.values()])
+        return np.where(is_whole & np.isfinite(numbers), numbers, np.nan)

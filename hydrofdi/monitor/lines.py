@@ -39,6 +39,7 @@ class EventKind(StrEnum):
     DROPPED = "dropped"
     CONNECTED = "connected"
     DISCONNECTED = "disconnected"
+    NOT_STORED = "not_stored"
 
 
 @dataclass(frozen=True)
@@ -53,9 +54,12 @@ class Event:
     time : float or None
         On the clock of the stream [s].
     count : int
-        How often. What goes on is said once when it begins; metrics count all of it.
+        How often. What goes on is said once when it begins. The counts of one kind, those of lines that end
+        an episode left out, add up to all there was.
     is_silent : bool
         Whether it is counted alone, because it was said before.
+    is_end : bool
+        Whether it says that an episode is over; `count` is then that of the whole episode.
     """
 
     kind: EventKind
@@ -63,6 +67,7 @@ class Event:
     time: float | None = None
     count: int = 1
     is_silent: bool = False
+    is_end: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""One sweep at a time on an experiment's folder."""
+"""One sweep at a time on an experiment's folder, and locks of other files."""
 
 from __future__ import annotations
 
@@ -32,26 +32,50 @@ def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[No
         Another sweep holds it; the message names its process and host.
     """
     path = directory / _FILE
+    with file_lock(path, _busy(directory)) as holder:
+        if holder:
+            tell(f"took over the lock of a sweep that ended without letting go{holder}")
+        yield
+
+
+@contextmanager
+def file_lock(path: Path, refusal: str) -> Iterator[str]:
+    """Hold a lock file; the operating system lets go of it when this process ends.
+
+    Parameters
+    ----------
+    path : Path
+    refusal : str
+        What to say where another process holds it.
+
+    Yields
+    ------
+    str
+        The process that ended without letting go; empty where none did.
+
+    Raises
+    ------
+    StoreError
+        Another process holds it, or it cannot be written.
+    """
     try:
-        directory.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         file = open(path, "a+", encoding="utf-8")  # noqa: SIM115 (held for as long as the lock)
     except OSError as error:
-        raise StoreError(f"{directory}: cannot be written: {reason(error)}") from None
+        raise StoreError(f"{path.parent}: cannot be written: {reason(error)}") from None
     with file:
         file.seek(0)
-        holder = _holder(file.read())
+        text = file.read()
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             file.seek(0)
-            raise _in_use(directory, file.read()) from None
-        if holder:
-            tell(f"took over the lock of a sweep that ended without letting go{holder}")
+            raise StoreError(refusal + _holder(file.read())) from None
         file.truncate(0)
         file.write(json.dumps({"pid": os.getpid(), "host": socket.gethostname()}))
         file.flush()
         try:
-            yield
+            yield _holder(text)
         finally:
             file.truncate(0)
 
@@ -72,11 +96,11 @@ def require_unlocked(directory: Path) -> None:
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise _in_use(directory, file.read()) from None
+            raise StoreError(_busy(directory) + _holder(file.read())) from None
 
 
-def _in_use(directory: Path, text: str) -> StoreError:
-    return StoreError(f"{directory}: another sweep is at work there{_holder(text)}")
+def _busy(directory: Path) -> str:
+    return f"{directory}: another sweep is at work there"
 
 
 def _holder(text: str) -> str:

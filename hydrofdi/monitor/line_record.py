@@ -1,0 +1,61 @@
+"""Lines as JSON objects: the same ones on standard output, in the log, and sent anywhere."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from hydrofdi.monitor.lines import Event, Line, WindowLine
+
+
+def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
+    """A line as an object for JSON; what is not a finite number is None.
+
+    Parameters
+    ----------
+    line : WindowLine or Event
+    unit : str
+        Unit of scores: that of the detector's file.
+
+    Returns
+    -------
+    dict
+        ``line`` is ``window`` or ``event``; instants (``start``, ``end``, ``time``) are in seconds.
+    """
+    return _window(line, unit) if isinstance(line, WindowLine) else _event(line)
+
+
+def line_text(line: Line, unit: str = "1") -> str:
+    """A line as one line of JSON, with its end."""
+    return json.dumps(line_record(line, unit), ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _window(line: WindowLine, unit: str) -> dict[str, Any]:
+    verdict, chart = line.verdict, line.chart
+    return {
+        "line": "window",
+        "number": line.number,
+        "start": _finite(line.start),
+        "end": _finite(line.end),
+        "condition": line.condition.value,
+        "score": _finite(verdict.score),
+        "unit": unit,
+        "alarm": verdict.alarm,
+        "margin": _finite(verdict.margin),
+        "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.text},
+        "chart": chart and {
+            "statistic": _finite(chart.statistic),
+            "limit": _finite(chart.limit),
+            "alarm": chart.alarm,
+        },
+    }  # fmt: skip
+
+
+def _event(line: Event) -> dict[str, Any]:
+    record = {"line": "event", "event": line.kind.value, "time": _finite(line.time)}
+    return {**record, "count": line.count, "is_end": line.is_end, "text": line.text}
+
+
+def _finite(number: float | None) -> float | None:
+    return None if number is None or not math.isfinite(number) else float(number)

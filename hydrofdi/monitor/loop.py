@@ -1,0 +1,167 @@
+"""From a source to sinks, step by step; what was stored is gone on from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from enum import StrEnum
+
+from hydrofdi.errors import StoreError
+from hydrofdi.monitor.lines import Event, EventKind, Line
+from hydrofdi.monitor.sinks import Sink
+from hydrofdi.monitor.sinks.log import WindowLog
+from hydrofdi.monitor.sources import Reading, StreamSource
+from hydrofdi.monitor.state import StateFile, Stored
+from hydrofdi.monitor.watch import Watch
+from hydrofdi.records.streams import Chunk
+
+PATIENCE = 0.2
+"""How long a source is waited for before signals are looked after [s]."""
+
+
+class Ending(StrEnum):
+    """Why a monitor ended."""
+
+    OVER = "the stream is over"
+    STOPPED = "it was asked to end"
+    OUTPUT_CLOSED = "nobody reads its output any more"
+
+
+def monitor(
+    watch: Watch,
+    source: StreamSource,
+    sinks: Sequence[Sink] = (),
+    *,
+    state_file: StateFile | None = None,
+    log: WindowLog | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Ending:
+    """Watch a stream until it is over or somebody asks to end.
+
+    Where a step says anything, its lines go to the log, then to the sinks; then the state is stored, and the
+    source may forget what led to it. After a crash the log has each window once; a sink may get the lines of
+    the last step twice, with the same numbers.
+
+    Parameters
+    ----------
+    watch : Watch
+    source : StreamSource
+        It is opened and closed here.
+    sinks : sequence of Sink
+        They are closed here.
+    state_file : StateFile, optional
+        Without one, a restart begins anew.
+    log : WindowLog, optional
+    stop : callable
+        Whether to end; it is asked several times a second.
+
+    Raises
+    ------
+    DataError
+        The source cannot be used.
+    StoreError
+        The state is damaged, in use or another one's, or the log cannot be written at the start.
+    BaseException
+        Whatever else a source or a sink raises.
+    """
+    with ExitStack() as stack:
+        if state_file is not None:
+            stack.enter_context(state_file.locked())
+        for sink in sinks:
+            stack.callback(sink.close)
+        stack.callback(source.close)
+        return _Monitor(watch, source, sinks, state_file, log).run(stop)
+
+
+class _Monitor:
+    def __init__(
+        self,
+        watch: Watch,
+        source: StreamSource,
+        sinks: Sequence[Sink],
+        state_file: StateFile | None,
+        log: WindowLog | None,
+    ) -> None:
+        self._watch, self._source, self._sinks = watch, source, sinks
+        self._state_file, self._log = state_file, log
+        self._state = watch.start()
+        self._pending: list[Line] = []
+        self._is_unstored = False
+
+    def run(self, stop: Callable[[], bool]) -> Ending:
+        try:
+            self._deliver(None, [self._begin()])
+            while not stop():
+                reading = self._source.read(PATIENCE)
+                self._step(reading)
+                if reading.is_over:
+                    return self._end(Ending.OVER)
+            return self._end(Ending.STOPPED)
+        except BrokenPipeError:
+            return Ending.OUTPUT_CLOSED
+
+    def _begin(self) -> Event:
+        """Take up what was stored."""
+        stored = None if self._state_file is None else self._state_file.read()
+        if self._log is not None:
+            self._log.open(None if stored is None else stored.log_length)
+        self._source.open({} if stored is None else stored.position)
+        if stored is None:
+            return Event(EventKind.STARTED, f"watches {self._source.name}")
+        self._state = self._watch.resume(stored.state)
+        text = f"watches {self._source.name} again, from window {self._watch.next_number(self._state)} on"
+        return Event(EventKind.RESUMED, text)
+
+    def _step(self, reading: Reading) -> None:
+        lines: list[Line] = [*reading.events]
+        if reading.chunk is not None and reading.chunk.n_time:
+            self._state, more = self._watch.step(self._state, reading.chunk)
+            lines += more
+        self._deliver(reading.chunk, lines)
+
+    def _end(self, ending: Ending) -> Ending:
+        """The last lines; a stream that is over ends its episodes."""
+        lines: list[Line] = []
+        if ending is Ending.OVER:
+            self._state, more = self._watch.end(self._state)
+            lines += more
+        self._deliver(None, [*lines, Event(EventKind.STOPPED, f"stopped: {ending}")])
+        return ending
+
+    def _deliver(self, chunk: Chunk | None, lines: list[Line]) -> None:
+        """To the log, the sinks and the state, in this order, so that no line is lost."""
+        lines = [*self._pending, *lines]
+        length, error = self._append(lines)
+        self._pending = [line for sink in self._sinks for line in sink.put(chunk, lines)]
+        if error is None and (self._source.wants_confirmation or any(map(_is_said, lines))):
+            error = self._store(length)
+        self._note(error)
+
+    def _append(self, lines: Sequence[Line]) -> tuple[int | None, StoreError | None]:
+        if self._log is None:
+            return None, None
+        try:
+            return self._log.append(lines), None
+        except StoreError as error:
+            return None, error
+
+    def _store(self, log_length: int | None) -> StoreError | None:
+        if self._state_file is not None:
+            try:
+                self._state_file.write(Stored(self._state, self._source.position, log_length))
+            except StoreError as error:
+                return error
+        self._source.confirm()
+        return None
+
+    def _note(self, error: StoreError | None) -> None:
+        """Say once that a disk is full, and once that it works again."""
+        if error is not None and not self._is_unstored:
+            self._pending.append(Event(EventKind.NOT_STORED, f"goes on without storing: {error}"))
+        if error is None and self._is_unstored:
+            self._pending.append(Event(EventKind.NOT_STORED, "stores again", is_end=True))
+        self._is_unstored = error is not None
+
+
+def _is_said(line: Line) -> bool:
+    return not (isinstance(line, Event) and line.is_silent)

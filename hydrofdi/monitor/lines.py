@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from hydrofdi.detectors.trained import Verdict
+from hydrofdi.detectors.trained import ChartReading, Verdict
 
 
 class Condition(StrEnum):
@@ -68,15 +68,6 @@ class Event:
     count: int = 1
     is_silent: bool = False
     is_end: bool = False
-
-
-@dataclass(frozen=True)
-class ChartReading:
-    """The control chart behind a window: its statistic and limit [healthy spreads], and whether it alarms."""
-
-    statistic: float | None
-    limit: float
-    alarm: bool
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,21 @@
 """Trained detectors: what healthy records taught, kept in a file that a person can read."""
 
+from hydrofdi.detectors.trained.charting import ChartReading, ScoreChart, chart_of
 from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig, WindowConfig
 from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.following import Follower
+from hydrofdi.detectors.trained.judging import Judge
 from hydrofdi.detectors.trained.verdict import Verdict
 
-__all__ = ["ChartConfig", "DetectorConfig", "DetectorFile", "Verdict", "WindowConfig"]
+__all__ = [
+    "ChartConfig",
+    "ChartReading",
+    "DetectorConfig",
+    "DetectorFile",
+    "Follower",
+    "Judge",
+    "ScoreChart",
+    "Verdict",
+    "WindowConfig",
+    "chart_of",
+]

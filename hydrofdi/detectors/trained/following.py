@@ -1,0 +1,195 @@
+"""Streams → verdicts, where a recursive indicator follows them without windows."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.detectors.features import Feature
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.judging import verdict_of
+from hydrofdi.detectors.trained.measuring import feature_of
+from hydrofdi.detectors.trained.verdict import Verdict
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators.recursive import RecursiveIndicator, instants
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.streams import State, WindowFault
+
+_INDICATOR = "indicator."
+
+
+class Samples(Protocol):
+    """Consecutive samples of a stream: instants [s], channels (n_time,), and whether they begin anew."""
+
+    @property
+    def time(self) -> Array:
+        """Instants [s]."""
+
+    @property
+    def channels(self) -> Mapping[Channel, Array]:
+        """In SI; NaN where a sample is missing."""
+
+    @property
+    def begins_anew(self) -> bool:
+        """Whether they are the first ones, or come behind a gap."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a recursive indicator gave at an instant.
+
+    Attributes
+    ----------
+    time : float
+        On the clock of the stream [s].
+    score : float
+        In the unit of the output; NaN where there is a fault.
+    fault : WindowFault or None
+        Why the indicator began anew.
+    """
+
+    time: float
+    score: float
+    fault: WindowFault | None = None
+
+
+class Estimator:
+    """Estimates along a stream. They are the same, to the bit, whatever the pieces.
+
+    The indicator begins anew behind a gap, behind a missing sample, and where it diverged; it is then silent
+    for its transient.
+
+    Parameters
+    ----------
+    feature : Feature
+        The score of a recursive indicator.
+    channels : collection of Channel
+        What the indicator is shown.
+    sampling_frequency : float
+        [Hz]
+
+    Raises
+    ------
+    ConfigError
+        The indicator is not recursive, or the output is not the one that it follows.
+    """
+
+    def __init__(self, feature: Feature, channels: Collection[Channel], sampling_frequency: float) -> None:
+        indicator = feature.indicator
+        if not isinstance(indicator, RecursiveIndicator):
+            raise ConfigError(f"{indicator.name} does not follow a stream; judge it by windows")
+        followed = indicator.estimates[0].name
+        if feature.described.name != followed:
+            raise ConfigError(f"of {indicator.name}, {followed} alone is followed along a stream")
+        self.indicator: RecursiveIndicator[Any] = indicator
+        self._score, self._channels, self._frequency = followed, tuple(channels), sampling_frequency
+
+    def start(self) -> State:
+        """The state before the first sample: arrays alone."""
+        none = np.empty((1, 0))
+        begun = self.indicator.start(self._records(0, dict.fromkeys(self._channels, none)))
+        return {
+            "n_seen": np.array([0]),
+            "is_missing": np.array([False]),
+            **{_INDICATOR + name: array for name, array in begun.items()},
+        }
+
+    def step(self, state: State, piece: Samples) -> tuple[State, list[Estimate]]:
+        """The state behind a piece, and the estimates that came with it; the old state stays as it was."""
+        state = self.start() if piece.begins_anew else state
+        missing = np.vstack([~np.isfinite(piece.channels[channel]) for channel in self._channels])
+        found: list[Estimate] = []
+        for first, stop, is_missing in _runs(np.any(missing, axis=0)):
+            if is_missing:
+                if not state["is_missing"][0]:
+                    found.append(self._missing(piece, first, missing))
+                state = {**self.start(), "is_missing": np.array([True])}
+                continue
+            while first < stop:
+                state, first, estimates = self._advance(state, piece, first, stop)
+                found += estimates
+        return state, found
+
+    def _missing(self, piece: Samples, place: int, missing: NDArray[np.bool_]) -> Estimate:
+        lost = [channel for channel, row in zip(self._channels, missing, strict=True) if row[place]]
+        text = f"no sample of {' and '.join(lost)}; {self._anew}"
+        return Estimate(float(piece.time[place]), np.nan, WindowFault("missing", text))
+
+    def _advance(
+        self, state: State, piece: Samples, first: int, stop: int
+    ) -> tuple[State, int, list[Estimate]]:
+        """Up to `stop`, or to the sample at which the estimator diverged."""
+        n_before, indicator = int(state["n_seen"][0]), self.indicator
+        samples = {
+            channel: np.ascontiguousarray(piece.channels[channel][None, first:stop], dtype=float)
+            for channel in self._channels
+        }
+        followed, trace = indicator.step(_indicator_state(state), self._records(n_before, samples))
+        due = instants(n_before, stop - first, indicator.samples_per_estimate(self._frequency))
+        is_settled = (n_before + due) / self._frequency >= indicator.options.transient - 1e-9
+        found: list[Estimate] = []
+        for place, score in zip(due[is_settled], trace.values[self._score][0, is_settled], strict=True):
+            time = float(piece.time[first + place])
+            if not np.isfinite(score):
+                fault = WindowFault("diverged", f"{indicator.name} diverged; {self._anew}")
+                return self.start(), first + int(place) + 1, [*found, Estimate(time, np.nan, fault)]
+            found.append(Estimate(time, float(score)))
+        after: dict[str, NDArray[Any]] = {
+            "n_seen": np.array([n_before + stop - first]),
+            "is_missing": np.array([False]),
+            **{_INDICATOR + name: np.asarray(array) for name, array in followed.items()},
+        }
+        return after, stop, found
+
+    @property
+    def _anew(self) -> str:
+        return f"it begins anew and is silent for {self.indicator.options.transient:g} s"
+
+    def _records(self, n_before: int, samples: Mapping[Channel, Array]) -> RecordBatch:
+        return RecordBatch(samples, self._frequency, ("stream",), start_time=n_before / self._frequency)
+
+
+class Follower:
+    """Judges the estimates of a stream by a trained detector.
+
+    Parameters
+    ----------
+    file : DetectorFile
+        With ``window.by: estimate``.
+
+    Raises
+    ------
+    ConfigError
+        Its indicator cannot be made, or is not recursive.
+    """
+
+    def __init__(self, file: DetectorFile) -> None:
+        self.file = file
+        self._estimator = Estimator(feature_of(file.config), file.channels, file.sampling_frequency)
+
+    def start(self) -> State:
+        """The state before the first sample: arrays alone."""
+        return self._estimator.start()
+
+    def step(self, state: State, piece: Samples) -> tuple[State, Array, list[Verdict]]:
+        """The state behind a piece; the instants [s] of what came with it, and a verdict for each."""
+        after, found = self._estimator.step(state, piece)
+        verdicts = [verdict_of(self.file, each.score, each.fault) for each in found]
+        return after, np.array([each.time for each in found]), verdicts
+
+
+def _indicator_state(state: State) -> dict[str, NDArray[Any]]:
+    return {key.removeprefix(_INDICATOR): array for key, array in state.items() if key.startswith(_INDICATOR)}
+
+
+def _runs(is_missing: NDArray[np.bool_]) -> Iterator[tuple[int, int, bool]]:
+    """First, stop and kind of runs of samples that are alike."""
+    bounds = [0, *(np.flatnonzero(np.diff(is_missing)) + 1).tolist(), is_missing.size]
+    for first, stop in pairwise(bounds):
+        if stop > first:
+            yield first, stop, bool(is_missing[first])

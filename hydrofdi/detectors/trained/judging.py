@@ -1,0 +1,100 @@
+"""Windows → verdicts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records
+from hydrofdi.detectors.trained.novelty import findings
+from hydrofdi.detectors.trained.verdict import Verdict
+from hydrofdi.indicators import Indicator
+from hydrofdi.records import Channel
+from hydrofdi.records.streams import Window, WindowFault
+
+
+class Judge:
+    """Judges windows by a trained detector. What it says of one does not depend on the others, to the bit.
+
+    Parameters
+    ----------
+    file : DetectorFile
+
+    Raises
+    ------
+    ConfigError
+        Its indicator cannot be made.
+    """
+
+    def __init__(self, file: DetectorFile) -> None:
+        self.file = file
+        self._feature = feature_of(file.config)
+
+    @property
+    def indicator(self) -> Indicator[Any]:
+        """What measures windows."""
+        return self._feature.indicator
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What a window needs."""
+        return self.file.channels
+
+    def judge(self, windows: Sequence[Window]) -> list[Verdict]:
+        """A verdict for each window, in their order."""
+        verdicts = [Verdict(None, None, None, self._fault(window)) for window in windows]
+        sound = [place for place, verdict in enumerate(verdicts) if verdict.fault is None]
+        if sound:
+            judged = self._judge_sound([windows[place] for place in sound])
+            for place, verdict in zip(sound, judged, strict=True):
+                verdicts[place] = verdict
+        return verdicts
+
+    def _fault(self, window: Window) -> WindowFault | None:
+        missing = [channel for channel in self.channels if channel not in window.channels]
+        if window.fault is not None:
+            return window.fault
+        if missing:
+            return WindowFault("missing_channel", f"has no {' and no '.join(missing)}")
+        if window.time.size != self.file.n_sample:
+            return WindowFault(
+                "other_length", f"has {window.time.size} samples instead of {self.file.n_sample}"
+            )
+        return None
+
+    def _judge_sound(self, windows: Sequence[Window]) -> list[Verdict]:
+        records = records_of(windows, self.channels, self.file.sampling_frequency)
+        scores = scores_of_records(records, self._feature)
+        faults = findings(records, self.file.ranges)
+        return [
+            verdict_of(self.file, float(score), fault, obstacle)
+            for score, fault, obstacle in zip(scores.values, faults, scores.obstacles, strict=True)
+        ]
+
+
+def verdict_of(
+    file: DetectorFile, score: float, fault: WindowFault | None = None, obstacle: str | None = None
+) -> Verdict:
+    """The verdict on a score.
+
+    Parameters
+    ----------
+    file : DetectorFile
+    score : float
+        NaN where there is none.
+    fault : WindowFault, optional
+        Why it is not judged; the score is shown all the same where the window is novel.
+    obstacle : str, optional
+        Why there is no score.
+    """
+    shown = None if math.isnan(score) else score
+    if fault is not None:
+        return Verdict(shown if fault.kind == "novel" else None, None, None, fault)
+    if shown is None:
+        return Verdict(None, None, None, WindowFault("no_number", obstacle or "the indicator has no number"))
+    limits = [(score - file.limits.low)] if file.limits.low is not None else []
+    limits += [file.limits.high - score] if file.limits.high is not None else []
+    distance = min(limits, default=math.inf)
+    return Verdict(score, distance < 0.0, distance / file.healthy.spread)

@@ -1,0 +1,91 @@
+"""Windows → scores: the same for training, for judging and for streams."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.detectors.features import Feature
+from hydrofdi.detectors.trained.configuration import DetectorConfig
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import measure
+from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.streams import Window
+
+
+@dataclass(frozen=True)
+class WindowScores:
+    """What an indicator says of windows.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n_window,)
+        In the unit of the output; NaN where a window has none.
+    obstacles : tuple of (str or None), length n_window
+        Why a window has no number.
+    """
+
+    values: Array
+    obstacles: tuple[str | None, ...]
+
+
+def feature_of(config: DetectorConfig) -> Feature:
+    """The output that is the score.
+
+    Raises
+    ------
+    ConfigError
+        There is no such indicator or output, or the output is no single number.
+    ValidationError
+        The options of the indicator are mistaken.
+    """
+    feature = Feature(sound_indicator(config.indicator, config.options), config.output)
+    if feature.described.dims:
+        raise ConfigError(f"{feature.label} is an array, and a score is one number; choose another output")
+    return feature
+
+
+def records_of(
+    windows: Sequence[Window], channels: Collection[Channel], sampling_frequency: float
+) -> RecordBatch:
+    """Windows side by side as records that begin at 0; the period of the drive is not told.
+
+    Parameters
+    ----------
+    windows : sequence of Window
+        At least one; all of equal length, with all channels.
+    channels : collection of Channel
+    sampling_frequency : float
+        [Hz]; that of the detector, not that of each window, so that a window cannot change its meaning.
+    """
+    samples = {channel: np.stack([window.channels[channel] for window in windows]) for channel in channels}
+    return RecordBatch(samples, sampling_frequency, tuple(str(window.number) for window in windows))
+
+
+def scores_of(
+    windows: Sequence[Window], feature: Feature, channels: Collection[Channel], sampling_frequency: float
+) -> WindowScores:
+    """Scores of sound windows. That of a window does not depend, to the bit, on the others.
+
+    Parameters
+    ----------
+    windows : sequence of Window
+        All of equal length, with all channels; there may be none.
+    feature : Feature
+    channels : collection of Channel
+        What the indicator is shown: those that it needs, and the optional ones of the detector.
+    sampling_frequency : float
+        [Hz]
+    """
+    if not windows:
+        return WindowScores(np.empty(0), ())
+    return scores_of_records(records_of(windows, channels, sampling_frequency), feature)
+
+
+def scores_of_records(records: RecordBatch, feature: Feature) -> WindowScores:
+    """The same of windows that are records already."""
+    measures = measure(records, {"it": feature.indicator})
+    return WindowScores(measures.values[f"it.{feature.described.name}"], measures.obstacles["it"])

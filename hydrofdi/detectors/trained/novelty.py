@@ -1,0 +1,63 @@
+"""Windows that are clipped, or unlike all that a detector was trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from hydrofdi.detectors.trained.file import ChannelRange
+from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts
+from hydrofdi.detectors.trained.wording import readable
+from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.records.streams import WindowFault
+
+_QUANTITIES = {
+    "low": "1 % quantile",
+    "high": "99 % quantile",
+    "activity": "rms change from sample to sample",
+}
+
+
+def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[WindowFault | None]:
+    """Clipped, novel, or None, of each window.
+
+    Parameters
+    ----------
+    records : RecordBatch
+        Windows side by side.
+    ranges : mapping of Channel to ChannelRange
+        What healthy windows showed.
+    """
+    facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
+    return [_finding(row, facts, ranges) for row in range(records.n_record)]
+
+
+def _finding(
+    row: int, facts: Mapping[Channel, ChannelFacts], ranges: Mapping[Channel, ChannelRange]
+) -> WindowFault | None:
+    for kind, found in (("clipped", _clipped), ("novel", _novel)):
+        texts = [text for channel in facts for text in found(row, channel, facts[channel], ranges[channel])]
+        if texts:
+            more = f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""
+            return WindowFault(kind, texts[0] + more)
+    return None
+
+
+def _clipped(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    share = float(facts.at_end[row])
+    if share > healthy.at_end:
+        at_high = facts.is_at_high[row]
+        end, value = ("highest", facts.highest) if at_high else ("lowest", facts.lowest)
+        yield (
+            f"{share:.1%} of {channel} lie at its {end} value, {readable(float(value[row]), channel.unit)};"
+            f" healthy windows allow {healthy.at_end:.1%}"
+        )
+
+
+def _novel(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    for name, quantity in _QUANTITIES.items():
+        value, (low, high) = float(getattr(facts, name)[row]), getattr(healthy, name)
+        if not low <= value <= high:
+            yield (
+                f"the {quantity} of {channel} is {readable(value, channel.unit)}; healthy windows allow"
+                f" {readable(low, channel.unit)} to {readable(high, channel.unit)}"
+            )

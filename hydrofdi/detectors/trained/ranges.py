@@ -1,0 +1,101 @@
+"""What healthy windows showed of each channel, and whether another window is like them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.detectors.trained.file import ChannelRange
+from hydrofdi.records import Array, Channel
+
+_TAIL = 0.01
+"""Share of samples below the low quantile, and above the high one."""
+
+_MARGIN, _OF_SPAN = 1.0, 0.25
+"""A range is widened by so many of its widths, and by this share of what the channel spans."""
+
+_ACTIVITY = 3.0
+"""Activity may be so many times less or more."""
+
+_PILE, _PILE_LEAST = 2.0, 0.02
+"""A window is clipped where so many times the healthy share lies at an end, and this share more."""
+
+_COMMANDS = (Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION)
+"""They rest at their ends by right."""
+
+
+@dataclass(frozen=True)
+class ChannelFacts:
+    """One channel of windows.
+
+    Attributes
+    ----------
+    low, high : ndarray, shape (n_window,)
+        1 % and 99 % quantile, as order statistics.
+    activity : ndarray, shape (n_window,)
+        Rms change from sample to sample.
+    at_end : ndarray, shape (n_window,)
+        Share of samples at the lowest or at the highest value, whichever is larger.
+    lowest, highest : ndarray, shape (n_window,)
+    is_at_high : ndarray of bool, shape (n_window,)
+        Whether that end is the highest value.
+    """
+
+    low: Array
+    high: Array
+    activity: Array
+    at_end: Array
+    lowest: Array
+    highest: Array
+    is_at_high: np.ndarray
+
+
+def channel_facts(samples: Array) -> ChannelFacts:
+    """Facts of windows side by side; those of a window do not depend on the others.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n_window, n_time)
+    """
+    n_time = samples.shape[1]
+    rank = int(_TAIL * (n_time - 1))
+    ordered = np.partition(samples, (rank, n_time - 1 - rank), axis=1)
+    lowest, highest = samples.min(axis=1), samples.max(axis=1)
+    at_low, at_high = (np.mean(samples == end[:, None], axis=1) for end in (lowest, highest))
+    changes = np.diff(samples, axis=1)
+    return ChannelFacts(
+        ordered[:, rank],
+        ordered[:, n_time - 1 - rank],
+        np.sqrt(np.mean(changes**2, axis=1)) if n_time > 1 else np.zeros(len(samples)),
+        np.maximum(at_low, at_high),
+        lowest,
+        highest,
+        at_high > at_low,
+    )
+
+
+def learned_range(channel: Channel, samples: Array) -> ChannelRange:
+    """What healthy windows say of a channel.
+
+    Parameters
+    ----------
+    channel : Channel
+    samples : ndarray, shape (n_window, n_time)
+        In SI, finite.
+    """
+    facts = channel_facts(samples)
+    span = float(facts.high.max() - facts.low.min())
+    piled = float(facts.at_end.max())
+    return ChannelRange(
+        low=_widened(facts.low, span),
+        high=_widened(facts.high, span),
+        activity=(float(facts.activity.min()) / _ACTIVITY, float(facts.activity.max()) * _ACTIVITY),
+        at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * piled + _PILE_LEAST),
+    )
+
+
+def _widened(values: Array, span: float) -> tuple[float, float]:
+    low, high = float(values.min()), float(values.max())
+    margin = _MARGIN * (high - low) + _OF_SPAN * span
+    return low - margin, high + margin

@@ -1,0 +1,73 @@
+"""Detectors by hand, and windows that they judge."""
+
+import numpy as np
+
+from hydrofdi.detectors.trained import DetectorConfig, DetectorFile
+from hydrofdi.detectors.trained.file import Basis, Limits, Made, Scale
+from hydrofdi.detectors.trained.measuring import feature_of
+from hydrofdi.detectors.trained.ranges import learned_range
+from hydrofdi.records import Channel
+from hydrofdi.records.streams import Window
+
+FREQUENCY = 1000.0
+
+
+def signals(seed, n_sample=1000):
+    """All channels of an actuator in some motion, with noise of its own."""
+    draw = np.random.default_rng(seed)
+    time = np.arange(n_sample) / FREQUENCY
+    drive = np.sign(np.sin(2.0 * np.pi * 2.0 * time + 0.1))
+    swing = np.convolve(drive, np.exp(-np.arange(200) / 40.0) / 40.0)[:n_sample]
+    noise = draw.standard_normal((8, n_sample))
+    position = 0.05 * np.cumsum(swing) / FREQUENCY
+    return {
+        Channel.CHAMBER_1_PRESSURE: 9e6 + 2e6 * swing + 2e4 * noise[0],
+        Channel.CHAMBER_2_PRESSURE: 8e6 - 2e6 * swing + 2e4 * noise[1],
+        Channel.SUPPLY_PRESSURE: 17e6 + 1e4 * noise[2],
+        Channel.RETURN_PRESSURE: 1e5 + 1e3 * noise[3],
+        Channel.PISTON_POSITION: 0.3 + position + 1e-5 * noise[4],
+        Channel.PISTON_VELOCITY: 0.05 * swing + 1e-3 * noise[5],
+        Channel.SPOOL_POSITION: 1e-4 * drive + 1e-7 * noise[6],
+        Channel.INPUT_VOLTAGE: 5.0 * drive,
+    }
+
+
+def window(number=0, seed=0, n_sample=1000, fault=None, **changed):
+    """A window of such signals; `changed` replaces channels, or leaves those out that are None."""
+    channels = signals(seed, n_sample) | {Channel(name): samples for name, samples in changed.items()}
+    kept = {channel: samples for channel, samples in channels.items() if samples is not None}
+    return Window(number, np.arange(n_sample) / FREQUENCY, kept, fault)
+
+
+def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), ranges=(), **more):
+    """A detector that nobody trained; `ranges` are learned from these windows."""
+    config = DetectorConfig.model_validate({"indicator": indicator, **more})
+    feature = feature_of(config)
+    channels = tuple(sorted(feature.indicator.channels))
+    learned = {
+        channel: learned_range(channel, np.stack([each.channels[channel] for each in ranges]))
+        for channel in channels
+        if ranges
+    }
+    low, high = limits
+    return DetectorFile.model_validate(
+        {
+            "schema": "hydrofdi.detector",
+            "made": Made(hydrofdi="0", time="2026-01-01T00:00:00Z"),
+            "config": config,
+            "indicator_version": feature.indicator.version,
+            "unit": feature.described.unit,
+            "channels": channels,
+            "sampling_frequency": FREQUENCY,
+            "n_sample": 0 if config.window.by == "estimate" else 1000,
+            "basis": Basis(
+                sources=("made",), n_record=99, n_window=99, n_group=0, populations={}, not_judged={}
+            ),
+            "healthy": Scale(centre=scale[0], spread=scale[1]),
+            "limits": Limits(
+                low=low, high=high if high is None or np.isfinite(high) else 1e300, false_alarm_rate=0.01,
+                interval=(0.0, 0.05), confidence=0.95, method="quantile", interval_rests_on="windows",
+            ),
+            "ranges": learned,
+        }
+    )  # fmt: skip

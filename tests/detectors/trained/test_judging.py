@@ -1,0 +1,116 @@
+"""Windows are judged alike, alone or among others, and what forbids to judge is said in numbers."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from hydrofdi.detectors.trained import Judge
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import indicator_names
+from hydrofdi.records import Channel
+from hydrofdi.records.streams import WindowFault
+from tests.detectors.trained.made import detector, window
+
+HEALTHY = [window(number, seed) for number, seed in enumerate(range(20))]
+P1 = Channel.CHAMBER_1_PRESSURE
+
+
+def judged(file, *windows):
+    return Judge(file).judge(windows)
+
+
+@pytest.mark.parametrize("name", indicator_names())
+def test_a_window_is_judged_alike_alone_and_among_others(name):
+    try:
+        file = detector(name, direction="both", ranges=HEALTHY[:5])
+    except ConfigError as refusal:
+        pytest.skip(str(refusal))
+    judge = Judge(file)
+    windows = [*HEALTHY[:5], window(5, 7, n_sample=800), window(6, 8, chamber_1_pressure=None)]
+    together = judge.judge(windows)
+    assert together == [judge.judge([each])[0] for each in windows]
+    assert judge.judge(windows[::-1]) == together[::-1]
+    assert judge.judge([]) == []
+
+
+def test_scores_beyond_a_limit_are_alarms_and_those_on_it_are_not():
+    (score,) = (verdict.score for verdict in judged(detector(), HEALTHY[0]))
+    (verdict,) = judged(detector(limits=(None, score), scale=(0.0, 2.0)), HEALTHY[0])
+    assert (verdict.alarm, verdict.margin) == (False, 0.0)
+    (verdict,) = judged(detector(limits=(None, score - 6.0), scale=(0.0, 2.0)), HEALTHY[0])
+    assert verdict.alarm
+    assert verdict.margin == pytest.approx(-3.0)
+    (verdict,) = judged(detector(limits=(score - 6.0, score + 2.0), scale=(0.0, 2.0)), HEALTHY[0])
+    assert not verdict.alarm
+    assert verdict.margin == pytest.approx(1.0)
+    (verdict,) = judged(detector(limits=(score + 4.0, None), scale=(0.0, 2.0)), HEALTHY[0])
+    assert verdict.alarm
+    assert verdict.margin == pytest.approx(-2.0)
+
+
+def fault_of(*windows, **more):
+    (verdict,) = judged(detector(ranges=HEALTHY, **more), *windows)
+    assert verdict.alarm is None
+    assert verdict.margin is None
+    assert (verdict.score is None) == (verdict.fault.kind != "novel")
+    return verdict.fault
+
+
+def test_faults_of_the_window_come_first():
+    stated = WindowFault("other_rate", "came at 500 Hz instead of 1000 Hz")
+    assert fault_of(window(n_sample=10, fault=stated, chamber_1_pressure=None)) is stated
+
+
+def test_a_missing_channel_is_named():
+    fault = fault_of(window(chamber_1_pressure=None, chamber_2_pressure=None))
+    assert fault.kind == "missing_channel"
+    assert "chamber_1_pressure" in fault.text
+
+
+def test_another_length_is_said():
+    fault = fault_of(window(n_sample=900))
+    assert (fault.kind, fault.text) == ("other_length", "has 900 samples instead of 1000")
+
+
+def test_clipped_samples_are_counted_in_the_unit_of_a_person():
+    held = np.minimum(HEALTHY[0].channels[P1], 10e6)
+    fault = fault_of(window(chamber_1_pressure=held))
+    share = np.mean(held == 10e6)
+    assert fault.kind == "clipped"
+    assert f"{share:.1%}" in fault.text
+    assert "10 MPa" in fault.text
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (lambda samples: samples + 20e6, "quantile"),
+        (lambda samples: 9e6 + 1e-3 * (samples - 9e6), "quantile"),
+        (
+            lambda samples: samples + 2e5 * np.random.default_rng(1).standard_normal(samples.size),
+            "rms change",
+        ),
+    ],
+)
+def test_what_healthy_windows_never_showed_is_novel_with_its_score_and_no_alarm(changed, said):
+    fault = fault_of(window(chamber_1_pressure=changed(HEALTHY[0].channels[P1])), limits=(None, -1e9))
+    assert fault.kind == "novel"
+    assert said in fault.text
+    assert "MPa" in fault.text
+
+
+def test_other_windows_of_the_same_kind_are_not_novel():
+    verdicts = judged(detector(ranges=HEALTHY), *(window(0, 1000 + seed) for seed in range(200)))
+    assert all(verdict.fault is None for verdict in verdicts)
+
+
+def test_an_indicator_without_a_number_says_why():
+    file = detector("pressure_decay", direction="both")
+    still = dataclasses.replace(
+        HEALTHY[0], channels={channel: np.ones(1000) for channel in HEALTHY[0].channels}
+    )
+    (verdict,) = judged(file, still)
+    assert verdict.score is None
+    assert verdict.fault.kind == "no_number"
+    assert verdict.fault.text

@@ -83,6 +83,17 @@ _SPELLINGS = {
 }
 """Other spellings, in small letters, of units that hydrofdi knows."""
 
+_EXPRESSIONS = {
+    **dict.fromkeys(("lpm", "l/m", "lmin", "l/minute"), "L/min"),
+    **dict.fromkeys(("cc", "ccm"), "cm³"),
+    **dict.fromkeys(("cc/min", "ml/minute", "mlpm"), "mL/min"),
+    **dict.fromkeys(("percent", "pct"), "%"),
+    **dict.fromkeys(("ns/m",), "N·s/m"),
+    **dict.fromkeys(("m/sec", "mps"), "m/s"),
+    **dict.fromkeys(("mm/sec",), "mm/s"),
+}
+"""Other spellings, in small letters, of expressions."""
+
 _NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 _TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(-?\d+(?:\.\d+)?|\(-?\d+/\d+\))|([⁻⁰¹²³⁴-⁹]+))")
 _ROOT = re.compile(r"(?:√|sqrt)\s*(?:\(\s*([A-Za-zµμ]+)\s*\)|([A-Za-zµμ]+))")
@@ -114,7 +125,7 @@ def parse_quantity(text: str, unit: str) -> float:
         raise ValueError(f"{text!r} is not a number with a unit; write it like '1.5 {unit}'")
     number, given = match.groups()
     wanted = parse_unit(unit)
-    found = parse_unit(given.strip()) if given.strip() else wanted
+    found = _given_unit(given.strip(), unit) if given.strip() else wanted
     if found.exponents != wanted.exponents:
         raise ValueError(f"{text!r} has the wrong unit; it must be convertible to {unit}")
     return _scaled(number, found.factor / wanted.factor)
@@ -193,8 +204,21 @@ def similar_units(text: str, unit: str) -> list[str]:
     spellings = [*_SYMBOLS, *(prefix + stem for prefix in _PREFIXES for stem in sorted(_PREFIXABLE))]
     fitting = [spelling for spelling in spellings if parse_unit(spelling).exponents == wanted]
     letters = text.strip().rstrip(".").lower()
+    expression = _EXPRESSIONS.get(letters, "1")
+    if parse_unit(expression).exponents == wanted and expression != "1":
+        return [expression]
     letters = _SPELLINGS.get(letters, letters)
     return [spelling for spelling in fitting if spelling.lower() == letters]
+
+
+def _given_unit(text: str, wanted: str) -> Unit:
+    """The unit of a quantity; what an unknown spelling may stand for is part of the error."""
+    try:
+        return parse_unit(text)
+    except ValueError as error:
+        similar = [] if "did you mean" in str(error) else similar_units(text, wanted)
+        hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
+        raise ValueError(f"{error}{hint}") from None
 
 
 def _scaled(number: str, factor: Fraction) -> float:

@@ -7,6 +7,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from hydrofdi.settings.synonyms import meant
+
 
 def describe_error(error: Any, known: Sequence[str] = ()) -> str:
     """One sentence on an error of pydantic: what was found, what is allowed."""
@@ -53,6 +55,8 @@ def _quoted(text: str) -> list[str]:
 
 def nearest(name: str, known: Sequence[str]) -> str:
     """A hint at the known name that an unknown one probably means; empty where there is none."""
+    if key := meant(name, known):
+        return f"; did you mean {key!r}?"
     longer = [candidate for candidate in known if len(name) > 2 and candidate.startswith(name)]
     words = set(name.split("_"))
     longer = longer or [each for each in known if len(words) > 1 and words < set(each.split("_"))]

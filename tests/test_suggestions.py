@@ -64,5 +64,5 @@ def test_every_synonym_leads_to_a_key_that_exists() -> None:
 def test_an_axis_under_another_name_gets_the_one_that_means_it(tmp_path) -> None:
     file = tmp_path / "mine.yaml"
     file.write_text("name: mine\nsweep: {grid: {fluid.EBM: [551 MPa, 1 GPa]}}\n")
-    with pytest.raises(ConfigError, match="did you mean 'fluid.bulk_modulus'"):
+    with pytest.raises(ConfigError, match=r"did you mean 'fluid\.bulk_modulus'"):
         load_experiment(file)

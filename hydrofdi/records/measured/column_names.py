@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_units import is_counts, known_unit
@@ -29,8 +30,12 @@ _TIMES = ("time", "t")
 
 def channel_of(table: Table, position: int) -> Channel | None:
     """The channel that a column is named like; None where its unit is of another dimension."""
-    channel = _CHANNELS.get(_short(table.titles[position]))
-    unit = table.unit(position)
+    return channel_named(table.titles[position], table.unit(position))
+
+
+def channel_named(title: str, unit: str) -> Channel | None:
+    """The channel that a title means; None where there is none, or the unit is of another dimension."""
+    channel = _CHANNELS.get(_short(title))
     if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
         return channel
     return channel if found.exponents == parse_unit(channel.unit).exponents else None
@@ -38,9 +43,14 @@ def channel_of(table: Table, position: int) -> Channel | None:
 
 def named_like_time(table: Table) -> list[int]:
     """Columns of the plainest name of time that is there, whose unit is not of another dimension."""
+    return titles_of_time(table.titles, [table.unit(position) for position in range(len(table.titles))])
+
+
+def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
+    """Positions of the plainest name of time that is there, whose unit is not of another dimension."""
     named: dict[str, list[int]] = {name: [] for name in _TIMES}
-    for position, title in enumerate(table.titles):
-        unit = known_unit(table.unit(position))
+    for position, (title, text) in enumerate(zip(titles, units, strict=True)):
+        unit = known_unit(text)
         if _short(title) in named and (unit is None or unit.exponents == parse_unit("s").exponents):
             named[_short(title)].append(position)
     return next((found for found in named.values() if found), [])

@@ -73,6 +73,15 @@ def unknown_header_unit(config: ChannelConfig, header: str) -> tuple[Remark, ...
     return (Remark("unknown_unit", text),)
 
 
+def calibrated(values: Array, config: ChannelConfig) -> Array:
+    """Values of a column with its gain, offset and sign, in the unit of its configuration."""
+    if config.gain is not None:
+        values = config.gain * values
+    if config.offset:
+        values = values + config.offset
+    return -values if config.sign < 0 else values
+
+
 def in_si(values: Array, unit: str, si_unit: str, where: str) -> Array:
     """Values in SI; unchanged where the unit is counts.
 
@@ -81,14 +90,25 @@ def in_si(values: Array, unit: str, si_unit: str, where: str) -> Array:
     DataError
         The unit is unknown, or of another dimension.
     """
+    return scaled(values, factor_to_si(unit, si_unit, where))
+
+
+def factor_to_si(unit: str, si_unit: str, where: str) -> Fraction:
+    """Factor from a unit to SI; one where it is counts.
+
+    Raises
+    ------
+    DataError
+        The unit is unknown, or of another dimension.
+    """
     if is_counts(unit):
-        return values
+        return Fraction(1)
     found, wanted = known_unit(unit), parse_unit(si_unit)
     if found is None:
         raise DataError(f"{where}: unknown unit {unit!r}{unit_remedy(unit, si_unit)}")
     if found.exponents != wanted.exponents:
         raise DataError(f"{where}: the unit {unit} is not convertible to {si_unit}")
-    return scaled(values, found.factor / wanted.factor)
+    return found.factor / wanted.factor
 
 
 def scaled(values: Array, factor: Fraction) -> Array:

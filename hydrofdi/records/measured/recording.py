@@ -12,7 +12,13 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_names import time_columns
-from hydrofdi.records.measured.column_units import agreed_unit, in_si, is_counts, unknown_header_unit
+from hydrofdi.records.measured.column_units import (
+    agreed_unit,
+    calibrated,
+    in_si,
+    is_counts,
+    unknown_header_unit,
+)
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.formats.opening import open_table
@@ -105,13 +111,7 @@ def _channel(table: Table, channel: Channel, config: ChannelConfig) -> tuple[Arr
     position = table.find(config.column)
     where = f"{table.place}: column {config.column!r} ({channel})"
     unit = agreed_unit(config, table.unit(position), where)
-    values = table.numbers(position)
-    if config.gain is not None:
-        values = config.gain * values
-    if config.offset:
-        values = values + config.offset
-    if config.sign < 0:
-        values = -values
+    values = calibrated(table.numbers(position), config)
     return in_si(values, unit, channel.unit, where), is_counts(unit)
 
 

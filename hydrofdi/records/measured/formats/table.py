@@ -22,6 +22,29 @@ def split_title(title: str) -> tuple[str, str]:
     return match[1], (match[2] or match[3] or "").strip()
 
 
+def find_column(titles: Sequence[str], column: str, place: str) -> int:
+    """Position of a column by its title, its name without the unit, or its number.
+
+    Raises
+    ------
+    DataError
+        There is no such column, or more than one.
+    """
+    names = [split_title(title)[0] for title in titles]
+    for known in (titles, names):
+        found = [position for position, title in enumerate(known) if title == column]
+        if len(found) > 1:
+            numbers = " and ".join(str(position + 1) for position in found)
+            raise DataError(f"{place}: column {column!r} occurs as {numbers}; give its number")
+        if found:
+            return found[0]
+    if column.isdecimal() and 1 <= int(column) <= len(titles):
+        return int(column) - 1
+    more = ", …" if len(titles) > _MOST_SHOWN else ""
+    has = f"; it has {', '.join(titles[:_MOST_SHOWN])}{more}" if titles else "; it has none"
+    raise DataError(f"{place}: has no column {column!r}{nearest(column, [*titles, *names]) or has}")
+
+
 class Table(ABC):
     """Columns of one file.
 
@@ -47,16 +70,7 @@ class Table(ABC):
         DataError
             There is no such column, or more than one.
         """
-        for titles in (self.titles, [split_title(title)[0] for title in self.titles]):
-            found = [position for position, title in enumerate(titles) if title == column]
-            if len(found) > 1:
-                numbers = " and ".join(str(position + 1) for position in found)
-                raise DataError(f"{self.place}: column {column!r} occurs as {numbers}; give its number")
-            if found:
-                return found[0]
-        if column.isdecimal() and 1 <= int(column) <= len(self.titles):
-            return int(column) - 1
-        raise DataError(f"{self.place}: has no column {column!r}{self._hint(column)}")
+        return find_column(self.titles, column, self.place)
 
     def unit(self, position: int) -> str:
         """Unit that the file states for a column; empty where it states none."""
@@ -81,9 +95,3 @@ class Table(ABC):
         DataError
             It changes.
         """
-
-    def _hint(self, column: str) -> str:
-        if hint := nearest(column, [*self.titles, *(split_title(title)[0] for title in self.titles)]):
-            return hint
-        more = ", …" if len(self.titles) > _MOST_SHOWN else ""
-        return f"; it has {', '.join(self.titles[:_MOST_SHOWN])}{more}" if self.titles else "; it has none"

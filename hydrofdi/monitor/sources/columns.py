@@ -1,0 +1,164 @@
+"""Columns of a stream: which channels they are, and their way to SI."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from fractions import Fraction
+
+import numpy as np
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_names import channel_named, titles_of_time
+from hydrofdi.records.measured.column_units import agreed_unit, calibrated, factor_to_si, is_counts, scaled
+from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.measured.formats.table import find_column, split_title
+
+Channels = Mapping[Channel, ChannelConfig]
+"""Channel → column, as in descriptions of measured files. Empty where names and units say it."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a stream.
+
+    Attributes
+    ----------
+    position : int
+        Among the titles.
+    title : str
+    config : ChannelConfig
+        Gain, offset and sign.
+    factor : Fraction
+        From its unit to SI.
+    """
+
+    position: int
+    title: str
+    config: ChannelConfig
+    factor: Fraction
+
+    def in_si(self, values: Array) -> Array:
+        """Values in SI, as a file with this column gives them."""
+        return scaled(calibrated(values, self.config), self.factor)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What is used of a stream.
+
+    Attributes
+    ----------
+    time : Column or None
+        None where there is no column of time.
+    channels : dict of Channel to Column
+    """
+
+    time: Column | None
+    channels: dict[Channel, Column]
+
+
+def columns_of(
+    titles: Sequence[str], configured: Channels, place: str, units: Sequence[str] | None = None
+) -> Columns:
+    """What titles mean: by the configuration, or else by the names and units that plain files use.
+
+    A channel under its full name, such as ``chamber_1_pressure``, and ``time`` are in SI where no unit
+    is stated.
+
+    Parameters
+    ----------
+    titles : sequence of str
+        Such as ``P1 [bar]``.
+    configured : mapping of Channel to ChannelConfig
+    place : str
+        The stream, for messages.
+    units : sequence of str, optional
+        Units from a row of their own.
+
+    Raises
+    ------
+    DataError
+        No title is a channel, two are the same one, or a unit is missing or unknown.
+    """
+    stated = [split_title(title)[1] for title in titles]
+    if units is not None:
+        stated = [own or header for own, header in zip(units, stated, strict=True)]
+    channels = _configured(titles, stated, configured, place) or _named(titles, stated, place)
+    if not channels:
+        shown = ", ".join(titles[:12])
+        raise DataError(f"{place}: nothing is named like a channel; found {shown[:200]!r}")
+    return Columns(_time(titles, stated, place), channels)
+
+
+def seconds(text: str) -> float:
+    """A date and time of ISO 8601 with its zone as time since 1970-01-01T00:00Z [s].
+
+    Raises
+    ------
+    ValueError
+        It is none, or has no zone.
+    """
+    instant = datetime.fromisoformat(text)
+    if instant.tzinfo is None:
+        raise ValueError("the time has no zone; write it like 2026-01-31T12:00:00Z")
+    return instant.timestamp()
+
+
+def instants(texts: Sequence[str]) -> Array:
+    """The same for many."""
+    return np.array([seconds(text.strip()) for text in texts], dtype=np.float64)
+
+
+def _configured(
+    titles: Sequence[str], units: Sequence[str], configured: Channels, place: str
+) -> dict[Channel, Column]:
+    return {
+        channel: _column(channel, find_column(titles, config.column, place), titles, units, config, place)
+        for channel, config in configured.items()
+    }
+
+
+def _named(titles: Sequence[str], units: Sequence[str], place: str) -> dict[Channel, Column]:
+    found: dict[Channel, Column] = {}
+    for position, title in enumerate(titles):
+        channel = channel_named(title, units[position])
+        if channel in found:
+            raise DataError(f"{place}: both {found[channel].title!r} and {title!r} are named like {channel}")
+        if channel is not None:
+            config = ChannelConfig(column=title)
+            found[channel] = _column(channel, position, titles, units, config, place)
+    return found
+
+
+def _column(
+    channel: Channel,
+    position: int,
+    titles: Sequence[str],
+    units: Sequence[str],
+    config: ChannelConfig,
+    place: str,
+) -> Column:
+    title = titles[position]
+    where = f"{place}: {title[:60]!r}"
+    header = units[position] or (channel.unit if title == channel.value and not config.unit else "")
+    unit = agreed_unit(config, header, where)
+    if is_counts(unit) and not config.unit:
+        raise DataError(f"{where}: is in counts; write 'gain' and 'unit' of {channel} in the configuration")
+    return Column(position, title, config, factor_to_si(unit, channel.unit, where))
+
+
+def _time(titles: Sequence[str], units: Sequence[str], place: str) -> Column | None:
+    found = titles_of_time(titles, units)
+    if len(found) > 1:
+        raise DataError(f"{place}: has more than one time: {', '.join(titles[n] for n in found)}")
+    if not found:
+        return None
+    title, unit = titles[found[0]], units[found[0]]
+    where = f"{place}: {title!r}"
+    if not unit and title != "time":
+        raise DataError(f"{where}: has no unit; write it like 'time [s]'")
+    return Column(found[0], title, ChannelConfig(column=title), factor_to_si(unit or "s", "s", where))

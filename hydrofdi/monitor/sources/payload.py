@@ -1,0 +1,162 @@
+"""JSON as samples: one sample, or a block of them, per object."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.errors import DataError
+from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of, instants
+from hydrofdi.monitor.sources.joining import joined
+from hydrofdi.monitor.sources.sample_clock import SampleClock
+from hydrofdi.records.batch import Array
+from hydrofdi.records.streams import Chunk
+from hydrofdi.units import parse_quantity
+
+LARGEST = 1 << 20
+"""Bytes of a payload that are read at most."""
+
+_FREQUENCY = "sampling_frequency"
+_MOST_KEYS = 256
+
+
+class PayloadError(ValueError):
+    """A payload that is not understood; a short sentence says why. It is counted and left out."""
+
+
+class PayloadReader:
+    """JSON → samples in SI.
+
+    Parameters
+    ----------
+    channels : mapping of Channel to ChannelConfig, optional
+        Channel → key; by the names that plain files use where left out.
+    clock : SampleClock, optional
+        Gives instants to samples without time, which are refused otherwise.
+    largest : int
+        Bytes of a payload.
+    """
+
+    def __init__(
+        self, channels: Channels | None = None, clock: SampleClock | None = None, largest: int = LARGEST
+    ) -> None:
+        self._configured, self._clock, self._largest = channels or {}, clock, largest
+        self._keys: tuple[str, ...] | None = None
+        self._columns = Columns(None, {})
+
+    def read(self, payload: bytes) -> Chunk:
+        """The samples of a payload: one JSON object, or one on each line.
+
+        Raises
+        ------
+        PayloadError
+            It is anything else.
+        """
+        if len(payload) > self._largest:
+            raise PayloadError(f"is larger than {self._largest:,} bytes")
+        try:
+            return self.chunk(parsed(payload))
+        except PayloadError:
+            lines = [line for line in payload.splitlines() if line.strip()]
+            if len(lines) < 2 or not lines[0].rstrip().endswith(b"}"):
+                raise
+        return joined([self.chunk(parsed(line)) for line in lines])
+
+    def chunk(self, found: Mapping[str, Any]) -> Chunk:
+        """The samples of one JSON object.
+
+        Raises
+        ------
+        PayloadError
+            Names, units, lengths or values are not what they should be.
+        """
+        columns = self._columns_of(tuple(key for key in found if key != _FREQUENCY))
+        values = {
+            channel: column.in_si(_numbers(column.title, found[column.title]))
+            for channel, column in columns.channels.items()
+        }
+        lengths = {samples.size for samples in values.values()}
+        if len(lengths) > 1:
+            raise PayloadError("the channels have different numbers of samples")
+        return Chunk(self._instants(columns, found, lengths.pop()), values)
+
+    def _columns_of(self, keys: tuple[str, ...]) -> Columns:
+        """What keys mean; those of the last object are remembered."""
+        if keys != self._keys:
+            if len(keys) > _MOST_KEYS:
+                raise PayloadError(f"has {len(keys)} keys; {_MOST_KEYS} at the most")
+            try:
+                self._columns = columns_of(keys, self._configured, "JSON")
+            except DataError as error:
+                raise PayloadError(str(error).removeprefix("JSON: ")) from None
+            self._keys = keys
+        return self._columns
+
+    def _instants(self, columns: Columns, found: Mapping[str, Any], n_time: int) -> Array:
+        if columns.time is None:
+            if self._clock is None:
+                raise PayloadError("has no time; add 'time' [s]")
+            return self._clock.take(n_time)
+        times = columns.time.in_si(_times(columns.time.title, found[columns.time.title]))
+        if times.size == 1 and _FREQUENCY in found:
+            times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
+        if times.size != n_time:
+            need = "" if times.size > 1 else "; a block needs all times, or 'sampling_frequency'"
+            raise PayloadError(f"has {times.size} times for {n_time} samples{need}")
+        return times
+
+
+def parsed(text: bytes) -> dict[str, Any]:
+    """A JSON object.
+
+    Raises
+    ------
+    PayloadError
+        It is none.
+    """
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        raise PayloadError("is no JSON") from None
+    if not isinstance(found, dict):
+        raise PayloadError("is no JSON object")
+    return found
+
+
+def _numbers(key: str, value: Any) -> Array:
+    """One number or a list of them, shape (n_time,); NaN for null."""
+    values = value if isinstance(value, list) else [value]
+    kinds = set(map(type, values))
+    if not kinds <= {float, int, type(None)}:
+        found = ", ".join(sorted(kind.__name__ for kind in kinds - {float, int, type(None)}))
+        raise PayloadError(f"{key[:60]!r}: is no number ({_WORDS.get(found, found)})")
+    try:
+        return np.array(values, dtype=np.float64)
+    except OverflowError:
+        raise PayloadError(f"{key[:60]!r}: a number is too large") from None
+
+
+_WORDS = {"str": "text", "bool": "true or false", "dict": "an object", "list": "a list"}
+
+
+def _times(key: str, value: Any) -> Array:
+    texts = value if isinstance(value, list) else [value]
+    if texts and all(isinstance(text, str) for text in texts):
+        try:
+            return instants(texts)
+        except (ValueError, OverflowError) as error:
+            raise PayloadError(f"{key[:60]!r}: {str(error)[:120]}") from None
+    return _numbers(key, value)
+
+
+def _frequency(value: Any) -> float:
+    try:
+        frequency = parse_quantity(value, "Hz") if isinstance(value, str) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        frequency = 0.0
+    if not 0.0 < frequency < float("inf"):
+        raise PayloadError("'sampling_frequency' must be a number above zero [Hz]")
+    return frequency

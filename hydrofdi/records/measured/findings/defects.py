@@ -11,15 +11,12 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.measured.findings.hum import hum_share
 from hydrofdi.records.measured.recording import Recording
+from hydrofdi.records.stuck import frozen_time, must_change
 
 _SPIKE = 20.0
 """Ranges of the 1 … 99 % quantiles from the median, from where on a sample is a spike."""
 _PILE = 3
 """Samples pile up at a limit: so many times more than at the next value, where coarse steps have fewer."""
-_FROZEN_FOR, _FROZEN_MOVE = 1.0, 0.3
-"""A position is stuck where it repeats one sample for longer than this [s], while the 5 … 95 % range of a
-pressure is more than this share of the largest one: no friction holds a piston against so much."""
-_CHAMBERS = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE)
 Ranges = Mapping[Channel, tuple[float, float]]
 """Lowest and highest plausible value, as the channel is held."""
 
@@ -51,35 +48,20 @@ def _of_channel(
         return
     if channel in ranges:
         yield from _out_of_range(channel, samples, ranges[channel])
-    if channel is Channel.PISTON_POSITION and (frozen := _frozen_time(recording, samples)):
+    if channel is Channel.PISTON_POSITION and (
+        frozen := frozen_time(recording.channels, recording.sampling.frequency)
+    ):
         text = f"{channel} does not change for {frozen:.3g} s while the pressures do"
         yield Remark("stuck", text, channel, is_unusable=True)
         return
     if np.ptp(samples) == 0.0:
-        changes = channel.is_pressure or channel is Channel.PISTON_VELOCITY
-        yield Remark("stuck", f"{channel} never changes", channel, is_unusable=changes)
+        yield Remark("stuck", f"{channel} never changes", channel, is_unusable=must_change(channel))
         return
     if channel is not Channel.INPUT_VOLTAGE:
         yield from _spikes(recording, channel, samples)
     if channel.is_pressure:
         yield from _clipped(recording, channel, samples, limits.clipped)
     yield from _hum(recording, channel, samples, limits)
-
-
-def _frozen_time(recording: Recording, position: Array) -> float:
-    """Longest time that a position repeats one sample [s]; 0 where that is short, or the pressures rest."""
-    turns = np.flatnonzero(np.diff(position)) + 1
-    bounds = np.concatenate([[0], turns, [position.size]])
-    longest = int(np.argmax(np.diff(bounds)))
-    frozen = slice(bounds[longest], bounds[longest + 1])
-    time = float((frozen.stop - frozen.start) / recording.sampling.frequency)
-    chambers = [recording.channels[each] for each in _CHAMBERS if each in recording.channels]
-    pressures = [samples for samples in chambers if np.isfinite(samples).all()]
-    if time <= _FROZEN_FOR or not pressures:
-        return 0.0
-    moves = max(float(np.ptp(np.quantile(samples[frozen], [0.05, 0.95]))) for samples in pressures)
-    level = max(float(np.max(np.abs(samples))) for samples in pressures)
-    return time if moves > _FROZEN_MOVE * level else 0.0
 
 
 def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float]) -> Iterator[Remark]:

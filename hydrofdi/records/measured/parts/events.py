@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from hydrofdi.records.batch import Array
-
-_BAND = 0.2
-"""Width of the band around the middle, and size of a turn, as a share of the range: noise is no event."""
+from hydrofdi.records.edges import BAND, Direction, drive_edges
 
 
-def edges(samples: Array, direction: Literal["rising", "falling", "both"]) -> list[int]:
+def edges(samples: Array, direction: Direction) -> list[int]:
     """First samples beyond the middle of the range, after the other side of a band around it was left.
 
     Parameters
@@ -21,15 +17,8 @@ def edges(samples: Array, direction: Literal["rising", "falling", "both"]) -> li
     direction : str
         ``rising``, ``falling`` or ``both``.
     """
-    low, high = _range(samples)
-    if not high > low:
-        return []
-    middle, half = (low + high) / 2.0, _BAND * (high - low) / 2.0
-    side = np.where(samples > middle + half, 1, np.where(samples < middle - half, -1, 0))
-    decided = np.flatnonzero(side)
-    changes = decided[1:][np.diff(side[decided]) != 0]
-    wanted = {"rising": [1], "falling": [-1], "both": [1, -1]}[direction]
-    return [int(change) for change in changes if side[change] in wanted]
+    drive = _range(samples)
+    return drive_edges(samples, drive, direction)[0].tolist() if drive[1] > drive[0] else []
 
 
 def reversals(position: Array) -> list[int]:
@@ -40,7 +29,7 @@ def reversals(position: Array) -> list[int]:
     position : ndarray, shape (n_time,)
     """
     low, high = _range(position)
-    size = _BAND * (high - low)
+    size = BAND * (high - low)
     if not size > 0.0:
         return []
     turns: list[int] = []

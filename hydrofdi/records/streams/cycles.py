@@ -1,0 +1,75 @@
+"""Windows that begin with the cycles of the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.edges import Direction, drive_edges
+from hydrofdi.records.streams.chunk import State
+from hydrofdi.records.streams.even import Piece
+from hydrofdi.records.streams.window import Window
+from hydrofdi.records.streams.windower import Windower
+
+
+class CycleWindower(Windower):
+    """A window from each edge of the drive on; what a cycle has beyond it is passed over.
+
+    A cycle that is shorter ends with the next edge, as a window with the fault ``short_cycle``.
+
+    Parameters
+    ----------
+    n_sample : int
+        Samples of a window.
+    channels : sequence of Channel
+    sampling_frequency : float
+        [Hz]
+    drive_channel : Channel
+        Pieces have it; windows do so where it is among `channels`.
+    drive : (float, float)
+        Its lowest and highest value.
+    edge : str
+        ``rising``, ``falling`` or ``both``.
+    """
+
+    def __init__(
+        self,
+        n_sample: int,
+        channels: Sequence[Channel],
+        sampling_frequency: float,
+        drive_channel: Channel,
+        drive: tuple[float, float],
+        edge: Direction = "rising",
+    ) -> None:
+        super().__init__(n_sample, channels, sampling_frequency)
+        self.drive_channel, self.drive, self.edge = drive_channel, drive, edge
+
+    @property
+    def needs(self) -> tuple[Channel, ...]:
+        """Channels that pieces have to have."""
+        return tuple(dict.fromkeys((*self.channels, self.drive_channel)))
+
+    def start(self) -> State:
+        """The state before the first sample."""
+        none = np.array(0)
+        return {"held": self._nothing_held(), "is_open": np.array(False), "side": none, "number": none}
+
+    def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
+        """The state behind a piece, and the windows that ended in it; the old state stays as it was."""
+        side, is_open = (0, False) if piece.begins_anew else (int(state["side"]), bool(state["is_open"]))
+        rows, number = self._held(state, piece), int(state["number"])
+        n_held = rows.shape[1] - piece.time.size
+        places, side = drive_edges(piece.channels[self.drive_channel], self.drive, self.edge, side)
+        firsts = ([0] if is_open else []) + [n_held + int(place) for place in places]
+        spans = [
+            (first, min(first + self.n_sample, following))
+            for first, following in pairwise([*firsts, rows.shape[1]])
+        ]
+        is_open = bool(spans) and spans[-1][1] - spans[-1][0] < self.n_sample
+        held = rows[:, spans.pop()[0] :].copy() if is_open else self._nothing_held()
+        windows = list(self._windows(rows, spans, number))
+        counts = {"is_open": is_open, "side": side, "number": number + len(windows)}
+        return {"held": held, **{name: np.array(count) for name, count in counts.items()}}, windows

@@ -1,0 +1,73 @@
+"""Why a window cannot be judged, as far as its samples alone tell."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams.window import WindowFault
+from hydrofdi.records.stuck import frozen_time, must_change
+
+_RATE = 0.01
+"""Share of the sampling frequency that the mean rate of a window may differ."""
+
+
+def fault_of(
+    time: Array, samples: Array, channels: tuple[Channel, ...], n_sample: int, sampling_frequency: float
+) -> WindowFault | None:
+    """The first fault of a window, in the order: length, rate, missing samples, stuck channels.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n_time,)
+        [s]
+    samples : ndarray, shape (n_channel, n_time)
+        In SI.
+    channels : tuple of Channel, length n_channel
+    n_sample : int
+        Samples that a window has.
+    sampling_frequency : float
+        Expected [Hz].
+    """
+    if time.size < n_sample:
+        return WindowFault("short_cycle", f"the cycle has {time.size} samples instead of {n_sample}")
+    lows, highs = samples.min(axis=1), samples.max(axis=1)
+    return (
+        _other_rate(time, sampling_frequency)
+        or _missing(samples, channels, lows, highs)
+        or _stuck(samples, channels, lows == highs, sampling_frequency)
+    )
+
+
+def _other_rate(time: Array, sampling_frequency: float) -> WindowFault | None:
+    rate = (time.size - 1) / float(time[-1] - time[0]) if time.size > 1 else sampling_frequency
+    if abs(rate - sampling_frequency) <= _RATE * sampling_frequency:
+        return None
+    return WindowFault(
+        "other_rate", f"the samples come at {rate:.4g} Hz instead of {sampling_frequency:.4g} Hz"
+    )
+
+
+def _missing(samples: Array, channels: tuple[Channel, ...], lows: Array, highs: Array) -> WindowFault | None:
+    for row in np.flatnonzero(~np.isfinite(highs - lows)):
+        n_missing = int(np.count_nonzero(~np.isfinite(samples[row])))
+        if n_missing == samples.shape[1]:
+            return WindowFault("missing_channel", f"{channels[row]} is missing")
+        text = f"{n_missing} of {samples.shape[1]} samples of {channels[row]} are missing or not finite"
+        return WindowFault("missing", text)
+    return None
+
+
+def _stuck(
+    samples: Array, channels: tuple[Channel, ...], is_constant: Array, sampling_frequency: float
+) -> WindowFault | None:
+    for row in np.flatnonzero(is_constant):
+        if must_change(channels[row]):
+            return WindowFault("stuck", f"{channels[row]} never changes")
+    held = dict(zip(channels, samples, strict=True))
+    if frozen := frozen_time(held, sampling_frequency):
+        return WindowFault(
+            "stuck", f"{Channel.PISTON_POSITION} does not change for {frozen:.3g} s while the pressures do"
+        )
+    return None

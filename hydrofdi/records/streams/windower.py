@@ -1,0 +1,66 @@
+"""What cuts a stream into windows."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams.chunk import State
+from hydrofdi.records.streams.even import Piece
+from hydrofdi.records.streams.faults import fault_of
+from hydrofdi.records.streams.window import Window
+
+
+class Windower(ABC):
+    """Cuts pieces into windows, which do not depend on where the pieces end. Windows begin anew after a gap.
+
+    Parameters
+    ----------
+    n_sample : int
+        Samples of a window.
+    channels : sequence of Channel
+        What windows have.
+    sampling_frequency : float
+        Expected [Hz].
+    """
+
+    def __init__(self, n_sample: int, channels: Sequence[Channel], sampling_frequency: float) -> None:
+        self.n_sample = n_sample
+        self.channels = tuple(channels)
+        self.sampling_frequency = sampling_frequency
+
+    @property
+    def needs(self) -> tuple[Channel, ...]:
+        """Channels that pieces have to have."""
+        return self.channels
+
+    @abstractmethod
+    def start(self) -> State:
+        """The state before the first sample."""
+
+    @abstractmethod
+    def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
+        """The state behind a piece, and the windows that ended in it; the old state stays as it was."""
+
+    def _rows(self, piece: Piece) -> Array:
+        """Time and channels one below the other, shape (1 + n_channel, n_time)."""
+        return np.stack([piece.time, *(piece.channels[channel] for channel in self.channels)])
+
+    def _held(self, state: State, piece: Piece) -> Array:
+        """What is held, and behind it a piece."""
+        rows = self._rows(piece)
+        return rows if piece.begins_anew else np.concatenate([state["held"], rows], axis=1)
+
+    def _nothing_held(self) -> Array:
+        return np.empty((1 + len(self.channels), 0))
+
+    def _windows(self, rows: Array, spans: Sequence[tuple[int, int]], number: int) -> Iterator[Window]:
+        """Windows that own their samples, numbered on."""
+        for count, (first, stop) in enumerate(spans):
+            time, *samples = own = rows[:, first:stop].copy()
+            fault = fault_of(time, own[1:], self.channels, self.n_sample, self.sampling_frequency)
+            yield Window(number + count, time, dict(zip(self.channels, samples, strict=True)), fault)

@@ -1,0 +1,46 @@
+"""Channels that do not change although they should."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+
+_FROZEN_FOR, _FROZEN_MOVE = 1.0, 0.3
+"""A position is stuck where it repeats one sample for longer than this [s], while the 5 … 95 % range of a
+pressure is more than this share of the largest one: no friction holds a piston against so much."""
+_CHAMBERS = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE)
+
+
+def must_change(channel: Channel) -> bool:
+    """Whether a channel that is constant all along is stuck."""
+    return channel.is_pressure or channel is Channel.PISTON_VELOCITY
+
+
+def frozen_time(channels: Mapping[Channel, Array], sampling_frequency: float) -> float:
+    """Longest time that the position repeats one sample [s]; 0 where that is short, or the pressures rest.
+
+    Parameters
+    ----------
+    channels : mapping of Channel to ndarray, shape (n_time,)
+    sampling_frequency : float
+        [Hz]
+    """
+    position = channels.get(Channel.PISTON_POSITION)
+    if position is None or position.size <= _FROZEN_FOR * sampling_frequency:
+        return 0.0
+    turns = np.flatnonzero(np.diff(position)) + 1
+    bounds = np.concatenate([[0], turns, [position.size]])
+    longest = int(np.argmax(np.diff(bounds)))
+    frozen = slice(bounds[longest], bounds[longest + 1])
+    time = float((frozen.stop - frozen.start) / sampling_frequency)
+    chambers = [channels[each] for each in _CHAMBERS if each in channels]
+    pressures = [samples for samples in chambers if np.isfinite(samples).all()]
+    if time <= _FROZEN_FOR or not pressures:
+        return 0.0
+    moves = max(float(np.ptp(np.quantile(samples[frozen], [0.05, 0.95]))) for samples in pressures)
+    level = max(float(np.max(np.abs(samples))) for samples in pressures)
+    return time if moves > _FROZEN_MOVE * level else 0.0

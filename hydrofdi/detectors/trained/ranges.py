@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -75,16 +76,15 @@ def channel_facts(samples: Array) -> ChannelFacts:
     )
 
 
-def learned_range(channel: Channel, samples: Array) -> ChannelRange:
+def learned_range(channel: Channel, facts: ChannelFacts) -> ChannelRange:
     """What healthy windows say of a channel.
 
     Parameters
     ----------
     channel : Channel
-    samples : ndarray, shape (n_window, n_time)
-        In SI, finite.
+    facts : ChannelFacts
+        Of all of them.
     """
-    facts = channel_facts(samples)
     span = float(facts.high.max() - facts.low.min())
     piled = float(facts.at_end.max())
     return ChannelRange(
@@ -93,6 +93,12 @@ def learned_range(channel: Channel, samples: Array) -> ChannelRange:
         activity=(float(facts.activity.min()) / _ACTIVITY, float(facts.activity.max()) * _ACTIVITY),
         at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * piled + _PILE_LEAST),
     )
+
+
+def joined(facts: Sequence[ChannelFacts]) -> ChannelFacts:
+    """Facts of windows that were looked at one after the other."""
+    names = [each.name for each in fields(ChannelFacts)]
+    return ChannelFacts(*(np.concatenate([getattr(each, name) for each in facts]) for name in names))
 
 
 def _widened(values: Array, span: float) -> tuple[float, float]:

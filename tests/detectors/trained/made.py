@@ -5,7 +5,7 @@ import numpy as np
 from hydrofdi.detectors.trained import DetectorConfig, DetectorFile
 from hydrofdi.detectors.trained.file import Basis, Limits, Made, Scale
 from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.detectors.trained.ranges import learned_range
+from hydrofdi.detectors.trained.ranges import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 
@@ -45,7 +45,7 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), ranges=()
     feature = feature_of(config)
     channels = tuple(sorted(feature.indicator.channels))
     learned = {
-        channel: learned_range(channel, np.stack([each.channels[channel] for each in ranges]))
+        channel: learned_range(channel, channel_facts(np.stack([each.channels[channel] for each in ranges])))
         for channel in channels
         if ranges
     }

@@ -1,0 +1,63 @@
+"""The live view of a stream on a terminal."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+
+from rich.console import Console, ConsoleOptions, Group, RenderResult
+from rich.live import Live
+
+from hydrofdi.cli.monitor.screen import screen_lines
+from hydrofdi.cli.monitor.view_panels import Page
+from hydrofdi.cli.monitor.view_wording import summary_text
+from hydrofdi.cli.monitor.watched import Watched
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.monitor.lines import Line
+from hydrofdi.records.streams import Chunk
+
+_FRAMES_IN_A_SECOND = 4.0
+
+
+class LiveView:
+    """A sink that fills the terminal, and leaves a summary when it is closed.
+
+    Parameters
+    ----------
+    file : DetectorFile
+    source : str
+        Name of the source.
+    console : Console
+        A terminal.
+    """
+
+    def __init__(self, file: DetectorFile, source: str, console: Console) -> None:
+        self.watched = Watched(file, source)
+        self._lock = threading.Lock()
+        self._console = console
+        self._live = Live(self, console=console, screen=True, refresh_per_second=_FRAMES_IN_A_SECOND)
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Take samples and lines; the screen follows a few times a second."""
+        with self._lock:
+            self.watched.take(chunk, lines)
+        if not self._live.is_started:
+            self._live.start(refresh=True)
+        return ()
+
+    def close(self) -> None:
+        """Give the terminal back, and say how it was."""
+        if not self._live.is_started:
+            return
+        self._live.stop()
+        self._console.print(summary_text(self.watched, time.monotonic() - self.watched.opened), soft_wrap=True)
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """The screen as it is now."""
+        page = Page(console.width, console.height, options.ascii_only)
+        with self._lock:
+            lines = screen_lines(self.watched, page)
+        for line in lines:
+            line.no_wrap, line.overflow = True, "crop"
+        yield Group(*lines)

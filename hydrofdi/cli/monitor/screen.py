@@ -1,0 +1,73 @@
+"""The live view as lines of text: state, signals, score against its limit, counts, events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.text import Text
+
+from hydrofdi.cli.folding import folded
+from hydrofdi.cli.monitor.view_panels import Page, heading, score_lines, signal_lines
+from hydrofdi.cli.monitor.view_wording import (
+    counts_text,
+    event_text,
+    flow_text,
+    promise_text,
+    reading_text,
+    state_text,
+)
+from hydrofdi.cli.monitor.watched import Watched
+from hydrofdi.monitor.lines import Condition
+
+_STYLES = {
+    Condition.HEALTHY: "bold black on green",
+    Condition.ALARM: "bold white on red",
+    Condition.UNKNOWN: "bold black on yellow",
+}
+_LEAST_EVENTS, _MOST_SIGNAL, _MOST_SCORE = 3, 6, 12
+
+
+def screen_lines(watched: Watched, page: Page) -> list[Text]:
+    """All lines of the view; as many as the page has."""
+    head = [_title(watched, page), _state(watched), *_folded(reading_text(watched), page, most=2)]
+    foot = [*_folded(counts_text(watched), page, most=3), *_folded(promise_text(watched.file), page, most=2)]
+    n_signal, n_score = _heights(page.height - len(head) - len(foot) - 4, len(watched.channels))
+    plots = [*signal_lines(watched, page, n_signal), *score_lines(watched, page, n_score)]
+    above = [*head, *plots, heading("Counts and promise", page), *foot]
+    return [*above, *_events(watched, page, page.height - len(above))]
+
+
+def _heights(free: int, n_channel: int) -> tuple[int, int]:
+    """Lines of the plot of a channel, and of that of the score."""
+    each = max((free - _LEAST_EVENTS) // (n_channel + 2), 1)
+    return min(each, _MOST_SIGNAL), min(max(free - _LEAST_EVENTS - n_channel * each, 2), _MOST_SCORE)
+
+
+def _title(watched: Watched, page: Page) -> Text:
+    flow = flow_text(watched)
+    room = page.width - len(flow) - 2
+    source = watched.source if len(watched.source) <= room else f"…{watched.source[1 - room :]}"
+    return Text.assemble((source, "bold"), " " * max(page.width - len(source) - len(flow), 1), flow)
+
+
+def _state(watched: Watched) -> Text:
+    """The condition; one that is not of now is not shown as if it were."""
+    condition = Condition.UNKNOWN if watched.is_silent else watched.condition
+    badge = "NO DATA" if watched.is_silent else condition.upper()
+    return Text.assemble((f" {badge} ", _STYLES[condition]), f" {state_text(watched)}")
+
+
+def _folded(text: str, page: Page, most: int) -> list[Text]:
+    lines = folded(text, page.width)
+    if len(lines) > most:
+        lines = [*lines[: most - 1], f"{lines[most - 1][: page.width - 1]}…"]
+    return [Text(line) for line in lines]
+
+
+def _events(watched: Watched, page: Page, height: int) -> Sequence[Text]:
+    """The last events, the newest at the bottom, and how to leave."""
+    if height < 1:
+        return ()
+    title = heading("Events (Ctrl-C ends)", page)
+    newest = list(watched.events)[-(height - 1) :] if height > 1 else []
+    return title, *(Text(event_text(event)[: page.width]) for event in newest)

@@ -1,0 +1,142 @@
+"""What a live view knows of a stream: its last samples and windows, and how much came."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter, deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams import Chunk
+
+_MOST_WINDOWS, _MOST_EVENTS = 600, 50
+_SECONDS_OF_RATE = 5.0
+_SECONDS_WITHOUT_WINDOWS = 10.0
+"""Duration that is plotted where estimates are judged."""
+_SILENT_AFTER = 5.0
+"""Time without samples after which the last condition is no longer that of now [s]."""
+
+
+class Watched:
+    """What came of a stream since the view was opened. Memory is bounded.
+
+    Attributes
+    ----------
+    condition : Condition
+    since : float or None
+        End of the window that brought the condition [s].
+    time : float or None
+        Instant of the last sample [s].
+    windows : deque of WindowLine
+    events : deque of Event
+    counts, faults : Counter
+        Kind of event → how often; kind of fault → windows that are not judged for it.
+    is_connected : bool or None
+        None for sources that have no connection.
+    """
+
+    def __init__(self, file: DetectorFile, source: str) -> None:
+        self.file, self.source = file, source
+        self.opened = time.monotonic()
+        self.condition, self.since = Condition.UNKNOWN, None
+        self.time: float | None = None
+        self.windows: deque[WindowLine] = deque(maxlen=_MOST_WINDOWS)
+        self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
+        self.counts: Counter[EventKind] = Counter()
+        self.faults: Counter[str] = Counter()
+        self.n_window = self.n_alarm = self.n_sample = 0
+        self.is_connected: bool | None = None
+        self.last_data: float | None = None
+        self._least_age = np.inf
+        self._arrivals: deque[tuple[float, int]] = deque()
+        n_tail = file.n_sample or round(_SECONDS_WITHOUT_WINDOWS * file.sampling_frequency)
+        self._tails: dict[Channel, deque[float]] = {each: deque(maxlen=n_tail) for each in plotted(file)}
+
+    def take(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
+        """Samples, and what was said of them."""
+        if chunk is not None and chunk.n_time:
+            self._take_samples(chunk)
+        for line in lines:
+            if isinstance(line, WindowLine):
+                self._take_window(line)
+            else:
+                self._take_event(line)
+
+    def _take_samples(self, chunk: Chunk) -> None:
+        now = time.monotonic()
+        self.last_data, self.time = now, float(chunk.time[-1])
+        self.n_sample += chunk.n_time
+        self._least_age = min(self._least_age, now - self.time)
+        self._arrivals.append((now, chunk.n_time))
+        self._forget_arrivals(now)
+        for channel, tail in self._tails.items():
+            if channel in chunk.channels:
+                tail.extend(chunk.channels[channel][-(tail.maxlen or 0) :].tolist())
+
+    def _take_window(self, line: WindowLine) -> None:
+        if line.condition is not self.condition:
+            self.condition, self.since = line.condition, line.end
+        self.n_window += 1
+        self.n_alarm += bool(line.verdict.alarm)
+        if line.verdict.fault is not None:
+            self.faults[line.verdict.fault.kind] += 1
+        self.windows.append(line)
+
+    def _take_event(self, event: Event) -> None:
+        self.counts[event.kind] += event.count
+        if event.kind in (EventKind.CONNECTED, EventKind.DISCONNECTED):
+            self.is_connected = event.kind is EventKind.CONNECTED
+        if not event.is_silent:
+            self.events.append(event)
+
+    def tail(self, channel: Channel) -> Array:
+        """Last samples of a channel, as many as a window has."""
+        return np.array(self._tails[channel])
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Channels that are plotted and were seen."""
+        return tuple(channel for channel, tail in self._tails.items() if tail)
+
+    @property
+    def n_judged(self) -> int:
+        """Windows that were judged."""
+        return self.n_window - self.faults.total()
+
+    @property
+    def rate(self) -> float:
+        """Samples in a second, over the last seconds [Hz]."""
+        now = time.monotonic()
+        self._forget_arrivals(now)
+        return sum(n for _, n in self._arrivals) / min(_SECONDS_OF_RATE, max(now - self.opened, 0.2))
+
+    def _forget_arrivals(self, now: float) -> None:
+        while self._arrivals and now - self._arrivals[0][0] > _SECONDS_OF_RATE:
+            self._arrivals.popleft()
+
+    @property
+    def lag(self) -> float | None:
+        """How much later the last sample came, on the clock of the stream, than the quickest one [s]."""
+        if self.time is None or self.last_data is None:
+            return None
+        return self.last_data - self.time - self._least_age
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether nothing is known of the present."""
+        return self.is_connected is False or self.last_data is None or self.silence > _SILENT_AFTER
+
+    @property
+    def silence(self) -> float:
+        """Time since samples came [s]."""
+        return time.monotonic() - (self.opened if self.last_data is None else self.last_data)
+
+
+def plotted(file: DetectorFile) -> tuple[Channel, ...]:
+    """The channels of a detector that are plotted: two, pressures first."""
+    return tuple(sorted(file.channels, key=lambda each: (not each.is_pressure, list(Channel).index(each)))[:2])

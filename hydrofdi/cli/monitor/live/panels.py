@@ -3,55 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from rich.text import Text
 
-from hydrofdi.cli.monitor.character_plots import draw, envelope, row_of
-from hydrofdi.cli.monitor.view_wording import duration_text, score_name
-from hydrofdi.cli.monitor.watched import Watched
+from hydrofdi.cli.monitor.live.character_plots import draw, envelope, row_of
+from hydrofdi.cli.monitor.live.page import LABEL_WIDTH, Page, heading
+from hydrofdi.cli.monitor.live.watched import Watched
+from hydrofdi.cli.monitor.live.wording import duration_text, score_name
 from hydrofdi.detectors.trained.wording import readable_unit
 from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.units import convert
 
-LABEL_WIDTH = 9
-"""Columns of the numbers beside a plot."""
-
 _ALARM, _NOT_JUDGED = "^", "?"
 _LEGEND = f" {_ALARM} alarm  {_NOT_JUDGED} not judged"
-
-
-@dataclass(frozen=True)
-class Page:
-    """Room of a terminal.
-
-    Attributes
-    ----------
-    width, height : int
-        Columns and lines.
-    plain : bool
-        Whether it shows ASCII alone.
-    """
-
-    width: int
-    height: int
-    plain: bool = False
-
-    @property
-    def plot_width(self) -> int:
-        """Columns of a plot beside its labels."""
-        return self.width - LABEL_WIDTH - 1
-
-
-def heading(text: str, page: Page, aside: str = "") -> Text:
-    """A line that begins a part of the screen; what stands aside gives way where the line is full."""
-    n_free = page.width - len(text) - len(aside) - 1
-    if n_free < 1:
-        n_free, aside = max(page.width - len(text) - 1, 0), ""
-    return Text.assemble((text, "bold"), f" {('-' if page.plain else '─') * n_free}", aside)
 
 
 def signal_lines(watched: Watched, page: Page, height: int) -> list[Text]:
@@ -103,14 +70,20 @@ def _decisive(watched: Watched, windows: Sequence[WindowLine]) -> tuple[Array, l
     duration = duration_text(windows[-1].end - windows[0].start) if windows else "no"
     span = f"last {len(windows)} windows, {duration}" if windows else "no window yet"
     if windows and windows[-1].chart is not None and file.config.chart is not None:
-        values = [np.nan if w.chart is None or w.chart.statistic is None else w.chart.statistic for w in windows]
+        values = [
+            np.nan if w.chart is None or w.chart.statistic is None else w.chart.statistic for w in windows
+        ]
         return np.array(values), [windows[-1].chart.limit], f"{file.config.chart.chart}, {span}"
     unit = readable_unit(file.unit)
     factor = convert(1.0, unit) if unit != file.unit else 1.0
-    scores = [np.nan if w.verdict.score is None else w.verdict.score * factor for w in windows]
+    scores = [_number_or_nan(window.verdict.score) * factor for window in windows]
     limits = [each * factor for each in (file.limits.low, file.limits.high) if each is not None]
     shown = "" if unit == "1" else f" [{unit}]"
     return np.array(scores), limits, f"{score_name(file)}{shown}, {span}"
+
+
+def _number_or_nan(number: float | None) -> float:
+    return np.nan if number is None else number
 
 
 def _marks(windows: Sequence[WindowLine], n_each: int) -> Text:

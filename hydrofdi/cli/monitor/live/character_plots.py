@@ -60,10 +60,13 @@ def row_of(values: Array, span: tuple[float, float], n_row: int) -> NDArray[np.f
 def _as_braille(dots: NDArray[np.bool_]) -> list[str]:
     n_row, n_column = dots.shape
     cells = dots.reshape(n_row // 4, 4, n_column // 2, 2).transpose(0, 2, 1, 3)
-    return ["".join(chr(0x2800 + bits) if bits else " " for bits in line) for line in (cells * _DOTS).sum((2, 3))]
+    return [
+        "".join(chr(0x2800 + bits) if bits else " " for bits in line) for line in (cells * _DOTS).sum((2, 3))
+    ]
 
 
 def _as_points(dots: NDArray[np.bool_]) -> list[str]:
     n_row, n_column = dots.shape
-    cells = dots.reshape(n_row // 4, 2, 2, n_column // 2, 2).any((2, 4))
-    return ["".join(_POINTS[upper + 2 * lower] for upper, lower in zip(*line, strict=True)) for line in cells]
+    cells = dots.reshape(n_row // 4, 2, 2, n_column // 2, 2).any((2, 4)).transpose(0, 2, 1)
+    characters = cells @ [1, 2]
+    return ["".join(_POINTS[each] for each in line) for line in characters.tolist()]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter, deque
 from collections.abc import Sequence
 
 import numpy as np
 
+from hydrofdi.cli.monitor.live.arrivals import Arrivals
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.records.batch import Array
@@ -15,7 +15,6 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
 _MOST_WINDOWS, _MOST_EVENTS = 600, 50
-_SECONDS_OF_RATE = 5.0
 _SECONDS_WITHOUT_WINDOWS = 10.0
 """Duration that is plotted where estimates are judged."""
 _SILENT_AFTER = 5.0
@@ -27,6 +26,7 @@ class Watched:
 
     Attributes
     ----------
+    arrivals : Arrivals
     condition : Condition
     since : float or None
         End of the window that brought the condition [s].
@@ -42,18 +42,16 @@ class Watched:
 
     def __init__(self, file: DetectorFile, source: str) -> None:
         self.file, self.source = file, source
-        self.opened = time.monotonic()
-        self.condition, self.since = Condition.UNKNOWN, None
+        self.arrivals = Arrivals()
+        self.condition = Condition.UNKNOWN
+        self.since: float | None = None
         self.time: float | None = None
         self.windows: deque[WindowLine] = deque(maxlen=_MOST_WINDOWS)
         self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
         self.counts: Counter[EventKind] = Counter()
         self.faults: Counter[str] = Counter()
-        self.n_window = self.n_alarm = self.n_sample = 0
+        self.n_window = self.n_alarm = 0
         self.is_connected: bool | None = None
-        self.last_data: float | None = None
-        self._least_age = np.inf
-        self._arrivals: deque[tuple[float, int]] = deque()
         n_tail = file.n_sample or round(_SECONDS_WITHOUT_WINDOWS * file.sampling_frequency)
         self._tails: dict[Channel, deque[float]] = {each: deque(maxlen=n_tail) for each in plotted(file)}
 
@@ -68,12 +66,8 @@ class Watched:
                 self._take_event(line)
 
     def _take_samples(self, chunk: Chunk) -> None:
-        now = time.monotonic()
-        self.last_data, self.time = now, float(chunk.time[-1])
-        self.n_sample += chunk.n_time
-        self._least_age = min(self._least_age, now - self.time)
-        self._arrivals.append((now, chunk.n_time))
-        self._forget_arrivals(now)
+        self.time = float(chunk.time[-1])
+        self.arrivals.add(chunk.n_time, self.time)
         for channel, tail in self._tails.items():
             if channel in chunk.channels:
                 tail.extend(chunk.channels[channel][-(tail.maxlen or 0) :].tolist())
@@ -109,34 +103,13 @@ class Watched:
         return self.n_window - self.faults.total()
 
     @property
-    def rate(self) -> float:
-        """Samples in a second, over the last seconds [Hz]."""
-        now = time.monotonic()
-        self._forget_arrivals(now)
-        return sum(n for _, n in self._arrivals) / min(_SECONDS_OF_RATE, max(now - self.opened, 0.2))
-
-    def _forget_arrivals(self, now: float) -> None:
-        while self._arrivals and now - self._arrivals[0][0] > _SECONDS_OF_RATE:
-            self._arrivals.popleft()
-
-    @property
-    def lag(self) -> float | None:
-        """How much later the last sample came, on the clock of the stream, than the quickest one [s]."""
-        if self.time is None or self.last_data is None:
-            return None
-        return self.last_data - self.time - self._least_age
-
-    @property
     def is_silent(self) -> bool:
         """Whether nothing is known of the present."""
-        return self.is_connected is False or self.last_data is None or self.silence > _SILENT_AFTER
-
-    @property
-    def silence(self) -> float:
-        """Time since samples came [s]."""
-        return time.monotonic() - (self.opened if self.last_data is None else self.last_data)
+        return self.is_connected is False or self.time is None or self.arrivals.silence > _SILENT_AFTER
 
 
 def plotted(file: DetectorFile) -> tuple[Channel, ...]:
     """The channels of a detector that are plotted: two, pressures first."""
-    return tuple(sorted(file.channels, key=lambda each: (not each.is_pressure, list(Channel).index(each)))[:2])
+    return tuple(
+        sorted(file.channels, key=lambda each: (not each.is_pressure, list(Channel).index(each)))[:2]
+    )

@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from datetime import datetime
 
-from hydrofdi.cli.monitor.watched import Watched
+from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import readable
-from hydrofdi.monitor.lines import Event, EventKind, WindowLine
+from hydrofdi.monitor.lines import Event, WindowLine
 
 _FIRST_DATE = 1e9
 """Clocks of streams beyond it count from 1970 [s]; those below start when the machine does."""
-
-_COUNTED = {
-    EventKind.GAP: ("gap", "gaps"),
-    EventKind.DUPLICATE: ("duplicate", "duplicates"),
-    EventKind.TIME_RAN_BACK: ("sample back in time", "samples back in time"),
-    EventKind.MALFORMED: ("malformed", "malformed"),
-    EventKind.DROPPED: ("dropped", "dropped"),
-    EventKind.DISCONNECTED: ("disconnection", "disconnections"),
-}
-"""Events that are counted on the screen, with their names for one and for several."""
 
 
 def instant_text(time: float) -> str:
@@ -49,24 +38,25 @@ def state_text(watched: Watched) -> str:
     """What stands beside the condition: since when, or why nothing is known."""
     if watched.is_silent:
         return _silence_text(watched)
-    if watched.since is None or watched.time is None:
+    if watched.since is None:
         return "no window was judged yet"
-    return f"since {instant_text(watched.since)} ({duration_text(max(watched.time - watched.since, 0.0))})"
+    lasted = max((watched.time or 0.0) - watched.since, 0.0)
+    return f"since {instant_text(watched.since)} ({duration_text(lasted)})"
 
 
 def _silence_text(watched: Watched) -> str:
-    silence = duration_text(round(watched.silence, 1))
+    silence = duration_text(round(watched.arrivals.silence, 1))
     connection = "disconnected, " if watched.is_connected is False else ""
-    if watched.last_data is None:
+    if watched.time is None:
         return f"{connection}waiting for samples for {silence}"
     return f"{connection}no samples for {silence}; last condition: {watched.condition}"
 
 
 def flow_text(watched: Watched) -> str:
     """Samples in a second, how late they are, and how long the view is open."""
-    parts = [f"{watched.rate:,.0f} samples/s"]
-    if watched.lag is not None:
-        parts.append(f"lag {duration_text(watched.lag)}")
+    parts = [f"{watched.arrivals.rate:,.0f} samples/s"]
+    if watched.arrivals.lag is not None:
+        parts.append(f"lag {duration_text(watched.arrivals.lag)}")
     return ", ".join(parts)
 
 
@@ -104,59 +94,10 @@ def chart_text(line: WindowLine) -> str:
 
 
 def signed(value: float) -> str:
-    """A number with two digits and a typographic sign."""
-    return f"{value:+.2g}".replace("-", "−")
-
-
-def counts_text(watched: Watched) -> str:
-    """How many windows came, what became of them, and what was wrong with the stream."""
-    return "; ".join((windows_text(watched), *_faults(watched), *_events(watched)))
-
-
-def windows_text(watched: Watched) -> str:
-    """How many windows were judged, and how many raised an alarm."""
-    return f"{_number(watched.n_judged, 'window')} judged, {_number(watched.n_alarm, 'alarm')}"
-
-
-def _faults(watched: Watched) -> Iterator[str]:
-    if watched.faults:
-        kinds = ", ".join(f"{kind} {n:,}" for kind, n in watched.faults.most_common())
-        yield f"{watched.faults.total():,} not judged ({kinds})"
-
-
-def _events(watched: Watched) -> Iterator[str]:
-    for kind, (one, several) in _COUNTED.items():
-        if n := watched.counts[kind]:
-            yield f"{n:,} {one if n == 1 else several}"
-
-
-def _number(n: int, noun: str) -> str:
-    return f"{n:,} {noun}{'' if n == 1 else 's'}"
-
-
-def promise_text(file: DetectorFile) -> str:
-    """The promise of the detector, and what it rests on."""
-    basis, limits = file.basis, file.limits
-    groups = f" of {_number(basis.n_group, 'group')}" if basis.n_group else ""
-    rests = f"from {_number(basis.n_window, 'healthy window')}{groups}"
-    if file.chart is not None and file.config.chart is not None:
-        wanted = duration_text(file.config.chart.false_alarm_every)
-        low, high = file.chart.interval
-        upper = "no upper end" if high is None else duration_text(high)
-        return f"Promise: one false alarm in {wanted} of operation ({duration_text(low)} to {upper}), {rests}"
-    low, high = (100.0 * share for share in limits.interval)
-    wanted_share = f"{100.0 * limits.false_alarm_rate:.2g} %"
-    return f"Promise: {wanted_share} of healthy windows raise an alarm ({low:.2g} to {high:.2g} %), {rests}"
+    """A number with two digits and its sign."""
+    return f"{value:+.2g}"
 
 
 def event_text(event: Event) -> str:
     """An event as a line."""
     return event.text if event.time is None else f"{instant_text(event.time)}  {event.text}"
-
-
-def summary_text(watched: Watched, seconds: float) -> str:
-    """What is left on the terminal when the view is closed."""
-    last = str(watched.condition)
-    if watched.since is not None:
-        last += f" since {instant_text(watched.since)}"
-    return f"{watched.source}, watched for {duration_text(seconds)}: {counts_text(watched)}; at the end: {last}"

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Sequence
 
 from rich.console import Console, ConsoleOptions, Group, RenderResult
 from rich.live import Live
 
-from hydrofdi.cli.monitor.screen import screen_lines
-from hydrofdi.cli.monitor.view_panels import Page
-from hydrofdi.cli.monitor.view_wording import summary_text
-from hydrofdi.cli.monitor.watched import Watched
+from hydrofdi.cli.monitor.live.counting import summary_text
+from hydrofdi.cli.monitor.live.page import Page
+from hydrofdi.cli.monitor.live.screen import screen_lines
+from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.monitor.lines import Line
 from hydrofdi.records.streams import Chunk
@@ -51,7 +50,7 @@ class LiveView:
         if not self._live.is_started:
             return
         self._live.stop()
-        self._console.print(summary_text(self.watched, time.monotonic() - self.watched.opened), soft_wrap=True)
+        self._console.print(summary_text(self.watched), soft_wrap=True)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """The screen as it is now."""

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from rich.text import Text
 
 from hydrofdi.cli.folding import folded
-from hydrofdi.cli.monitor.view_panels import Page, heading, score_lines, signal_lines
-from hydrofdi.cli.monitor.view_wording import (
-    counts_text,
+from hydrofdi.cli.monitor.live.counting import counts_text, promise_text
+from hydrofdi.cli.monitor.live.page import Page, heading
+from hydrofdi.cli.monitor.live.panels import score_lines, signal_lines
+from hydrofdi.cli.monitor.live.watched import Watched
+from hydrofdi.cli.monitor.live.wording import (
     event_text,
     flow_text,
-    promise_text,
     reading_text,
     state_text,
 )
-from hydrofdi.cli.monitor.watched import Watched
 from hydrofdi.monitor.lines import Condition
 
 _STYLES = {

@@ -67,6 +67,6 @@ def _as_braille(dots: NDArray[np.bool_]) -> list[str]:
 
 def _as_points(dots: NDArray[np.bool_]) -> list[str]:
     n_row, n_column = dots.shape
-    cells = dots.reshape(n_row // 4, 2, 2, n_column // 2, 2).any((2, 4)).transpose(0, 2, 1)
-    characters = cells @ [1, 2]
+    cells = dots.reshape(n_row // 4, 2, 2, n_column // 2, 2).max((2, 4)).astype(np.intp)
+    characters = cells[:, 0] + 2 * cells[:, 1]
     return ["".join(_POINTS[each] for each in line) for line in characters.tolist()]

@@ -1,0 +1,61 @@
+"""Verdicts → the condition of the actuator, by a plain rule with hysteresis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrofdi.detectors.trained import ChartReading, Verdict
+from hydrofdi.monitor.lines import Condition, Event, EventKind
+from hydrofdi.records.streams import State
+
+
+class Conditions:
+    """An alarm of the chart, or without a chart one of the threshold, is raised at once; it is cleared after
+    so many judged windows in a row without one. After as many that are not judged nothing is known.
+
+    Parameters
+    ----------
+    patience : int
+        Windows.
+    """
+
+    def __init__(self, patience: int) -> None:
+        self._patience = patience
+
+    def start(self) -> State:
+        """The state before the first window: nothing is known."""
+        counts = {"is_raised": 0, "n_calm": 0, "n_not_judged": self._patience}
+        return {"since": np.array(np.nan), **{name: np.array(count) for name, count in counts.items()}}
+
+    def step(
+        self, state: State, end: float, verdict: Verdict, chart: ChartReading | None
+    ) -> tuple[State, Condition, list[Event]]:
+        """The state behind a window that ends at an instant [s], the condition, and what is to be said."""
+        if verdict.alarm is None:
+            n_not_judged = min(int(state["n_not_judged"]) + 1, self._patience)
+            state = {**state, "n_not_judged": np.array(n_not_judged)}
+            return state, self._condition(state), []
+        state = {**state, "n_not_judged": np.array(0)}
+        is_alarm, is_raised = verdict.alarm if chart is None else chart.alarm, bool(state["is_raised"])
+        n_calm = 0 if is_alarm else min(int(state["n_calm"]) + 1, self._patience)
+        state = {**state, "n_calm": np.array(n_calm)}
+        events: list[Event] = []
+        if is_alarm and not is_raised:
+            state = {**state, "is_raised": np.array(1), "since": np.array(end)}
+            events = [Event(EventKind.ALARM_RAISED, _why(verdict, chart), end)]
+        elif is_raised and n_calm >= self._patience:
+            text = f"no alarm in {n_calm} windows; it was raised {end - state['since']:.6g} s ago"
+            state = {**state, "is_raised": np.array(0)}
+            events = [Event(EventKind.ALARM_CLEARED, text, end)]
+        return state, self._condition(state), events
+
+    def _condition(self, state: State) -> Condition:
+        if state["n_not_judged"] >= self._patience:
+            return Condition.UNKNOWN
+        return Condition.ALARM if state["is_raised"] else Condition.HEALTHY
+
+
+def _why(verdict: Verdict, chart: ChartReading | None) -> str:
+    if chart is not None:
+        return f"the statistic of the chart, {chart.statistic:.4g}, reaches its limit, {chart.limit:.4g}"
+    return f"the score is {-(verdict.margin or 0.0):.4g} healthy spreads beyond its limit"

@@ -1,0 +1,71 @@
+"""Windows that cannot be judged: said when it begins and when it is over."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.detectors.trained import Verdict
+from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.records import Array
+from hydrofdi.records.streams import State
+
+_KIND_OF_FAULT = {
+    "other_rate": EventKind.RATE_CHANGED,
+    "missing": EventKind.MISSING_SAMPLES,
+    "stuck": EventKind.STUCK,
+    "clipped": EventKind.CLIPPED,
+    "novel": EventKind.NOVEL,
+    "missing_channel": EventKind.MISSING_CHANNEL,
+}
+_KINDS = [*_KIND_OF_FAULT.values(), EventKind.NOT_JUDGED]
+
+
+class Episodes:
+    """Faults of windows go in; events come out, one kind of fault beside the other.
+
+    Parameters
+    ----------
+    patience : int
+        Windows without a fault of a kind after which its episode is over.
+    """
+
+    def __init__(self, patience: int) -> None:
+        self._patience = patience
+
+    def start(self) -> State:
+        """The state before the first window."""
+        none = np.zeros(len(_KINDS), dtype=np.int64)
+        return {"count": none, "quiet": none, "span": np.full((len(_KINDS), 2), np.nan)}
+
+    def step(self, state: State, start: float, end: float, verdict: Verdict) -> tuple[State, list[Event]]:
+        """The state behind a window [s], and what is to be said."""
+        if verdict.fault is None and not state["count"].any():
+            return state, []
+        count, span = state["count"].copy(), state["span"].copy()
+        quiet = np.where(count > 0, state["quiet"] + 1, 0)
+        events = []
+        if verdict.fault is not None:
+            kind = _KIND_OF_FAULT.get(verdict.fault.kind, EventKind.NOT_JUDGED)
+            row = _KINDS.index(kind)
+            is_going_on = bool(count[row])
+            span[row] = (span[row, 0] if is_going_on else start), end
+            count[row], quiet[row] = count[row] + 1, 0
+            text = f"from {start:.10g} s on windows are not judged: {verdict.fault.text}"
+            events.append(Event(kind, text, start, is_silent=is_going_on))
+        for row in np.flatnonzero(quiet >= self._patience).tolist():
+            events.append(_over(row, count, span))
+            count[row], quiet[row] = 0, 0
+        return {"count": count, "quiet": quiet, "span": span}, events
+
+    def end(self, state: State) -> tuple[State, list[Event]]:
+        """What goes on at the end of a stream ends with it."""
+        rows = np.flatnonzero(state["count"]).tolist()
+        return self.start(), [_over(row, state["count"], state["span"]) for row in rows]
+
+
+def _over(row: int, count: NDArray[np.int64], span: Array) -> Event:
+    kind, n, (start, end) = _KINDS[row], int(count[row]), span[row]
+    words = kind.value.replace("_", " ")
+    text = f"over: {n} window{'s' * (n > 1)} not judged ({words}) from {start:.10g} s to {end:.10g} s"
+    return Event(kind, text, float(end), n, is_end=True)

@@ -40,6 +40,7 @@ class EventKind(StrEnum):
     CONNECTED = "connected"
     DISCONNECTED = "disconnected"
     NOT_STORED = "not_stored"
+    INSECURE = "insecure"
 
 
 @dataclass(frozen=True)

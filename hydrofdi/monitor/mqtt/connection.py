@@ -1,0 +1,176 @@
+"""A connection to a broker that comes back by itself."""
+
+from __future__ import annotations
+
+import random
+import time
+from collections import deque
+from threading import Event as Signal
+from threading import Thread
+from typing import TYPE_CHECKING, Any, Protocol
+
+from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.mqtt.address import MqttAddress
+from hydrofdi.monitor.mqtt.configuration import MqttConfig
+from hydrofdi.monitor.mqtt.reasons import reason_of_code, reason_of_error
+from hydrofdi.monitor.mqtt.security import doubts
+from hydrofdi.monitor.mqtt.session import Session, connect, new_client, require_paho, subscribe
+
+if TYPE_CHECKING:
+    from paho.mqtt.client import Client, MQTTMessage
+
+LONGEST_WAIT = 120.0
+"""Between attempts [s]."""
+
+_STEADY = 60.0
+"""After a connection of this duration [s] the first attempt comes soon again."""
+
+
+class MqttUser(Protocol):
+    """What uses a connection. Its methods run in the thread of the network and do not wait."""
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """The broker has answered; it may have kept messages."""
+        ...
+
+    def received(self, client: Client, message: MQTTMessage) -> None:
+        """A message has come."""
+        ...
+
+    def lost(self) -> None:
+        """The connection is gone."""
+        ...
+
+
+class MqttConnection:
+    """Keeps a connection to a broker, with a new client each time, and says when it comes and goes.
+
+    Parameters
+    ----------
+    address : MqttAddress
+    config : MqttConfig
+    session : Session
+    user : MqttUser
+    first_wait : float
+        After the first failure [s]; it doubles up to two minutes, less a random part.
+    """
+
+    def __init__(
+        self,
+        address: MqttAddress,
+        config: MqttConfig,
+        session: Session,
+        user: MqttUser,
+        first_wait: float = 1.0,
+    ) -> None:
+        self._address, self._config, self._session, self._user = address, config, session, user
+        self._first_wait = first_wait
+        self._events: deque[Event] = deque(maxlen=1000)
+        self._is_closed, self._is_over = Signal(), Signal()
+        self._client: Client | None = None
+        self._reason = self._said = ""
+        self._was_connected = self._is_forgotten = False
+        self._thread = Thread(target=self._keep, name=f"mqtt {address.broker}", daemon=True)
+
+    def open(self) -> None:
+        """Begin to connect.
+
+        Raises
+        ------
+        ConfigError
+            A file of the configuration cannot be used. A broker that does not answer is no such case.
+        """
+        require_paho()
+        new_client(self._address, self._config, self._session)
+        for doubt in doubts(self._address, self._config):
+            self._events.append(Event(EventKind.INSECURE, doubt))
+        self._thread.start()
+
+    def take_events(self) -> tuple[Event, ...]:
+        """What happened since the last call."""
+        return tuple(self._events.popleft() for _ in range(len(self._events)))
+
+    def close(self, timeout: float = 3.0) -> None:
+        """Say goodbye and end; after `timeout` seconds without an answer."""
+        self._is_closed.set()
+        if client := self._client:
+            client.disconnect()
+        if self._thread.is_alive():
+            self._thread.join(timeout)
+        self._is_over.set()
+
+    def _keep(self) -> None:
+        n_failed = 0
+        while not self._is_closed.is_set():
+            began = time.monotonic()
+            self._connect_once()
+            n_failed = 0 if time.monotonic() - began > _STEADY else n_failed + 1
+            longest = min(LONGEST_WAIT, self._first_wait * 2.0 ** min(n_failed, 16))
+            self._is_closed.wait(longest * random.uniform(0.5, 1.0))
+
+    def _connect_once(self) -> None:
+        self._reason = ""
+        self._is_over.clear()
+        try:
+            client = self._new_client()
+            connect(client, self._address, self._config, self._session)
+        except (OSError, ValueError) as error:
+            self._say_lost(reason_of_error(error, self._address))
+            return
+        self._client = client
+        client.loop_start()
+        while not self._is_over.wait(1.0):
+            if self._is_closed.is_set():
+                client.disconnect()
+        client.loop_stop()
+        self._client = None
+        self._user.lost()
+        self._say_lost(self._reason)
+
+    def _new_client(self) -> Client:
+        client = new_client(self._address, self._config, self._session)
+        client.on_connect = self._on_connect
+        client.on_subscribe = self._on_subscribe
+        client.on_disconnect = self._on_disconnect
+        client.on_message = lambda client, _, message: self._user.received(client, message)
+        return client
+
+    def _on_connect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
+        if code.is_failure:
+            self._reason = reason_of_code(code.getName())
+            return
+        self._is_forgotten = self._was_connected and not flags.session_present
+        self._was_connected = True
+        self._user.connected(client, flags.session_present)
+        if self._session.topic:
+            subscribe(client, self._session.topic)
+        else:
+            self._say(EventKind.CONNECTED, f"connected to {self._address}")
+
+    def _on_subscribe(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
+        if codes[0].is_failure:
+            self._reason = f"it does not let this user read {self._session.topic!r}"
+            client.disconnect()
+            return
+        text = f"connected to {self._address}"
+        if self._is_forgotten:
+            text += "; the broker kept nothing of what was sent meanwhile"
+        if codes[0].value == 0:
+            text += "; it grants quality of service 0 alone, so that messages can be lost"
+        self._say(EventKind.CONNECTED, text)
+
+    def _on_disconnect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
+        by_broker = reason_of_code(code.getName()) if flags.is_disconnect_packet_from_server else ""
+        self._reason = self._reason or by_broker or "the connection broke"
+        self._is_over.set()
+
+    def _say_lost(self, reason: str) -> None:
+        if not self._is_closed.is_set():
+            self._say(
+                EventKind.DISCONNECTED, f"no connection to {self._address.broker}: {reason}; tries again"
+            )
+
+    def _say(self, kind: EventKind, text: str) -> None:
+        if text != self._said:
+            self._events.append(Event(kind, text))
+        self._said = text

@@ -1,0 +1,111 @@
+"""Messages that are sent at least once, and that never hold up who sends them."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import dataclass
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from paho.mqtt.client import Client, MQTTMessage
+
+
+@dataclass
+class _Message:
+    topic: str
+    payload: bytes
+    is_retained: bool
+    number: int | None = None
+
+
+class Outbox:
+    """A bounded queue of messages; it uses a connection, and sends what is left again after a new one.
+
+    Parameters
+    ----------
+    capacity : int
+        Messages that wait or are on their way.
+    greeting : tuple of (str, bytes), optional
+        Topic and retained message that each connection begins with.
+
+    Attributes
+    ----------
+    refusal : str
+        Why the broker refused the last message; empty where it took it.
+    """
+
+    def __init__(self, capacity: int, greeting: tuple[str, bytes] | None = None) -> None:
+        self._capacity, self._greeting = capacity, greeting
+        self._messages: deque[_Message] = deque()
+        self._client: Client | None = None
+        self._answers: deque[tuple[Client, int, Any]] = deque()
+        self._lock = Lock()
+        self.refusal = ""
+
+    def put(self, topic: str, payload: bytes, is_retained: bool = False) -> bool:
+        """Queue a message; whether there was room."""
+        with self._lock:
+            self._forget_sent()
+            if len(self._messages) >= self._capacity:
+                return False
+            message = _Message(topic, payload, is_retained)
+            self._messages.append(message)
+            self._send(message)
+        return True
+
+    @property
+    def n_waiting(self) -> int:
+        """Messages that the broker has not acknowledged."""
+        with self._lock:
+            self._forget_sent()
+            return len(self._messages)
+
+    def wait_until(self, n_waiting: int, timeout: float) -> bool:
+        """Wait until so few are waiting, for `timeout` seconds at most; whether it came to it."""
+        end = time.monotonic() + timeout
+        while self.n_waiting > n_waiting:
+            if time.monotonic() >= end:
+                return False
+            time.sleep(0.005)
+        return True
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """Send all that waits."""
+        client.on_publish = self._answered
+        if self._greeting:
+            client.publish(*self._greeting, qos=1, retain=True)
+        with self._lock:
+            self._forget_sent()
+            self._client = client
+            for message in self._messages:
+                self._send(message)
+
+    def received(self, client: Client, message: MQTTMessage) -> None:
+        """Nothing is subscribed to."""
+
+    def lost(self) -> None:
+        """Keep what the broker has not acknowledged."""
+        with self._lock:
+            self._forget_sent()
+            self._client = None
+
+    def _send(self, message: _Message) -> None:
+        if self._client is not None:
+            sent = self._client.publish(message.topic, message.payload, 1, message.is_retained)
+            message.number = sent.mid
+
+    def _answered(self, client: Client, _: Any, number: int, code: Any, properties: Any) -> None:
+        """paho holds a lock of its own here that `publish` needs: no other may be taken."""
+        self._answers.append((client, number, code))
+
+    def _forget_sent(self) -> None:
+        numbers = set()
+        while self._answers:
+            client, number, code = self._answers.popleft()
+            if client is self._client:
+                numbers.add(number)
+                self.refusal = code.getName() if code.is_failure else ""
+        if numbers:
+            self._messages = deque(each for each in self._messages if each.number not in numbers)

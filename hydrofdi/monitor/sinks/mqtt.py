@@ -1,0 +1,85 @@
+"""Events, and windows on request, as messages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hydrofdi.monitor.line_record import line_text
+from hydrofdi.monitor.lines import Event, EventKind, Line, WindowLine
+from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig, MqttConnection, Outbox
+from hydrofdi.monitor.mqtt.session import Session
+from hydrofdi.records.streams import Chunk
+
+CAPACITY = 10_000
+"""Messages that wait for the broker; when it is full, new ones are lost."""
+
+
+class MqttSink:
+    """Sends lines as JSON to a topic; its ``…/status`` is ``online`` or ``offline``, and retained.
+
+    Parameters
+    ----------
+    address : MqttAddress
+    config : MqttConfig
+    unit : str
+        Of scores.
+    with_windows : bool
+        Whether windows are sent beside events.
+    capacity : int
+        Messages that wait for the broker.
+    first_wait : float
+        Before the second attempt to connect [s]; it doubles up to two minutes.
+    """
+
+    def __init__(
+        self,
+        address: MqttAddress,
+        config: MqttConfig,
+        unit: str = "1",
+        *,
+        with_windows: bool = False,
+        capacity: int = CAPACITY,
+        first_wait: float = 1.0,
+    ) -> None:
+        self._topic, self._unit, self._with_windows = address.topic, unit, with_windows
+        self._status = f"{address.topic}/status"
+        self._place = str(address)
+        self._outbox = Outbox(capacity, greeting=(self._status, b"online"))
+        session = Session(will=(self._status, b"offline"))
+        self._connection = MqttConnection(address, config, session, self._outbox, first_wait)
+        self._is_full = False
+        self._refusal = ""
+        self._connection.open()
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Queue what is to be sent; never waits."""
+        wanted = [line for line in lines if self._is_wanted(line)]
+        n_lost = sum(not self._outbox.put(self._topic, self._payload(line)) for line in wanted)
+        return [*self._connection.take_events(), *self._losses(n_lost), *self._refusals()]
+
+    def close(self) -> None:
+        """Send what is left, for three seconds at most."""
+        self._outbox.put(self._status, b"offline", is_retained=True)
+        self._outbox.wait_until(0, 3.0)
+        self._connection.close()
+
+    def _is_wanted(self, line: Line) -> bool:
+        return self._with_windows if isinstance(line, WindowLine) else not line.is_silent
+
+    def _payload(self, line: Line) -> bytes:
+        return line_text(line, self._unit).rstrip().encode()
+
+    def _losses(self, n_lost: int) -> list[Line]:
+        if not n_lost:
+            self._is_full = False
+            return []
+        was_full, self._is_full = self._is_full, True
+        text = f"lines for {self._place} are lost: the broker takes them too slowly, or is away for too long"
+        return [Event(EventKind.DROPPED, text, None, n_lost, is_silent=was_full)]
+
+    def _refusals(self) -> list[Line]:
+        refusal, before = self._outbox.refusal, self._refusal
+        self._refusal = refusal
+        if not refusal or refusal == before:
+            return []
+        return [Event(EventKind.DROPPED, f"{self._place}: the broker refuses messages ({refusal})")]

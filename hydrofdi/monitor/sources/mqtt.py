@@ -1,0 +1,152 @@
+"""Streams of samples from a broker of MQTT."""
+
+from __future__ import annotations
+
+import hashlib
+import socket
+import time
+from collections.abc import Callable
+
+from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig, MqttConnection
+from hydrofdi.monitor.mqtt.session import Session
+from hydrofdi.monitor.sources.contract import Position, Reading
+from hydrofdi.monitor.sources.joining import joined
+from hydrofdi.monitor.sources.mqtt_deliveries import MOST_UNACKNOWLEDGED, Deliveries, Delivery
+from hydrofdi.monitor.sources.payload import PayloadError
+from hydrofdi.records.streams import Chunk
+
+LARGEST_MESSAGE = 1 << 20
+"""Bytes of a message, where nothing else is said."""
+
+CONFIRM_AFTER = 5
+"""Messages after which the state should be stored; brokers wait after 20, or as configured."""
+
+CONFIRM_WITHIN = 1.0
+"""The same [s]."""
+
+_MOST_SAMPLES = 65_536
+_MOST_MESSAGES = 1000
+_SAID_AGAIN = 3600.0
+"""What goes on is said once in this time [s]."""
+
+
+class MqttSource:
+    """A topic, read at quality of service 1 in a session that outlives the monitor.
+
+    The broker keeps every message until a state that holds its samples is stored.
+
+    Parameters
+    ----------
+    address : MqttAddress
+    config : MqttConfig
+    read_payload : callable
+        A payload → its samples, or PayloadError.
+    detector : str
+        Name of the detector's file: monitors with other detectors have sessions of their own.
+    largest : int
+        Bytes of a message; larger ones are counted as malformed.
+    first_wait : float
+        Before the second attempt to connect [s]; it doubles up to two minutes.
+    """
+
+    def __init__(
+        self,
+        address: MqttAddress,
+        config: MqttConfig,
+        read_payload: Callable[[bytes], Chunk],
+        detector: str,
+        largest: int = LARGEST_MESSAGE,
+        first_wait: float = 1.0,
+    ) -> None:
+        self._address, self._read_payload = address, read_payload
+        self._deliveries = Deliveries(address.topic, largest)
+        session = Session(
+            client_id=config.client_id or _client_id(address, detector),
+            topic=address.topic,
+            expiry=round(config.session_expiry),
+            most_unacknowledged=MOST_UNACKNOWLEDGED,
+            largest=16 * largest,
+        )
+        self._connection = MqttConnection(address, config, session, self._deliveries, first_wait)
+        self._unconfirmed_since = 0.0
+        self._said_at: dict[EventKind, float] = {}
+
+    @property
+    def name(self) -> str:
+        """The address."""
+        return str(self._address)
+
+    def open(self, position: Position) -> None:
+        """Begin to connect; the broker knows where to go on.
+
+        Raises
+        ------
+        ConfigError
+            A file of the configuration cannot be used.
+        """
+        self._connection.open()
+
+    def read(self, timeout: float) -> Reading:
+        """The samples of the messages that have come."""
+        chunks: list[Chunk] = []
+        events: list[Event] = []
+        n_sample = n_message = 0
+        delivery = self._deliveries.take(timeout)
+        while delivery is not None:
+            chunk = self._samples(delivery, events)
+            if chunk is not None:
+                chunks.append(chunk)
+                n_sample += chunk.n_time
+            n_message += 1
+            full = n_sample >= _MOST_SAMPLES or n_message >= _MOST_MESSAGES
+            delivery = None if full else self._deliveries.take(0.0)
+        if n_dropped := self._deliveries.take_dropped():
+            text = "the monitor is slower than the stream: messages of quality of service 0 are lost"
+            events.append(self._event(EventKind.DROPPED, text, n_dropped))
+        return Reading(joined(chunks) if chunks else None, (*self._connection.take_events(), *events))
+
+    @property
+    def position(self) -> Position:
+        """Nothing: the broker knows it."""
+        return {}
+
+    @property
+    def wants_confirmation(self) -> bool:
+        """After a few messages, or a second."""
+        n_read = self._deliveries.n_read
+        waited = time.monotonic() - self._unconfirmed_since
+        return n_read >= CONFIRM_AFTER or (n_read > 0 and waited >= CONFIRM_WITHIN)
+
+    def confirm(self) -> None:
+        """Acknowledge all messages that were read."""
+        self._deliveries.confirm()
+
+    def close(self) -> None:
+        """End the connection; the broker keeps the session."""
+        self._connection.close()
+
+    def _samples(self, delivery: Delivery, events: list[Event]) -> Chunk | None:
+        if self._deliveries.n_read == 1:
+            self._unconfirmed_since = time.monotonic()
+        try:
+            if not delivery.fault:
+                return self._read_payload(delivery.payload)
+            fault = delivery.fault
+        except PayloadError as error:
+            fault = f"a message {error}"
+        events.append(self._event(EventKind.MALFORMED, f"{self._address}: {fault}", 1))
+        return None
+
+    def _event(self, kind: EventKind, text: str, count: int) -> Event:
+        now = time.monotonic()
+        is_silent = now - self._said_at.get(kind, -_SAID_AGAIN) < _SAID_AGAIN
+        if not is_silent:
+            self._said_at[kind] = now
+        return Event(kind, text, None, count, is_silent)
+
+
+def _client_id(address: MqttAddress, detector: str) -> str:
+    """The same at each start, in the 23 letters that every broker takes."""
+    text = "\n".join((socket.gethostname(), detector, str(address)))
+    return f"hydrofdi-{hashlib.sha256(text.encode()).hexdigest()[:14]}"

@@ -1,0 +1,149 @@
+"""Messages that a broker delivered, until it may forget them."""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from dataclasses import dataclass
+from threading import Condition
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from paho.mqtt.client import Client, MQTTMessage
+
+MOST_UNACKNOWLEDGED = 64
+"""Messages that the broker sends before it waits; most brokers have a lower limit, such as 20."""
+
+MOST_WAITING = 32 << 20
+"""Bytes of messages of quality of service 0 that wait to be read."""
+
+
+@dataclass
+class Delivery:
+    """A message. One of quality of service 1 stays with the broker until it is acknowledged.
+
+    Attributes
+    ----------
+    payload : bytes
+        Empty where it was read, or is unfit.
+    fault : str
+        Why it is unfit; empty where it is not.
+    number : int
+        Its packet identifier; 0 at quality of service 0.
+    digest : int
+        Of the payload.
+    client : Client
+        The connection that brought it last, and that can acknowledge it.
+    is_confirmed : bool
+        Whether it needs to be delivered no more.
+    """
+
+    payload: bytes
+    fault: str
+    number: int
+    digest: int
+    client: Client
+    is_confirmed: bool = False
+
+
+class Deliveries:
+    """The queue between the thread of the network and the monitor.
+
+    At quality of service 1 it never overflows: the broker sends no more than a few messages without an
+    acknowledgement. What it sends again after a new connection is recognised. At 0, messages that find it
+    full are lost, and all that follow until it is empty: one long gap instead of many short ones.
+
+    Parameters
+    ----------
+    topic : str
+    largest : int
+        Bytes of a message.
+    """
+
+    def __init__(self, topic: str, largest: int) -> None:
+        self._topic, self._largest = topic, largest
+        self._waiting: deque[Delivery] = deque()
+        self._known: OrderedDict[int, Delivery] = OrderedDict()
+        self._read: list[Delivery] = []
+        self._changed = Condition()
+        self._n_bytes = self._n_dropped = 0
+        self._is_dropping = False
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """Without the session of before, numbers mean other messages."""
+        with self._changed:
+            if not had_session:
+                self._known.clear()
+
+    def lost(self) -> None:
+        """What waits can be read all the same."""
+
+    def received(self, client: Client, message: MQTTMessage) -> None:
+        """Queue a message, unless it is one that was here before."""
+        digest = hash(message.payload)
+        with self._changed:
+            known = self._known.get(message.mid) if message.qos and message.dup else None
+            if known is not None and known.digest == digest:
+                known.client = client
+                if known.is_confirmed:
+                    client.ack(known.number, 1)
+                return
+            fault = self._fault(message)
+            payload = b"" if fault else bytes(message.payload)
+            delivery = Delivery(payload, fault, message.mid if message.qos else 0, digest, client)
+            if message.qos:
+                self._remember(delivery)
+            elif self._overflows(len(payload)):
+                self._n_dropped += 1
+                return
+            self._n_bytes += len(payload)
+            self._waiting.append(delivery)
+            self._changed.notify()
+
+    def take(self, timeout: float) -> Delivery | None:
+        """The next message, waited for."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._waiting, timeout):
+                return None
+            delivery = self._waiting.popleft()
+            self._n_bytes -= len(delivery.payload)
+            self._is_dropping = self._is_dropping and bool(self._waiting)
+            if delivery.number:
+                self._read.append(delivery)
+            return delivery
+
+    @property
+    def n_read(self) -> int:
+        """Messages that were taken and are not confirmed."""
+        return len(self._read)
+
+    def confirm(self) -> None:
+        """Acknowledge, in their order, what was taken."""
+        with self._changed:
+            for delivery in self._read:
+                delivery.is_confirmed = True
+                delivery.client.ack(delivery.number, 1)
+            self._read.clear()
+
+    def take_dropped(self) -> int:
+        """Messages that were lost since the last call."""
+        with self._changed:
+            n_dropped, self._n_dropped = self._n_dropped, 0
+            return n_dropped
+
+    def _fault(self, message: MQTTMessage) -> str:
+        if len(message.payload) > self._largest:
+            return f"a message of {len(message.payload)} bytes is larger than {self._largest}"
+        try:
+            return "" if message.topic == self._topic else "a message belongs to another topic"
+        except UnicodeDecodeError:
+            return "a message belongs to another topic"
+
+    def _remember(self, delivery: Delivery) -> None:
+        self._known[delivery.number] = delivery
+        self._known.move_to_end(delivery.number)
+        while len(self._known) > 2 * MOST_UNACKNOWLEDGED:
+            self._known.popitem(last=False)
+
+    def _overflows(self, n_bytes: int) -> bool:
+        self._is_dropping = self._is_dropping or self._n_bytes + n_bytes > MOST_WAITING
+        return self._is_dropping

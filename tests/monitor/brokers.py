@@ -1,0 +1,77 @@
+"""A broker of MQTT on this machine, for as long as a test runs."""
+
+from __future__ import annotations
+
+import getpass
+import shutil
+import socket
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+PROGRAM = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/usr/local/sbin")
+
+needs_mosquitto = pytest.mark.skipif(PROGRAM is None, reason="mosquitto is not installed")
+
+
+class Broker:
+    """mosquitto, with what it keeps in a folder of its own."""
+
+    def __init__(self, folder: Path, *lines: str, anonymous: bool = True) -> None:
+        self.port = free_port()
+        self.folder = folder
+        self._config = folder / "mosquitto.conf"
+        own = (
+            f"listener {self.port} 127.0.0.1",
+            f"user {getpass.getuser()}",
+            f"allow_anonymous {str(anonymous).lower()}",
+            "persistence true",
+            f"persistence_location {folder}/",
+            "autosave_interval 1",
+            "autosave_on_changes true",
+            "max_queued_messages 0",
+        )
+        self._config.write_text("\n".join((*own, *lines)) + "\n", encoding="utf-8")
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> None:
+        with (self.folder / "mosquitto.log").open("ab") as log:
+            self._process = subprocess.Popen(
+                [str(PROGRAM), "-c", str(self._config), "-v"], stdout=log, stderr=log
+            )
+        end = time.monotonic() + 30
+        while not answers(self.port):
+            assert self._process.poll() is None, self.log
+            assert time.monotonic() < end, "mosquitto does not listen"
+            time.sleep(0.02)
+
+    def stop(self) -> None:
+        """As the system does it: what waits is written to the disk."""
+        if self._process is not None:
+            self._process.terminate()
+            try:
+                self._process.wait(10)
+            finally:
+                self._process.kill()
+                self._process.wait()
+            self._process = None
+
+    @property
+    def log(self) -> str:
+        return (self.folder / "mosquitto.log").read_text(encoding="utf-8", errors="replace")
+
+    def address(self, topic: str = "press/samples") -> str:
+        return f"mqtt://127.0.0.1:{self.port}/{topic}"
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def answers(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0

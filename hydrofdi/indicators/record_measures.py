@@ -156,11 +156,12 @@ def _record(batch: RecordBatch, measures: Measures, row: int) -> RecordMeasures:
         {name: values[row] for name, values in measures.values.items()},
         {label: reason for label, rows in measures.obstacles.items() if (reason := rows[row]) is not None},
         faults=measures.faults,
-        digest=_digest(batch, row),
+        digest=samples_digest(batch, row),
     )
 
 
-def _digest(batch: RecordBatch, row: int) -> bytes:
+def samples_digest(batch: RecordBatch, row: int) -> bytes:
+    """Equal for records with the same samples of the same channels."""
     digest = hashlib.blake2b(digest_size=16)
     for channel in sorted(batch.channels):
         digest.update(channel.encode())

@@ -32,11 +32,14 @@ class SimulatedRecords:
         What a person calls it.
     channels : collection of Channel
         What is kept of each record.
+    only : collection of int, optional
+        Positions of the runs that are made; all where left out.
     """
 
     experiment: ExperimentConfig
     name: str
     channels: Collection[Channel] = tuple(Channel)
+    only: Collection[int] | None = None
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """The records in the order of their runs; those that fail are rejected with how they ended.
@@ -48,7 +51,7 @@ class SimulatedRecords:
         """
         runs = expand_runs(self.experiment).runs
         record_ids = record_identities(runs)
-        rows = distinct_records(record_ids, [True] * len(record_ids))
+        rows = distinct_records(record_ids, [True] * len(record_ids), self.only)
         known: dict[str, float] = {}
         first = 0
         while first < len(rows):

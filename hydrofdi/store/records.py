@@ -47,10 +47,23 @@ def batch_length(n_time: int) -> int:
     return max(1, min(_MOST_RECORDS, _MOST_SAMPLES // max(n_time, 1)))
 
 
-def distinct_records(record_ids: Sequence[str], are_ok: Sequence[bool]) -> list[int]:
-    """Positions of the runs that stand for their records: of each the first that went well, or the first."""
+def distinct_records(
+    record_ids: Sequence[str], are_ok: Sequence[bool], only: Collection[int] | None = None
+) -> list[int]:
+    """Positions of the runs that stand for their records: of each the first that went well, or the first.
+
+    Parameters
+    ----------
+    record_ids, are_ok : sequence of str, of bool
+        Of all runs.
+    only : collection of int, optional
+        Positions of the runs that are looked at; all where left out.
+    """
     chosen: dict[str, int] = {}
+    looked_at = None if only is None else set(only)
     for position, (record_id, is_ok) in enumerate(zip(record_ids, are_ok, strict=True)):
+        if looked_at is not None and position not in looked_at:
+            continue
         first = chosen.setdefault(record_id, position)
         if is_ok and not are_ok[first]:
             chosen[record_id] = position
@@ -94,11 +107,14 @@ class StoredRecords:
         What a person calls it.
     channels : collection of Channel
         What is read, as far as it is stored.
+    only : collection of int, optional
+        Positions of the runs that are read; all where left out.
     """
 
     data: ExperimentData
     name: str
     channels: Collection[Channel] = tuple(Channel)
+    only: Collection[int] | None = None
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """The runs in their order; those that failed are rejected with how they ended.
@@ -128,7 +144,7 @@ class StoredRecords:
         """Runs that follow each other and have the period of their drive in common."""
         length = batch_length(self._n_time)
         are_ok = [self._is_ok(row) for row in range(self.data.n_run)]
-        rows = distinct_records(self._identities, are_ok)
+        rows = distinct_records(self._identities, are_ok, self.only)
         for first in range(0, len(rows), length):
             window = rows[first : first + length]
             by_period = sorted(window, key=lambda row: self._periods[row] or 0.0)

@@ -69,7 +69,7 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     ConfigError
         A score is made of numbers that are not measured.
     """
-    roles, measured = _roles(data), tuple(_measured(data))
+    roles, measured = stored_roles(data), tuple(_measured(data))
     return tuple(_design(data, roles, measured, design) for design in range(len(roles.designs)))
 
 
@@ -81,7 +81,7 @@ def study_designs(data: ExperimentData) -> Iterator[tuple[StudyRecords, NDArray[
     ReportError
         The experiment has no study, or its file does not hold the runs of its study.
     """
-    roles = _roles(data)
+    roles = stored_roles(data)
     for design in range(len(roles.designs)):
         yield _records(data, roles, design), _rows(data, roles, design)
 
@@ -117,7 +117,14 @@ def _label(number: Scored) -> str:
     return number.name.partition(".")[0]
 
 
-def _roles(data: ExperimentData) -> StudyTable:
+def stored_roles(data: ExperimentData) -> StudyTable:
+    """Who is who among the runs of a stored study.
+
+    Raises
+    ------
+    ReportError
+        The experiment has no study, or its file does not hold the runs of its study.
+    """
     if data.experiment.study is None:
         raise ReportError(f"{data.path}: the experiment has no 'study:'")
     roles = study_roles(data.experiment)

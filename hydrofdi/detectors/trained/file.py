@@ -79,8 +79,9 @@ class Limits(Section):
     method: str
     """How the limits were set."""
 
-    interval_rests_on: str
-    """``windows``: those are taken as independent. ``groups``: each group met the limits of the others."""
+    interval_rests_on: Literal["windows", "records", "groups"]
+    """``windows``: those are taken as independent. ``records``, ``groups``: each record or each group met the
+    limits of the others."""
 
 
 class ChartLimit(Section):
@@ -97,6 +98,9 @@ class ChartLimit(Section):
 
     hours: float
     """Hours of healthy operation that it rests on."""
+
+    rests_on: Literal["pieces", "records", "groups"] = "records"
+    """What was drawn and joined: groups, records, or pieces of records where those are few."""
 
 
 class ChannelRange(Section):
@@ -123,6 +127,9 @@ class DetectorFile(Section):
 
     version: Literal[1] = 1
     """Version of its form."""
+
+    units: str = "SI: s, Hz, m, V, Pa; scores in the unit below"
+    """Of all numbers in the file."""
 
     made: Made
     config: DetectorConfig

@@ -1,0 +1,119 @@
+"""What a detector file has to agree on with itself, and with this version of hydrofdi."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pydantic import ValidationError
+
+from hydrofdi.detectors.charts import make_chart
+from hydrofdi.detectors.features import Feature
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.indicators.registry import sound_indicator
+
+
+def inconsistencies(file: DetectorFile) -> Iterator[Mistake]:
+    """What forbids to use a detector file, each with its key."""
+    yield from _of_indicator(file)
+    yield from _of_numbers(file)
+    yield from _of_windows(file)
+    yield from _of_chart(file)
+
+
+def _of_indicator(file: DetectorFile) -> Iterator[Mistake]:
+    config = file.config
+    try:
+        indicator = sound_indicator(config.indicator, config.options)
+        output = Feature(indicator, config.output).described
+    except ConfigError as error:
+        yield Mistake(str(error), "config.indicator")
+        return
+    except ValidationError as errors:
+        first = errors.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        yield Mistake(f"{first['msg']}; train the detector again", f"config.options.{place}")
+        return
+    if indicator.version != file.indicator_version:
+        yield Mistake(
+            f"{config.indicator} has version {indicator.version} here, not {file.indicator_version}, and gives"
+            " other numbers; train the detector again",
+            "indicator_version",
+        )
+    if output.dims:
+        yield Mistake(f"{output.name} is no single number", "config.output")
+    if missing := sorted(indicator.channels - set(file.channels)):
+        yield Mistake(f"{config.indicator} needs {missing[0]}, which is not among them", "channels")
+    if config.window.by == "estimate" and not isinstance(indicator, RecursiveIndicator):
+        yield Mistake(
+            f"{config.indicator} does not follow a stream; use 'time' or 'cycle'", "config.window.by"
+        )
+
+
+def _of_numbers(file: DetectorFile) -> Iterator[Mistake]:
+    limits, direction = file.limits, file.config.direction
+    if direction is None:
+        yield Mistake("is missing", "config.direction")
+    if not file.config.output:
+        yield Mistake("is missing", "config.output")
+    if (limits.low is None) is not (direction is Direction.RISING):
+        yield Mistake(
+            "a limit below is there where the direction is not rising, and only there", "limits.low"
+        )
+    if (limits.high is None) is not (direction is Direction.FALLING):
+        yield Mistake(
+            "a limit above is there where the direction is not falling, and only there", "limits.high"
+        )
+    if limits.low is not None and limits.high is not None and limits.low > limits.high:
+        yield Mistake(f"must not be below limits.low; found {limits.high:g}", "limits.high")
+    if not 0.0 <= limits.interval[0] <= limits.interval[1] <= 1.0:
+        yield Mistake("expected two shares from 0 to 1, the lower one first", "limits.interval")
+    if not file.healthy.spread > 0.0:
+        yield Mistake(f"must be greater than 0; found {file.healthy.spread:g}", "healthy.spread")
+    if not 1e-3 <= file.sampling_frequency <= 1e9:
+        yield Mistake(
+            f"must lie between 1 mHz and 1 GHz; found {file.sampling_frequency:g}", "sampling_frequency"
+        )
+    for channel, limits_of_channel in file.ranges.items():
+        for name in ("low", "high", "activity"):
+            low, high = getattr(limits_of_channel, name)
+            if low > high:
+                yield Mistake("the lower end comes first", f"ranges.{channel}.{name}")
+
+
+def _of_windows(file: DetectorFile) -> Iterator[Mistake]:
+    window = file.config.window
+    if window.by == "estimate":
+        if file.n_sample:
+            yield Mistake("must be 0 where estimates are judged", "n_sample")
+        return
+    if window.duration is None:
+        yield Mistake("is missing", "config.window.duration")
+    elif file.n_sample != round(window.duration * file.sampling_frequency) or file.n_sample < 2:
+        yield Mistake(
+            f"{file.n_sample} samples are not the {window.duration:g} s of config.window.duration", "n_sample"
+        )
+    if window.by == "time" and window.every is None:
+        yield Mistake("is missing", "config.window.every")
+    if window.by == "cycle":
+        if file.drive is None or not file.drive[0] < file.drive[1]:
+            yield Mistake("expected the lowest and the highest value of the drive", "drive")
+        if window.channel not in file.channels:
+            yield Mistake(f"{window.channel} starts the cycles and is not among them", "channels")
+
+
+def _of_chart(file: DetectorFile) -> Iterator[Mistake]:
+    if (file.config.chart is None) is not (file.chart is None):
+        yield Mistake("stands in the file with config.chart, or neither does", "chart")
+    if file.chart is not None and not file.chart.limit > 0.0:
+        yield Mistake(f"must be greater than 0; found {file.chart.limit:g}", "chart.limit")
+    if file.config.chart is not None:
+        try:
+            make_chart(file.config.chart.chart, file.config.chart.options)
+        except ConfigError as error:
+            yield Mistake(str(error), "config.chart.chart")
+        except ValidationError as errors:
+            first = errors.errors()[0]
+            yield Mistake(first["msg"], f"config.chart.options.{'.'.join(map(str, first['loc']))}")

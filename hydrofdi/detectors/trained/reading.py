@@ -1,0 +1,132 @@
+"""The file of a trained detector, read strictly: what is in it is checked, and none of it is executed."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from hydrofdi.detectors.trained.consistency import inconsistencies
+from hydrofdi.detectors.trained.file import SCHEMA, VERSION, DetectorFile
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.yaml_source import dotted
+
+MOST_BYTES = 2**20
+"""Size of a detector file."""
+
+_MOST_DIGITS = 18
+_NUMBERS_APART = re.compile(r"\[\n\s+([-+\d.eE,\snul]+?)\n\s*\]")
+"""A list of numbers, one a line; strings of JSON hold no line break."""
+
+
+def detector_text(file: DetectorFile) -> str:
+    """The file as JSON for a person: SI, lists of numbers on one line."""
+    record = file.model_dump(mode="json", by_alias=True)
+    text = json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return _NUMBERS_APART.sub(lambda found: f"[{re.sub(r'\s+', ' ', found[1])}]", text)
+
+
+def load_detector(path: Path) -> DetectorFile:
+    """A trained detector.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    ConfigError
+        It cannot be read, is no detector file, contradicts itself, or was made for another version of
+        hydrofdi or of its indicator.
+    """
+    text = _read(path)
+    try:
+        data = json.loads(
+            text, object_pairs_hook=_mapping, parse_int=_integer, parse_float=_number, parse_constant=_number
+        )
+    except RecursionError:
+        raise ConfigError(f"{path}: nested too deeply") from None
+    except ValueError as error:
+        raise ConfigError(f"{path}: is no detector file: {error}") from None
+    _require_known_form(path, data)
+    try:
+        file = DetectorFile.model_validate_json(text, strict=True)
+    except ValidationError as errors:
+        raise ConfigError([_mistake(path, error) for error in errors.errors()]) from None
+    if mistakes := [Mistake(each.message, each.key, str(path)) for each in inconsistencies(file)]:
+        raise ConfigError(mistakes)
+    return file
+
+
+def is_detector(path: Path) -> bool:
+    """Whether a file says that it is a detector, of whatever version."""
+    try:
+        data = json.loads(_read(path))
+    except (ConfigError, ValueError, RecursionError):
+        return False
+    return isinstance(data, dict) and data.get("schema") == SCHEMA
+
+
+def _read(path: Path) -> str:
+    try:
+        with open(path, "rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror}") from None
+    if len(content) > MOST_BYTES:
+        raise ConfigError(f"{path}: is larger than {MOST_BYTES >> 20} MiB, and no detector file")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not a text file in UTF-8") from None
+
+
+def _require_known_form(path: Path, data: Any) -> None:
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise ConfigError(f'{path}: is no detector file; those say "schema": "{SCHEMA}"')
+    version = data.get("version")
+    if version != VERSION:
+        raise ConfigError(
+            [
+                Mistake(
+                    f"this hydrofdi reads version {VERSION}, not {version!r}; train the detector again",
+                    "version",
+                    str(path),
+                )
+            ]
+        )
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"key {twice!r} given twice")
+    return mapping
+
+
+def _integer(text: str) -> int:
+    if len(text) > _MOST_DIGITS:
+        raise ValueError(f"a number of {len(text)} digits")
+    return int(text)
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if value - value != 0.0:
+        raise ValueError(f"{text} is not finite")
+    return value
+
+
+def _mistake(path: Path, error: Any) -> Mistake:
+    place = tuple(part for part in error["loc"] if part != "[key]")
+    return Mistake(_one_line(describe_error(error)), dotted(place), str(path))
+
+
+def _one_line(text: str) -> str:
+    return text if len(text) <= 200 else f"{text[:200]}…"

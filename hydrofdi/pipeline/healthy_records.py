@@ -1,0 +1,144 @@
+"""The healthy records of any sources; what is not known to be healthy is left out and counted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators.record_measures import samples_digest
+from hydrofdi.pipeline.healthy_runs import healthy_simulated, healthy_stored
+from hydrofdi.pipeline.simulated import SimulatedRecords
+from hydrofdi.records import RecordBatch, RecordSource
+from hydrofdi.records.measured.source import MeasuredSource
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.store.records import StoredRecords
+
+STUDY_LABEL = "healthy (fit)"
+
+
+@dataclass
+class LeftOut:
+    """Records that teach nothing.
+
+    Attributes
+    ----------
+    n_leaking : int
+        Records with another label, runs with a leak, and of a study all but the healthy fit records.
+    n_unlabelled, n_rejected, n_repeated : int
+        Without a label among labelled ones, not usable at all, with the samples of another.
+    first_rejection, first_repeat : str
+    """
+
+    n_leaking: int = 0
+    n_unlabelled: int = 0
+    n_rejected: int = 0
+    n_repeated: int = 0
+    first_rejection: str = ""
+    first_repeat: str = ""
+
+
+@dataclass
+class HealthyRecords:
+    """Healthy records of several sources, each record once.
+
+    Attributes
+    ----------
+    sources : sequence of RecordSource
+    healthy : sequence of str
+        Labels of healthy records, beside those that descriptions name.
+    left_out : LeftOut
+        Counted while the batches are read.
+    is_unlabelled : bool
+        Whether no source says which of its records are healthy.
+    """
+
+    sources: Sequence[RecordSource]
+    healthy: Sequence[str] = ()
+    left_out: LeftOut = field(default_factory=LeftOut)
+
+    @property
+    def name(self) -> str:
+        """All of them."""
+        return ", ".join(source.name for source in self.sources)
+
+    @property
+    def is_unlabelled(self) -> bool:
+        """Whether all records are taken as healthy because nothing is known of any."""
+        return not any(_is_labelled(source) for source in self.sources)
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """Healthy records.
+
+        Raises
+        ------
+        ConfigError
+            Records have labels, and none is known to mean a healthy one.
+        """
+        self.left_out, found, seen = LeftOut(), set[str](), dict[bytes, str]()
+        for source in self.sources:
+            for batch in self._of_source(source, found):
+                self._count_rejected(batch)
+                distinct = self._distinct(batch, seen)
+                if distinct.n_record:
+                    yield distinct if labels else replace(distinct, labels=None)
+        self._require_found(found)
+
+    def _of_source(self, source: RecordSource, found: set[str]) -> Iterator[RecordBatch]:
+        if isinstance(source, MeasuredSource):
+            for batch in source.batches(labels=True):
+                found |= set(batch.labels or ())
+                yield self._healthy(source, batch)
+            return
+        if isinstance(source, SimulatedRecords):
+            chosen, n_leaking = healthy_simulated(source)
+            is_study = source.experiment.study is not None
+        else:
+            assert isinstance(source, StoredRecords)
+            chosen, n_leaking = healthy_stored(source)
+            is_study = source.data.experiment.study is not None
+        self.left_out.n_leaking += n_leaking
+        for batch in chosen.batches(labels=True):
+            yield replace(batch, labels=(STUDY_LABEL,) * batch.n_record) if is_study else batch
+
+    def _healthy(self, source: MeasuredSource, batch: RecordBatch) -> RecordBatch:
+        if not _is_labelled(source):
+            return batch
+        names = {*source.config.healthy, *self.healthy}
+        if not names:
+            remedy = "--healthy LABEL, or 'healthy: [LABEL]' in the description"
+            raise ConfigError(f"{source.name}: which records are healthy? {remedy}")
+        labels = batch.labels or ("",) * batch.n_record
+        rows = [row for row, label in enumerate(labels) if label in names]
+        n_unlabelled = sum(not label for label in labels)
+        self.left_out.n_unlabelled += n_unlabelled
+        self.left_out.n_leaking += batch.n_record - len(rows) - n_unlabelled
+        return replace(batch.rows(rows), rejected=batch.rejected)
+
+    def _count_rejected(self, batch: RecordBatch) -> None:
+        left = self.left_out
+        left.n_rejected += len(batch.rejected)
+        for each in batch.rejected:
+            left.first_rejection = left.first_rejection or f"{each.record_id}: {each.remark.text}"
+
+    def _distinct(self, batch: RecordBatch, seen: dict[bytes, str]) -> RecordBatch:
+        rows, left = [], self.left_out
+        for row, record_id in enumerate(batch.record_ids):
+            first = seen.setdefault(samples_digest(batch, row), f"{batch.sources[row]} {record_id}")
+            if first == f"{batch.sources[row]} {record_id}":
+                rows.append(row)
+            else:
+                left.n_repeated += 1
+                left.first_repeat = left.first_repeat or f"{record_id} repeats {first}"
+        return batch if len(rows) == batch.n_record else batch.rows(rows)
+
+    def _require_found(self, found: set[str]) -> None:
+        missing = [label for label in self.healthy if label not in found]
+        if missing:
+            names = ", ".join(repr(label) for label in sorted(found - {""})[:10]) or "none"
+            hint = nearest(missing[0], sorted(found))
+            raise ConfigError(f"--healthy: no record has the label {missing[0]!r}; found {names}{hint}")
+
+
+def _is_labelled(source: RecordSource) -> bool:
+    return not isinstance(source, MeasuredSource) or bool(source.config.label)

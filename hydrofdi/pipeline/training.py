@@ -1,0 +1,96 @@
+"""Sources of records → the file of a trained detector."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from hydrofdi import __version__
+from hydrofdi.detectors.trained import DetectorConfig, DetectorFile
+from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.measuring import feature_of
+from hydrofdi.detectors.trained.reading import detector_text, is_detector
+from hydrofdi.detectors.trained.training import train
+from hydrofdi.errors import StoreError
+from hydrofdi.pipeline.healthy_records import HealthyRecords, LeftOut
+from hydrofdi.pipeline.sources import open_source
+from hydrofdi.store.files import write_whole_text
+
+
+@dataclass(frozen=True)
+class Training:
+    """A trained detector and what was left out.
+
+    Attributes
+    ----------
+    file : DetectorFile
+    left_out : LeftOut
+    is_unlabelled : bool
+        Whether all records were taken as healthy because no source says which are.
+    """
+
+    file: DetectorFile
+    left_out: LeftOut
+    is_unlabelled: bool
+
+
+def train_on(
+    paths: Sequence[Path],
+    config: DetectorConfig,
+    *,
+    healthy: Sequence[str] = (),
+    sampling_frequency: float | None = None,
+    command: str = "",
+) -> Training:
+    """Train a detector on the healthy records of some sources.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+    config : DetectorConfig
+    healthy : sequence of str
+        Labels of healthy records beside those that descriptions name.
+    sampling_frequency : float, optional
+        Of a measured file by itself [Hz].
+    command : str
+        The command line, as the file shall tell it.
+
+    Raises
+    ------
+    ConfigError, DataError, StoreError
+        A source cannot be read, or does not say which records are healthy.
+    NotStatedError
+        There are too few healthy records.
+    """
+    indicator = feature_of(config).indicator
+    used = indicator.channels | indicator.optional_channels | {config.window.channel}
+    records = HealthyRecords([open_source(path, used, sampling_frequency) for path in paths], healthy)
+    made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
+    file = train(records, config, [str(path) for path in paths], made)
+    return Training(file, records.left_out, records.is_unlabelled)
+
+
+def require_place(out: Path) -> None:
+    """Check that a detector may be written at a path without harm to another kind of file.
+
+    Raises
+    ------
+    StoreError
+        Something else stands there.
+    """
+    if out.is_dir() or (out.exists() and out.stat().st_size and not is_detector(out)):
+        raise StoreError(f"{out}: is there already and no detector file; it is left alone")
+
+
+def write_detector(out: Path, file: DetectorFile) -> None:
+    """Write the file of a detector, whole or not at all.
+
+    Raises
+    ------
+    StoreError
+        It cannot be written, or something else stands there.
+    """
+    require_place(out)
+    write_whole_text(out, detector_text(file))

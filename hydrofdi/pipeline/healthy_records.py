@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.record_measures import samples_digest
-from hydrofdi.pipeline.healthy_runs import healthy_simulated, healthy_stored
+from hydrofdi.pipeline.healthy_runs import HealthyRuns, healthy_simulated, healthy_stored
 from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.measured.source import MeasuredSource
@@ -90,16 +90,10 @@ class HealthyRecords:
                 found |= set(batch.labels or ())
                 yield self._healthy(source, batch)
             return
-        if isinstance(source, SimulatedRecords):
-            chosen, n_leaking = healthy_simulated(source)
-            is_study = source.experiment.study is not None
-        else:
-            assert isinstance(source, StoredRecords)
-            chosen, n_leaking = healthy_stored(source)
-            is_study = source.data.experiment.study is not None
-        self.left_out.n_leaking += n_leaking
-        for batch in chosen.batches(labels=True):
-            yield replace(batch, labels=(STUDY_LABEL,) * batch.n_record) if is_study else batch
+        chosen = _healthy_runs(source)
+        self.left_out.n_leaking += chosen.n_left_out
+        for batch in chosen.source.batches(labels=True):
+            yield replace(batch, labels=(STUDY_LABEL,) * batch.n_record) if chosen.is_study else batch
 
     def _healthy(self, source: MeasuredSource, batch: RecordBatch) -> RecordBatch:
         if not _is_labelled(source):
@@ -138,6 +132,13 @@ class HealthyRecords:
             names = ", ".join(repr(label) for label in sorted(found - {""})[:10]) or "none"
             hint = nearest(missing[0], sorted(found))
             raise ConfigError(f"--healthy: no record has the label {missing[0]!r}; found {names}{hint}")
+
+
+def _healthy_runs(source: RecordSource) -> HealthyRuns:
+    if isinstance(source, SimulatedRecords):
+        return healthy_simulated(source)
+    assert isinstance(source, StoredRecords)
+    return healthy_stored(source)
 
 
 def _is_labelled(source: RecordSource) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.pipeline.simulated import SimulatedRecords
+from hydrofdi.records import RecordSource
 from hydrofdi.report.runs.changes import external_coefficients
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.studies.reading import stored_roles
@@ -23,30 +24,53 @@ _EXTERNAL = ("external_coefficient", "external_coefficient_1", "external_coeffic
 Runs = NDArray[np.intp]
 
 
-def healthy_simulated(source: SimulatedRecords) -> tuple[SimulatedRecords, int]:
-    """The healthy runs of an experiment, and how many runs are left out.
+@dataclass(frozen=True)
+class HealthyRuns:
+    """The healthy runs of an experiment: of a study its healthy fit records; else all without a leak.
 
-    Of a study they are the healthy fit population; else all without a leak.
+    Attributes
+    ----------
+    source : RecordSource
+        Them alone.
+    n_left_out : int
+        Number of the other runs.
+    is_study : bool
     """
-    runs = expand_runs(source.experiment).runs
-    if source.experiment.study is not None:
-        healthy = _fit(study_roles(source.experiment))
+
+    source: RecordSource
+    n_left_out: int
+    is_study: bool
+
+
+def healthy_simulated(source: SimulatedRecords) -> HealthyRuns:
+    """Those of an experiment that is simulated."""
+    experiment, runs = source.experiment, expand_runs(source.experiment).runs
+    if experiment.study is not None:
+        healthy = _fit(study_roles(experiment))
     else:
         flows, coefficients = (runs.values(f"leakage.internal_{name}") for name in ("flow", "coefficient"))
         internal = [flow or coefficient for flow, coefficient in zip(flows, coefficients, strict=True)]
         external = zip(*(runs.values(f"leakage.{name}") for name in _EXTERNAL), strict=True)
         healthy = _sealed(internal, list(external))
-    return replace(source, only=healthy.tolist()), len(runs) - healthy.size
+    only = replace(source, only=healthy.tolist())
+    return HealthyRuns(only, len(runs) - healthy.size, experiment.study is not None)
 
 
-def healthy_stored(source: StoredRecords) -> tuple[StoredRecords, int]:
-    """The same of stored runs."""
+def healthy_stored(source: StoredRecords) -> HealthyRuns:
+    """Those of an experiment that is stored.
+
+    Raises
+    ------
+    ReportError
+        Its file does not hold the runs of its study.
+    """
     data = source.data
     if data.experiment.study is not None:
         healthy = _fit(stored_roles(data))
     else:
         healthy = _sealed(data.leakage_requests.tolist(), external_coefficients(data))
-    return replace(source, only=healthy.tolist()), data.n_run - healthy.size
+    only = replace(source, only=healthy.tolist())
+    return HealthyRuns(only, data.n_run - healthy.size, data.experiment.study is not None)
 
 
 def _fit(roles: StudyTable) -> Runs:

@@ -99,8 +99,8 @@ def train(
 ) -> int:
     """Train a detector on healthy records, and say what its promise rests on.
 
-    Of labelled records those with a healthy label are used, of a sweep the runs without a leak, of a study its
-    healthy fit records; of other records all. Too few records are refused with the number that is needed.
+    Of labelled records those with a healthy label are used, of a sweep the runs without a leak, of a study
+    its healthy fit records; of other records all. Too few records are refused with the number that is needed.
     Exit code 1 where records are rejected or repeat the samples of another.
     """
     from hydrofdi.cli.monitor.training_summary import print_training, training_record

@@ -38,8 +38,8 @@ def _of_indicator(file: DetectorFile) -> Iterator[Mistake]:
         return
     if indicator.version != file.indicator_version:
         yield Mistake(
-            f"{config.indicator} has version {indicator.version} here, not {file.indicator_version}, and gives"
-            " other numbers; train the detector again",
+            f"{config.indicator} has version {indicator.version} here, not {file.indicator_version}, and"
+            " gives other numbers; train the detector again",
             "indicator_version",
         )
     if output.dims:

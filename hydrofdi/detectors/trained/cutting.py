@@ -1,63 +1,90 @@
-"""How the healthy records are cut, as the detector will cut what it judges."""
+"""How healthy records are cut: into the windows that the detector will cut of a stream."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.detectors.trained.configuration import WindowConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.streams import Window
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records.streams import Chunk, EvenStream, Piece, Window, Windower, make_windower
+
+_CHUNK = 2**17
+"""Samples of a record that are cut at a time, because windows that overlap hold many samples twice."""
+
+Drive = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Cut:
-    """Windows of a stream in samples.
-
-    Attributes
-    ----------
-    n_sample, n_every : int
-        Samples of a window, and from the start of one to the start of the next.
-    """
-
-    n_sample: int
-    n_every: int
-
-    def windows(self, time: Array, channels: dict[Channel, Array]) -> Iterator[Window]:
-        """The windows of a record."""
-        for number, first in enumerate(range(0, time.size - self.n_sample + 1, self.n_every)):
-            part = slice(first, first + self.n_sample)
-            own = {channel: samples[part] for channel, samples in channels.items()}
-            yield Window(number, time[part], own)
-
-
-def cut_of(window: WindowConfig, records: RecordBatch) -> Cut:
-    """The windows that a configuration means; those of whole records where it states no duration.
+def windower_of(
+    window: WindowConfig, first: RecordBatch, channels: Sequence[Channel], drive: Drive | None
+) -> Windower:
+    """What cuts records as a configuration says; into whole records where it states no duration.
 
     Raises
     ------
     ConfigError
-        A window would hold fewer than two samples, or be longer than the records.
+        A window would hold fewer than two samples, or cycles have no duration.
     """
-    frequency = records.sampling_frequency
-    duration = records.duration if window.duration is None else window.duration
+    assert window.by != "estimate"
+    frequency = first.sampling_frequency
+    if window.by == "cycle" and window.duration is None:
+        raise ConfigError("--by cycle: state with --window how much of each cycle is kept, from its edge on")
+    if window.by == "cycle" and window.every is not None:
+        raise ConfigError("--every: windows by cycle begin with the edges of the drive; leave it out")
+    duration = first.duration if window.duration is None else window.duration
     n_sample = round(duration * frequency)
     if n_sample < 2:
         raise ConfigError(
             f"--window: {duration:g} s at {frequency:g} Hz hold {n_sample} samples; 2 are needed"
         )
-    every = duration if window.every is None else window.every
-    return Cut(n_sample, max(1, round(every * frequency)))
+    n_every = None if window.every is None else max(1, round(window.every * frequency))
+    return make_windower(
+        window.by,
+        n_sample,
+        n_every,
+        channels=channels,
+        sampling_frequency=frequency,
+        drive_channel=window.channel,
+        drive=drive,
+        edge=window.edge,
+    )
 
 
-def apart(windows: Sequence[Window]) -> NDArray[np.bool_]:
-    """Windows that do not overlap: the first, and then each that begins after the last chosen one."""
-    chosen, end = np.zeros(len(windows), dtype=bool), -np.inf
-    for place, window in enumerate(windows):
-        if window.time[0] > end:
-            chosen[place], end = True, float(window.time[-1])
-    return chosen
+def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterator[Window]:
+    """Windows of a record, a few at a time."""
+    state = windower.start()
+    for piece in pieces_along(records, row, windower.needs):
+        state, windows = windower.step(state, piece)
+        yield from windows
+
+
+def pieces_along(records: RecordBatch, row: int, channels: Collection[Channel]) -> Iterator[Piece]:
+    """A record as the pieces of a stream."""
+    stream = EvenStream(records.sampling_frequency, tuple(channels))
+    state, time = stream.start(), records.time
+    for first in range(0, records.n_time, _CHUNK):
+        part = slice(first, first + _CHUNK)
+        chunk = Chunk(time[part], {channel: records[channel][row, part] for channel in channels})
+        state, pieces, _ = stream.step(state, chunk)
+        yield from pieces
+
+
+def drive_of(healthy: RecordSource, channel: Channel) -> Drive:
+    """Lowest and highest value of the channel whose edges start cycles, over all healthy records.
+
+    Raises
+    ------
+    NotStatedError
+        No record has the channel, or it never changes.
+    """
+    low, high = np.inf, -np.inf
+    for batch in healthy.batches(labels=True):
+        if batch.n_record and channel in batch.channels:
+            low = min(low, float(np.nanmin(batch[channel])))
+            high = max(high, float(np.nanmax(batch[channel])))
+    if not low < high:
+        raise NotStatedError(f"{channel} has no edges in the healthy records, and cycles begin with them")
+    return low, high

@@ -122,7 +122,7 @@ class ChannelRange(Section):
 class DetectorFile(Section):
     """A trained detector."""
 
-    schema_name: Literal["hydrofdi.detector"] = Field("hydrofdi.detector", alias="schema")
+    schema_name: Literal["hydrofdi.detector"] = Field(default="hydrofdi.detector", alias="schema")
     """What the file is."""
 
     version: Literal[1] = 1

@@ -2,42 +2,56 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.file import ChannelRange
 from hydrofdi.records import Array, Channel
 
 
-@dataclass(frozen=True, eq=False)
-class LearnedRecord:
-    """A healthy record.
+@dataclass(eq=False)
+class ScoreLine:
+    """Scores along a record, as the detector will give them.
 
     Attributes
     ----------
-    record_id, source, group, label : str
-        Empty where nothing is known.
-    scores : ndarray, shape (n_score,)
-        Of its windows, as the detector will cut them, or of its estimates; NaN where there is none.
-    sets_limits : ndarray of bool, shape (n_score,)
-        Scores of windows that do not overlap.
+    duration : float
+        Of the record [s].
+    scores : list of float
+        NaN where there is none.
+    is_apart : list of bool
+        Whether a score sets limits: windows that do so do not overlap.
     """
 
-    record_id: str
-    source: str
-    group: str
-    label: str
-    scores: Array
-    sets_limits: NDArray[np.bool_]
+    duration: float
+    scores: list[float] = field(default_factory=list)
+    is_apart: list[bool] = field(default_factory=list)
+
+    def reserve(self, is_apart: bool) -> int:
+        """The place of the next score."""
+        self.scores.append(math.nan)
+        self.is_apart.append(is_apart)
+        return len(self.scores) - 1
 
     @property
     def chosen(self) -> Array:
         """Scores that set limits."""
-        return self.scores[self.sets_limits]
+        pairs = zip(self.scores, self.is_apart, strict=True)
+        return np.array([score for score, is_apart in pairs if is_apart and not math.isnan(score)])
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedRecord:
+    """A healthy record: where it comes from, as far as that is known, and its scores."""
+
+    record_id: str
+    group: str
+    label: str
+    line: ScoreLine
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +93,7 @@ class Learned:
     @property
     def scores(self) -> Array:
         """All scores that set limits."""
-        return np.concatenate([each.chosen for each in self.records] or [np.empty(0)])
+        return np.concatenate([each.line.chosen for each in self.records])
 
     @property
     def has_groups(self) -> bool:
@@ -90,3 +104,9 @@ class Learned:
     def groups(self) -> list[str]:
         """Group of each record; a record without one is a group by itself."""
         return [each.group or f"record {place}" for place, each in enumerate(self.records)]
+
+    @property
+    def of_scores(self) -> list[str]:
+        """Group of each score that sets limits."""
+        counts = [each.line.chosen.size for each in self.records]
+        return [name for name, count in zip(self.groups, counts, strict=True) for _ in range(count)]

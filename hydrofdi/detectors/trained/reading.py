@@ -27,7 +27,7 @@ def detector_text(file: DetectorFile) -> str:
     """The file as JSON for a person: SI, lists of numbers on one line."""
     record = file.model_dump(mode="json", by_alias=True)
     text = json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    return _NUMBERS_APART.sub(lambda found: f"[{re.sub(r'\s+', ' ', found[1])}]", text)
+    return _NUMBERS_APART.sub(lambda found: "[" + " ".join(found[1].split()) + "]", text)
 
 
 def load_detector(path: Path) -> DetectorFile:

@@ -38,8 +38,7 @@ def limits_of(learned: Learned, config: DetectorConfig, direction: Direction) ->
     """
     rule = _rule(config, direction)
     scores = learned.scores
-    counts = [int(each.sets_limits.sum()) for each in learned.records]
-    names = np.repeat(np.asarray(learned.groups), counts)
+    names = np.asarray(learned.of_scores)
     threshold = _set(rule, scores, f"and there are {scores.size:,}")
     rests_on, interval = _interval(rule, scores, names, threshold, learned.has_groups)
     return Limits(

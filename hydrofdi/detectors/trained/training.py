@@ -74,14 +74,13 @@ def _in_full(config: DetectorConfig, learned: Learned) -> DetectorConfig:
 def _basis(learned: Learned, sources: Sequence[str]) -> Basis:
     populations: Counter[str] = Counter()
     for each in learned.records:
-        populations[each.label] += int(each.sets_limits.sum())
+        populations[each.label] += each.line.chosen.size
     del populations[""]
-    stated = {each.group or f"record {place}" for place, each in enumerate(learned.records)}
     return Basis(
         sources=tuple(sources),
         n_record=len(learned.records),
         n_window=learned.scores.size,
-        n_group=len(stated) if learned.has_groups else 0,
+        n_group=len(set(learned.groups)) if learned.has_groups else 0,
         populations=dict(sorted(populations.items())),
         not_judged=dict(learned.not_judged),
     )

@@ -14,7 +14,7 @@ from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_names import channel_named, titles_of_time
 from hydrofdi.records.measured.column_units import agreed_unit, calibrated, factor_to_si, is_counts, scaled
-from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
 from hydrofdi.records.measured.formats.table import find_column, split_title
 
 Channels = Mapping[Channel, ChannelConfig]
@@ -62,7 +62,11 @@ class Columns:
 
 
 def columns_of(
-    titles: Sequence[str], configured: Channels, place: str, units: Sequence[str] | None = None
+    titles: Sequence[str],
+    place: str,
+    configured: Channels | None = None,
+    time: TimeConfig | None = None,
+    units: Sequence[str] | None = None,
 ) -> Columns:
     """What titles mean: by the configuration, or else by the names and units that plain files use.
 
@@ -73,9 +77,10 @@ def columns_of(
     ----------
     titles : sequence of str
         Such as ``P1 [bar]``.
-    configured : mapping of Channel to ChannelConfig
     place : str
         The stream, for messages.
+    configured : mapping of Channel to ChannelConfig, optional
+    time : TimeConfig, optional
     units : sequence of str, optional
         Units from a row of their own.
 
@@ -87,11 +92,11 @@ def columns_of(
     stated = [split_title(title)[1] for title in titles]
     if units is not None:
         stated = [own or header for own, header in zip(units, stated, strict=True)]
-    channels = _configured(titles, stated, configured, place) or _named(titles, stated, place)
+    channels = _configured(titles, stated, configured or {}, place) or _named(titles, stated, place)
     if not channels:
         shown = ", ".join(titles[:12])
         raise DataError(f"{place}: nothing is named like a channel; found {shown[:200]!r}")
-    return Columns(_time(titles, stated, place), channels)
+    return Columns(_time(titles, stated, time, place), channels)
 
 
 def seconds(text: str) -> float:
@@ -151,14 +156,19 @@ def _column(
     return Column(position, title, config, factor_to_si(unit, channel.unit, where))
 
 
-def _time(titles: Sequence[str], units: Sequence[str], place: str) -> Column | None:
-    found = titles_of_time(titles, units)
-    if len(found) > 1:
+def _time(
+    titles: Sequence[str], units: Sequence[str], config: TimeConfig | None, place: str
+) -> Column | None:
+    if config is not None:
+        found = [find_column(titles, config.column, place)]
+    elif len(found := titles_of_time(titles, units)) > 1:
         raise DataError(f"{place}: has more than one time: {', '.join(titles[n] for n in found)}")
     if not found:
         return None
-    title, unit = titles[found[0]], units[found[0]]
-    where = f"{place}: {title!r}"
-    if not unit and title != "time":
+    title, header = titles[found[0]], units[found[0]]
+    where = f"{place}: {title[:60]!r}"
+    stated = ChannelConfig(column=title, unit=config.unit if config else "")
+    if not (stated.unit or header) and title != "time":
         raise DataError(f"{where}: has no unit; write it like 'time [s]'")
-    return Column(found[0], title, ChannelConfig(column=title), factor_to_si(unit or "s", "s", where))
+    unit = agreed_unit(stated, header or "s", where)
+    return Column(found[0], title, ChannelConfig(column=title), factor_to_si(unit, "s", where))

@@ -13,6 +13,7 @@ from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of, inst
 from hydrofdi.monitor.sources.joining import joined
 from hydrofdi.monitor.sources.sample_clock import SampleClock
 from hydrofdi.records.batch import Array
+from hydrofdi.records.measured.description.sections import TimeConfig
 from hydrofdi.records.streams import Chunk
 from hydrofdi.units import parse_quantity
 
@@ -34,6 +35,8 @@ class PayloadReader:
     ----------
     channels : mapping of Channel to ChannelConfig, optional
         Channel → key; by the names that plain files use where left out.
+    time : TimeConfig, optional
+        The key that holds time.
     clock : SampleClock, optional
         Gives instants to samples without time, which are refused otherwise.
     largest : int
@@ -41,9 +44,14 @@ class PayloadReader:
     """
 
     def __init__(
-        self, channels: Channels | None = None, clock: SampleClock | None = None, largest: int = LARGEST
+        self,
+        channels: Channels | None = None,
+        time: TimeConfig | None = None,
+        clock: SampleClock | None = None,
+        largest: int = LARGEST,
     ) -> None:
-        self._configured, self._clock, self._largest = channels or {}, clock, largest
+        self._channels, self._time = channels, time
+        self._clock, self._largest = clock, largest
         self._keys: tuple[str, ...] | None = None
         self._columns = Columns(None, {})
 
@@ -89,7 +97,7 @@ class PayloadReader:
             if len(keys) > _MOST_KEYS:
                 raise PayloadError(f"has {len(keys)} keys; {_MOST_KEYS} at the most")
             try:
-                self._columns = columns_of(keys, self._configured, "JSON")
+                self._columns = columns_of(keys, "JSON", self._channels, self._time)
             except DataError as error:
                 raise PayloadError(str(error).removeprefix("JSON: ")) from None
             self._keys = keys
@@ -109,7 +117,7 @@ class PayloadReader:
         return times
 
 
-def parsed(text: bytes) -> dict[str, Any]:
+def parsed(text: bytes | str) -> dict[str, Any]:
     """A JSON object.
 
     Raises

@@ -42,7 +42,7 @@ class Cells:
         self._numbers = _kept(lines, form)
         self._lines = lines if len(self._numbers) == len(lines) else [lines[n] for n in self._numbers]
         self.n_row = len(self._lines)
-        self._delimiter = _delimiter(self._lines[:2], form)
+        self._delimiter = delimiter_of(self._lines[:2], form)
         self._is_guessed = form.delimiter is None
         self.are_blank_delimited = self._delimiter == " "
         self._rows = [] if self._is_even('"' in text) else self._divided()
@@ -109,7 +109,7 @@ class Cells:
 
     def _divided(self) -> list[list[str]]:
         if self.are_blank_delimited:
-            return [_UNIT_APART.sub("", self._lines[0]).split(), *(line.split() for line in self._lines[1:])]
+            return [blank_divided(self._lines[0]), *(line.split() for line in self._lines[1:])]
         reader = csv.reader(self._lines, delimiter=self._delimiter, skipinitialspace=True)
         try:
             rows = list(reader)
@@ -130,7 +130,13 @@ def _kept(lines: list[str], form: FormatConfig) -> list[int]:
     ]
 
 
-def _delimiter(first_lines: list[str], form: FormatConfig) -> str:
+def blank_divided(header: str) -> list[str]:
+    """Titles of a header with blanks between them; a unit in brackets belongs to the title before it."""
+    return _UNIT_APART.sub("", header).split()
+
+
+def delimiter_of(first_lines: list[str], form: FormatConfig) -> str:
+    """The sign between cells, as stated or as the first line shows; a blank for runs of blanks."""
     if form.delimiter is not None:
         return _NAMED.get(form.delimiter, form.delimiter)
     signs = [sign for sign in "\t;,|" if sign != form.decimal]

@@ -1,0 +1,187 @@
+"""Lines of delimited text as samples."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from itertools import chain
+
+from hydrofdi.errors import DataError
+from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of, instants
+from hydrofdi.monitor.sources.malformed import Malformed
+from hydrofdi.monitor.sources.sample_clock import SampleClock
+from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.records.batch import Array
+from hydrofdi.records.measured.column_units import is_unit
+from hydrofdi.records.measured.formats.text_cells import blank_divided, delimiter_of
+from hydrofdi.records.measured.formats.text_numbers import column_numbers, is_number
+from hydrofdi.records.streams import Chunk
+
+
+class CsvLines:
+    """A header, perhaps a row of units, and rows.
+
+    Whole blocks of lines are read at once. A block with a line that is no row is halved until that line is
+    found: it is a comment, a header once more, or malformed.
+
+    Attributes
+    ----------
+    header : list of str
+        The lines that have to be known to go on in the middle.
+    """
+
+    def __init__(
+        self,
+        channels: Channels,
+        config: TextConfig,
+        clock: SampleClock | None,
+        malformed: Malformed,
+        name: str,
+    ) -> None:
+        self.header: list[str] = []
+        self._channels, self._config, self._clock = channels, config, clock
+        self._malformed, self._name = malformed, name
+        self._delimiter, self._titles = ",", list[str]()
+        self._columns: Columns | None = None
+        self._has_begun = False
+        self._reason = ""
+
+    def read(self, lines: Sequence[str]) -> list[Chunk]:
+        """Samples of whole lines; those that are malformed are counted.
+
+        Raises
+        ------
+        DataError
+            The first line is no usable header.
+        """
+        if not lines:
+            return []
+        if self._columns is not None and (chunk := self._block(lines, self._columns)) is not None:
+            return [chunk]
+        if len(lines) == 1:
+            return self._line(lines[0])
+        middle = len(lines) // 2
+        return self.read(lines[:middle]) + self.read(lines[middle:])
+
+    def _block(self, lines: Sequence[str], columns: Columns) -> Chunk | None:
+        """Samples of lines that are rows, all of them; None where one is not."""
+        try:
+            cells, width = self._cells(lines)
+            self._check_width(cells, width)
+            values = {
+                channel: column.in_si(self._numbers(cells[column.position :: width]))
+                for channel, column in columns.channels.items()
+            }
+            return Chunk(self._times(columns, cells, width, len(lines)), values)
+        except (ValueError, OverflowError, csv.Error) as error:
+            self._reason = str(error)
+            return None
+
+    def _cells(self, lines: Sequence[str]) -> tuple[list[str], int]:
+        """All cells of lines that have equally many, and how many."""
+        text = self._delimiter.join(lines)
+        comment = self._config.comment
+        if comment and comment in text and (len(lines) > 1 or text.lstrip().startswith(comment)):
+            raise ValueError("is a comment")
+        if self._delimiter == " ":
+            rows = [line.split() for line in lines]
+        elif '"' in text:
+            rows = list(csv.reader(lines, delimiter=self._delimiter, skipinitialspace=True))
+        else:
+            widths = {line.count(self._delimiter) for line in lines}
+            return text.split(self._delimiter), _only(widths) + 1
+        if len(rows) != len(lines):
+            raise ValueError("a quoted cell goes over more than one line")
+        return list(chain.from_iterable(rows)), _only({len(row) for row in rows})
+
+    def _check_width(self, cells: Sequence[str], width: int) -> None:
+        extra = chain.from_iterable(cells[column::width] for column in range(len(self._titles), width))
+        if width < len(self._titles) or any(not cell.isspace() for cell in extra if cell):
+            raise ValueError(f"has {width} cells under {len(self._titles)} column names")
+
+    def _numbers(self, cells: Sequence[str]) -> Array:
+        return column_numbers(cells, self._config.decimal, self._config.missing)
+
+    def _times(self, columns: Columns, cells: Sequence[str], width: int, n_time: int) -> Array:
+        if columns.time is None:
+            assert self._clock is not None
+            return self._clock.take(n_time)
+        texts = cells[columns.time.position :: width]
+        return instants(texts) if ":" in texts[0] else columns.time.in_si(self._numbers(texts))
+
+    def _line(self, line: str) -> list[Chunk]:
+        """A line that is no row, or the first after a header."""
+        text = line.strip("\r ")
+        comment = self._config.comment
+        if not text.strip() or (comment and text.startswith(comment)) or text in self.header:
+            return []
+        try:
+            if not self._titles:
+                self._begin(text)
+                return []
+            if self._columns is None:
+                return self._first_after_header(text)
+            if self._is_header(text):
+                self._begin(text)
+            else:
+                self._refuse(text, self._reason)
+        except (ValueError, csv.Error) as error:
+            if not self._has_begun:
+                raise DataError(str(error)) from None
+            self._titles, self.header, self._columns = [], [], None
+            self._refuse(text, str(error))
+        return []
+
+    def _begin(self, text: str) -> None:
+        """Take a line as the header."""
+        self._delimiter = delimiter_of([text], self._config.form)
+        cells = blank_divided(text) if self._delimiter == " " else self._cells([text])[0]
+        titles = [cell.strip() for cell in cells]
+        while titles and not titles[-1]:
+            titles.pop()
+        if any(self._is_number(title) for title in titles if title):
+            raise DataError(
+                f"{self._name}: begins with {text[:60]!r}, which is no header; write the names"
+                " and units of the columns first, such as 'time [s],P1 [bar]'"
+            )
+        self._titles, self.header, self._columns = titles, [text], None
+
+    def _first_after_header(self, text: str) -> list[Chunk]:
+        units: list[str] | None = None
+        found = [cell.strip(" []()\r") for cell in self._cells([text])[0]]
+        stated = [cell for cell in found if cell]
+        if stated and all(is_unit(cell) and not self._is_number(cell) for cell in stated):
+            units = (found + [""] * len(self._titles))[: len(self._titles)]
+        self._columns = columns_of(self._titles, self._name, self._channels, self._config.time, units)
+        if self._columns.time is None and self._clock is None:
+            raise DataError(
+                f"{self._name}: has no column of time such as 'time [s]'; add it, or give the sampling"
+                " frequency"
+            )
+        self._has_begun = True
+        if units is None:
+            return self.read([text])
+        self.header.append(text)
+        return []
+
+    def _refuse(self, text: str, reason: str) -> None:
+        self._malformed.note(text, reason)
+        if self._clock is not None:
+            self._clock.skip(1)
+
+    def _is_header(self, text: str) -> bool:
+        """Whether a line names columns, some of them known from the header before."""
+        try:
+            cells = [cell.strip() for cell in self._cells([text])[0]]
+        except (ValueError, csv.Error):
+            return False
+        return not any(map(self._is_number, filter(None, cells))) and bool(set(cells) & set(self._titles))
+
+    def _is_number(self, cell: str) -> bool:
+        return is_number(cell, self._config.decimal, self._config.missing)
+
+
+def _only(numbers: set[int]) -> int:
+    if len(numbers) != 1:
+        raise ValueError("rows have different numbers of cells")
+    return numbers.pop()

@@ -1,0 +1,66 @@
+"""Lines of JSON as samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from hydrofdi.monitor.sources.columns import Channels
+from hydrofdi.monitor.sources.malformed import Malformed
+from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, parsed
+from hydrofdi.monitor.sources.sample_clock import SampleClock
+from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.records.streams import Chunk
+
+
+class JsonLines:
+    """Lines that each hold one JSON object.
+
+    Attributes
+    ----------
+    header : list of str
+        What has to be known to go on in the middle: nothing.
+    """
+
+    def __init__(
+        self, channels: Channels, config: TextConfig, clock: SampleClock | None, malformed: Malformed
+    ) -> None:
+        self.header: list[str] = []
+        self._reader = PayloadReader(channels, config.time, clock)
+        self._clock, self._malformed = clock, malformed
+
+    def read(self, lines: Sequence[str]) -> list[Chunk]:
+        """Samples of whole lines; those that are malformed are counted."""
+        objects = []
+        for line in lines:
+            if not line or line.isspace():
+                continue
+            try:
+                objects.append((line, parsed(line)))
+            except PayloadError as error:
+                self._refuse(line, error)
+        together = self._together([found for _, found in objects])
+        return [together] if together else self._one_by_one(objects)
+
+    def _together(self, objects: Sequence[dict[str, Any]]) -> Chunk | None:
+        """Objects of one sample each with the same keys, as one block; None where they are not."""
+        if len(objects) < 2 or len({tuple(found) for found in objects}) > 1:
+            return None
+        try:
+            return self._reader.chunk({key: [found[key] for found in objects] for key in objects[0]})
+        except PayloadError:
+            return None
+
+    def _one_by_one(self, objects: Sequence[tuple[str, dict[str, Any]]]) -> list[Chunk]:
+        chunks = []
+        for line, found in objects:
+            try:
+                chunks.append(self._reader.chunk(found))
+            except PayloadError as error:
+                self._refuse(line, error)
+        return chunks
+
+    def _refuse(self, line: str, error: PayloadError) -> None:
+        self._malformed.note(line, str(error))
+        if self._clock is not None:
+            self._clock.skip(1)

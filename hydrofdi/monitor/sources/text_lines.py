@@ -1,0 +1,107 @@
+"""Bytes of text in any pieces → samples."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hydrofdi.monitor.lines import Event
+from hydrofdi.monitor.sources.columns import Channels
+from hydrofdi.monitor.sources.contract import Position
+from hydrofdi.monitor.sources.csv_lines import CsvLines
+from hydrofdi.monitor.sources.joining import joined
+from hydrofdi.monitor.sources.json_lines import JsonLines
+from hydrofdi.monitor.sources.malformed import Malformed
+from hydrofdi.monitor.sources.payload import LARGEST
+from hydrofdi.monitor.sources.sample_clock import SampleClock
+from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.records.streams import Chunk
+
+
+class TextLines:
+    """Reads CSV with a header, or JSON lines: the first character decides.
+
+    Parameters
+    ----------
+    channels : mapping of Channel to ChannelConfig
+        Empty where names and units say it.
+    config : TextConfig
+    name : str
+        The stream, for messages.
+    position : mapping
+        What `position` gave in an earlier run.
+    """
+
+    def __init__(self, channels: Channels, config: TextConfig, name: str, position: Position) -> None:
+        self._channels, self._config, self._name = channels, config, name
+        frequency = config.sampling_frequency
+        n_sample = int(position.get("n_sample", 0))
+        self._clock = None if frequency is None else SampleClock(frequency, n_sample)
+        self._malformed = Malformed("line")
+        self._lines: CsvLines | JsonLines | None = None
+        self._rest, self._is_skipping = b"", False
+        if header := position.get("header"):
+            self._lines = self._csv()
+            self._lines.read(list(header))
+
+    @property
+    def n_unfinished(self) -> int:
+        """Bytes of the last line, whose end did not come yet."""
+        return len(self._rest)
+
+    @property
+    def position(self) -> dict[str, Any]:
+        """What has to be known to go on with the unfinished line."""
+        known: dict[str, Any] = {}
+        if self._lines is not None and self._lines.header:
+            known["header"] = list(self._lines.header)
+        if self._clock is not None:
+            known["n_sample"] = self._clock.n_sample
+        return known
+
+    def forget_unfinished(self) -> None:
+        """The end of the last line will never come."""
+        self._rest, self._is_skipping = b"", False
+
+    def read(self, data: bytes, *, is_end: bool = False) -> tuple[Chunk | None, tuple[Event, ...]]:
+        """Samples of the lines that are whole now, and what was malformed.
+
+        Parameters
+        ----------
+        data : bytes
+        is_end : bool
+            Whether nothing follows; the last line needs no line end then.
+
+        Raises
+        ------
+        DataError
+            The first line is no usable header.
+        """
+        whole, end, rest = (self._rest + data).rpartition(b"\n")
+        if is_end:
+            whole, end, rest = whole + end + rest, b"", b""
+        self._rest = rest
+        lines = whole.decode("utf-8-sig", errors="replace").split("\n") if whole else []
+        if self._is_skipping and (lines or end):
+            lines, self._is_skipping = lines[1:], False
+        if len(rest) > LARGEST:
+            self._malformed.note(rest[:60].decode(errors="replace"), f"is longer than {LARGEST:,} bytes")
+            self._rest, self._is_skipping = b"", True
+        chunks = self._chunks(lines)
+        chunk = joined(chunks) if chunks else None
+        n_time = chunk.n_time if chunk else 0
+        time = float(chunk.time[-1]) if chunk and n_time else None
+        return chunk, self._malformed.events(n_time, time)
+
+    def _chunks(self, lines: list[str]) -> list[Chunk]:
+        if self._lines is None:
+            first = next((line.strip() for line in lines if line.strip()), "")
+            if not first:
+                return []
+            self._lines = self._json() if first.startswith("{") else self._csv()
+        return self._lines.read(lines)
+
+    def _json(self) -> JsonLines:
+        return JsonLines(self._channels, self._config, self._clock, self._malformed)
+
+    def _csv(self) -> CsvLines:
+        return CsvLines(self._channels, self._config, self._clock, self._malformed, self._name)

@@ -1,0 +1,31 @@
+"""Texts and the samples in them, for tests of sources."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from hydrofdi.monitor.sources.joining import joined
+from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.monitor.sources.text_lines import TextLines
+
+
+def reader(position=(), channels=None, **options):
+    return TextLines(channels or {}, TextConfig(**options), "the stream", dict(position))
+
+
+def read_in_pieces(lines, data, cuts=()):
+    """All samples and events of bytes that come in pieces."""
+    places = [0, *sorted(min(cut, len(data)) for cut in cuts), len(data)]
+    readings = [lines.read(data[a:b]) for a, b in pairwise(places)]
+    readings.append(lines.read(b"", is_end=True))
+    chunks = [chunk for chunk, _ in readings if chunk is not None]
+    return joined(chunks), [event for _, events in readings for event in events]
+
+
+def samples(chunk):
+    """Time and channels as lists, for comparison; NaN is None."""
+    arrays = {"time": chunk.time} | {channel.symbol: values for channel, values in chunk.channels.items()}
+    return {
+        name: [None if np.isnan(value) else value for value in values.tolist()]
+        for name, values in arrays.items()
+    }

@@ -1,0 +1,155 @@
+"""Streams of text: CSV and JSON lines in any pieces, and lines that are none."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrofdi.errors import DataError
+from hydrofdi.monitor.lines import EventKind
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured import plain_file_source
+from hydrofdi.records.measured.description.sections import ChannelConfig
+from tests.monitor.streams_of_text import read_in_pieces, reader, samples
+
+CSV = b"time [ms],P1 [bar],u [V]\n0,100,1\n1,101.5,\n2,nan,-3\n"
+EXPECTED = {"time": [0.0, 0.001, 0.002], "P1": [1e7, 1.015e7, None], "u": [1.0, None, -3.0]}
+FORMS = {
+    "usual": CSV,
+    "units in a row": b"time,P1,u\nms,bar,V\n0,100,1\n1,101.5,\n2,nan,-3\n",
+    "carriage returns": CSV.replace(b"\n", b"\r\n"),
+    "byte order mark": b"\xef\xbb\xbf" + CSV,
+    "no last line end": CSV[:-1],
+    "tabs": CSV.replace(b",", b"\t"),
+    "quoted": CSV.replace(b"P1 [bar]", b'"P1 [bar]"').replace(b"101.5", b'"101.5"'),
+    "comments, blank lines": b"# logger 7\n\n" + CSV.replace(b"\n1,", b"\n# 1,2,3\n\n1,"),
+    "more columns": b"state,time [ms],P1 [bar],u [V]\nok,0,100,1\nwarm,1,101.5,\nwarm,2,nan,-3\n",
+    "empty columns at the end": b"time [ms],P1 [bar],u [V],\n0,100,1,\n1,101.5,,\n2,nan,-3,\n",
+    "header again": CSV.replace(b"\n2", b"\ntime [ms],P1 [bar],u [V]\n2"),
+    "header and units again": b"time,P1,u\nms,bar,V\n0,100,1\ntime,P1,u\nms,bar,V\n1,101.5,\n2,nan,-3\n",
+    "columns in another order": CSV.replace(b"\n2,nan,-3", b"\nu [V],P1 [MPa],time [s]\n-3,,0.002"),
+    "JSON": b'{"time": 0, "P1 [bar]": 100, "u [V]": 1}\n{"time": 0.001, "P1 [bar]": 101.5, "u [V]": null}\n'
+    b'{"time": 0.002, "P1 [bar]": NaN, "u [V]": -3}\n',
+    "JSON blocks": b'\n{"time": [0, 0.001], "P1 [bar]": [100, 101.5], "u [V]": [1, null]}\n\n'
+    b'{"time": 0.002, "u [V]": -3}',
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+@given(cuts=st.lists(st.integers(0, 150), max_size=8))
+def test_the_pieces_in_which_a_text_comes_do_not_matter(form, cuts):
+    chunk, events = read_in_pieces(reader(), FORMS[form], cuts)
+    assert samples(chunk) == EXPECTED
+    assert events == []
+
+
+def test_other_signs_are_configured():
+    text = b"Zeit;Druck\n0,5;1,25\n1,5;fehlt\n"
+    configured = {Channel.CHAMBER_1_PRESSURE: ChannelConfig(column="Druck", unit="bar", offset=1, sign=-1)}
+    options = {"decimal": ",", "missing": "fehlt", "time": {"column": "Zeit", "unit": "s"}}
+    chunk, _ = read_in_pieces(reader(channels=configured, **options), text)
+    assert samples(chunk) == {"time": [0.5, 1.5], "P1": [-2.25e5, None]}
+
+
+def test_blanks_divide_columns_where_nothing_else_does():
+    chunk, _ = read_in_pieces(reader(), b"time [s]   P1 [Pa]\n 0.5   1e5\n 1.0 2e5 \n")
+    assert samples(chunk) == {"time": [0.5, 1.0], "P1": [1e5, 2e5]}
+
+
+def test_dates_with_a_zone_are_seconds():
+    text = b"time,P1 [Pa]\n1970-01-01T00:00:01Z,1\n1970-01-01T02:00:01.5+02:00,2\n"
+    chunk, _ = read_in_pieces(reader(), text)
+    assert chunk.time.tolist() == [1.0, 1.5]
+
+
+BAD = [b"2;3", b"1,2", b"1,2,3,4", b"x,2,3", b"1,2,3x", b"1,1_0,3", b"\xff\x00", b'1,"2,3', b"a,b,c"]
+
+
+@given(st.lists(st.sampled_from([b"1,2,3", *BAD]), min_size=1), st.lists(st.integers(0, 100), max_size=5))
+def test_malformed_lines_are_counted_and_the_others_stay(lines, cuts):
+    text = b"time [s],P1 [Pa],u [V]\n1,2,3\n" + b"".join(line + b"\n" for line in lines)
+    chunk, events = read_in_pieces(reader(), text, cuts)
+    n_bad = sum(line in BAD for line in lines)
+    assert samples(chunk)["u"] == [3.0] * (1 + len(lines) - n_bad)
+    assert {event.kind for event in events} <= {EventKind.MALFORMED}
+    assert sum(event.count for event in events) == n_bad
+    assert sum(not event.is_silent for event in events) == (n_bad > 0)
+
+
+def test_a_malformed_line_is_said_with_its_reason():
+    _, [event] = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3,4x\n5,6\n")
+    assert event.text == "malformed line '3,4x': '4x' is not a number"
+    assert (event.time, event.count) == (5.0, 1)
+
+
+def test_malformed_json_lines_are_counted():
+    good = b'{"time": 1, "P1 [Pa]": 2}\n'
+    text = good + b'{"time": 2, "P1 [Pa]": "2"}\n{"time": 3,\n[1]\nhello\n' + good + b'{"a": 1}\n'
+    chunk, events = read_in_pieces(reader(), text)
+    assert samples(chunk) == {"time": [1.0, 1.0], "P1": [2.0, 2.0]}
+    assert [event.count for event in events] == [5]
+
+
+def test_a_line_without_end_is_left_out_with_bounded_memory():
+    lines = reader()
+    lines.read(b"time [s],P1 [Pa]\n1,2\n")
+    counts = []
+    for _ in range(40):
+        _, events = lines.read(b"9" * 100_000)
+        counts += [event.count for event in events]
+        assert lines.n_unfinished <= 1 << 20
+    chunk, _ = lines.read(b",1\n2,3\n")
+    assert samples(chunk) == {"time": [2.0], "P1": [3.0]}
+    assert counts
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (b"1,2\n", "the stream: begins with '1,2', which is no header"),
+        (b"hello\n1\n", "the stream: nothing is named like a channel; found 'hello'"),
+        (b"time [s],P1\n1,2\n", "the stream: 'P1': has no unit"),
+        (b"time [s],P1 [counts]\n1,2\n", "the stream: 'P1 [counts]': is in counts"),
+        (
+            b"P1 [bar]\n1\n",
+            "has no column of time such as 'time [s]'; add it, or give the sampling frequency",
+        ),
+        (b'time [s],"P1\n1,2\n', "the stream: "),
+    ],
+)
+def test_a_stream_that_does_not_say_what_it_is_is_refused(text, said):
+    with pytest.raises(DataError) as refusal:
+        reader().read(text)
+    assert said in str(refusal.value)
+
+
+def test_samples_without_time_are_counted_and_lost_lines_leave_a_gap():
+    lines = reader(sampling_frequency=10)
+    chunk, _ = read_in_pieces(lines, b"P1 [Pa]\n1\n2\nx\n4\n")
+    assert chunk.time.tolist() == [0.0, 0.1, 3 / 10]
+    assert lines.position == {"header": ["P1 [Pa]"], "n_sample": 4}
+
+
+def test_a_position_holds_what_the_next_lines_need():
+    first = reader(sampling_frequency=10)
+    read_in_pieces(first, b"P1,u\nbar,V\n1,2\n")
+    chunk, _ = read_in_pieces(reader(json.loads(json.dumps(first.position)), sampling_frequency=10), b"3,4\n")
+    assert samples(chunk) == {"time": [0.1], "P1": [3e5], "u": [4.0]}
+
+
+def test_a_stream_gives_the_samples_of_a_file(tmp_path):
+    random = np.random.default_rng(7)
+    rows = random.normal(size=(500, 3)) * [100.0, 3.0, 0.1]
+    text = "time [ms];Ps [psi];u (mV);v [cm/s]\n" + "".join(
+        f"{n};" + ";".join(map(repr, row)) + "\n" for n, row in enumerate(rows.tolist())
+    )
+    file = tmp_path / "run.csv"
+    file.write_text(text, encoding="utf-8")
+    [batch] = plain_file_source(file).batches()
+    chunk, events = read_in_pieces(reader(), text.encode(), range(1000, 30000, 997))
+    assert events == []
+    assert set(chunk.channels) == set(batch.channels)
+    for channel, values in chunk.channels.items():
+        assert np.array_equal(values, batch[channel][0]), channel

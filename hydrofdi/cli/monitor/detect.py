@@ -1,0 +1,99 @@
+"""``hydrofdi detect``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrofdi.cli.options import Json, SamplingFrequency, frequency
+
+if TYPE_CHECKING:
+    from hydrofdi.pipeline.detected import Tally
+
+
+class Format(StrEnum):
+    """Forms of judged windows."""
+
+    table = "table"
+    csv = "csv"
+    json = "json"
+
+
+def detect(
+    detector: Annotated[Path, typer.Argument(metavar="DETECTOR", help="A file that 'hydrofdi train' wrote.")],
+    sources: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SOURCE...",
+            help="A results folder, an experiment file (.h5, or .yaml to be simulated), a description of"
+            " measured files, or one data file.",
+        ),
+    ],
+    form: Annotated[Format, typer.Option("--format", help="Form of the output.")] = Format.table,
+    json: Json = False,
+    fail_on_alarm: Annotated[bool, typer.Option("--fail-on-alarm", help="Exit code 1 on an alarm.")] = False,
+    sampling_frequency: SamplingFrequency = None,
+) -> int:
+    """Judge records by a trained detector, window by window, as 'hydrofdi monitor' does.
+
+    Exit code 1 where nothing of a record could be judged; and on an alarm, with --fail-on-alarm.
+    """
+    from hydrofdi.detectors.trained.reading import load_detector
+    from hydrofdi.pipeline.detected import Tally
+    from hydrofdi.pipeline.detecting import channels_read
+    from hydrofdi.pipeline.detecting import detect as judged
+    from hydrofdi.pipeline.sources import open_source
+
+    file, given = load_detector(detector), frequency(sampling_frequency)
+    opened = [open_source(path, channels_read(file), given) for path in sources]
+    tally = Tally(file, chain.from_iterable(judged(file, source) for source in opened))
+    _write(Format.json if json else form, tally)
+    _tell(tally)
+    return 1 if tally.unjudged or (fail_on_alarm and tally.n_alarm) else 0
+
+
+def _write(form: Format, tally: Tally) -> None:
+    if form is Format.table:
+        from hydrofdi.cli.monitor.detected_table import print_windows
+
+        print_windows(tally)
+        return
+    from hydrofdi.cli.monitor.detected_forms import csv_lines, json_parts
+    from hydrofdi.cli.terminal import write_out
+
+    for text in (csv_lines if form is Format.csv else json_parts)(tally):
+        write_out(text)
+
+
+def _tell(tally: Tally) -> None:
+    from hydrofdi.cli.terminal import tell
+
+    windows, records = _count(tally.n_judged, tally.noun), _count(tally.n_record, "record")
+    parts = [f"judged {windows} of {records}, {_duration(tally.hours)}: {_count(tally.n_alarm, 'alarm')}"]
+    if tally.n_judged:
+        rate = tally.rate
+        share = f"{100.0 * rate.value:.3g} % ({100.0 * rate.low:.3g} to {100.0 * rate.high:.3g} %"
+        parts.append(f"{share}, {100.0 * rate.confidence:g} % interval over {tally.rests_on})")
+        parts.append(f"{tally.n_alarm / tally.hours:.3g} an hour")
+    tell(", ".join(parts))
+    if tally.faults:
+        kinds = ", ".join(f"{kind} {n:,}" for kind, n in tally.faults.most_common())
+        tell(f"not judged: {tally.faults.total():,} ({kinds})")
+    for (_, record), reason in list(tally.unjudged.items())[:1]:
+        more = f"; {len(tally.unjudged):,} records in all" if len(tally.unjudged) > 1 else ""
+        tell(f"nothing was judged of {record}: {reason}{more}")
+
+
+def _count(count: int, noun: str) -> str:
+    return f"{count:,} {noun}{'s' if count != 1 else ''}"
+
+
+def _duration(hours: float) -> str:
+    for unit, size in (("h", 1.0), ("min", 60.0)):
+        if hours * size >= 1.0:
+            return f"{hours * size:.3g} {unit}"
+    return f"{3600.0 * hours:.3g} s"

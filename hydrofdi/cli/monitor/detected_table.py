@@ -1,0 +1,91 @@
+"""Judged windows on the terminal: alarms before others, in readable units."""
+
+from __future__ import annotations
+
+from rich.table import Table
+from rich.text import Text
+
+from hydrofdi.cli.records.measures_table import number_text
+from hydrofdi.cli.terminal import terminal
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.wording import readable, readable_unit
+from hydrofdi.pipeline.detected import Tally
+from hydrofdi.pipeline.detecting import JudgedWindow
+from hydrofdi.units import convert
+
+_SHOWN = 20
+"""Windows that the terminal shows."""
+
+_MOST_TEXT = 28
+"""Characters of the name of a record."""
+
+
+def print_windows(tally: Tally) -> None:
+    """A table of the first windows, in their order; alarms, however late, take the place of others."""
+    console, file = terminal(), tally.file
+    alarms: list[tuple[int, JudgedWindow]] = []
+    others: list[tuple[int, JudgedWindow]] = []
+    n_row = 0
+    for n_row, window in enumerate(tally, start=1):
+        kept = alarms if window.alarm else others
+        if len(kept) < _SHOWN:
+            kept.append((n_row, window))
+    shown = sorted([*alarms, *others[: _SHOWN - len(alarms)]], key=lambda each: each[0])
+    console.print(f"{_score_name(file)}: {_limits_text(file)}")
+    console.print(_table(file, [window for _, window in shown]))
+    if n_row > len(shown):
+        first = f"{len(alarms)} of {tally.n_alarm:,} alarms among them" if alarms else "no alarm"
+        console.print(f"… {len(shown)} of {n_row:,} rows, {first}; --format csv writes all")
+
+
+def _table(file: DetectorFile, windows: list[JudgedWindow]) -> Table:
+    unit = readable_unit(file.unit)
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("record", no_wrap=True)
+    for name, unit_text in (("start", "s"), ("score", "" if unit == "1" else unit), ("margin", "spreads")):
+        table.add_column(f"{name}\n{unit_text}", justify="right", no_wrap=True)
+    if file.chart is not None:
+        table.add_column(f"chart\nof {file.chart.limit:.3g}", justify="right", no_wrap=True)
+    table.add_column("verdict")
+    for window in windows:
+        table.add_row(*_cells(file, window), style="bold red" if window.alarm else None)
+    return table
+
+
+def _cells(file: DetectorFile, window: JudgedWindow) -> list[str | Text]:
+    line, unit = window.line, readable_unit(file.unit)
+    cells: list[str | Text] = [_short(window.record_id)]
+    if line is None:
+        cells += ["–"] * (4 if file.chart else 3)
+    else:
+        score, margin = line.verdict.score, line.verdict.margin
+        cells += [
+            f"{line.start:.6g}",
+            "–" if score is None else number_text(convert(score, unit) if unit != file.unit else score),
+            "–" if margin is None else f"{margin:+.2f}".replace("-", "−"),
+        ]
+        if file.chart is not None:
+            statistic = None if line.chart is None else line.chart.statistic
+            cells.append("–" if statistic is None else f"{statistic:.3g}")
+    return [*cells, _verdict_text(window)]
+
+
+def _verdict_text(window: JudgedWindow) -> str:
+    if window.fault is not None:
+        return f"not judged, {window.fault.kind}: {window.fault.text}"
+    return "ALARM" if window.alarm else "healthy"
+
+
+def _score_name(file: DetectorFile) -> str:
+    return f"{file.config.indicator}.{file.config.output}" if file.config.output else file.config.indicator
+
+
+def _limits_text(file: DetectorFile) -> str:
+    low, high = file.limits.low, file.limits.high
+    texts = [] if low is None else [f"below {readable(low, file.unit)}"]
+    texts += [] if high is None else [f"above {readable(high, file.unit)}"]
+    return f"alarm {' or '.join(texts)}"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _MOST_TEXT else f"…{text[1 - _MOST_TEXT :]}"

@@ -1,0 +1,105 @@
+"""What a detector said of records, counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.measuring import feature_of
+from hydrofdi.evaluation.rates import Rate, alarm_rate
+from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.monitor.judged import samples_between
+from hydrofdi.pipeline.detecting import JudgedWindow
+
+
+class Tally:
+    """Windows on their way, counted.
+
+    Parameters
+    ----------
+    file : DetectorFile
+    windows : iterable of JudgedWindow
+
+    Attributes
+    ----------
+    faults : Counter of str
+        Kind of fault → windows, or records without any, that were not judged.
+    unjudged : dict of (str, str) to str
+        Source and record of those of which nothing was judged → the first reason.
+    """
+
+    def __init__(self, file: DetectorFile, windows: Iterable[JudgedWindow]) -> None:
+        self.file = file
+        self.faults: Counter[str] = Counter()
+        self.unjudged: dict[tuple[str, str], str] = {}
+        self._windows = windows
+        self._outcomes: list[float] = []
+        self._groups: list[str] = []
+        self._records: dict[tuple[str, str], None] = {}
+        self._has_groups = False
+
+    def __iter__(self) -> Iterator[JudgedWindow]:
+        for window in self._windows:
+            self._count(window)
+            yield window
+
+    def _count(self, window: JudgedWindow) -> None:
+        record = (window.source, window.record_id)
+        if record not in self._records:
+            self._records[record] = None
+            self.unjudged[record] = window.fault.text if window.fault else ""
+        if window.fault is not None:
+            self.faults[window.fault.kind] += 1
+        if window.alarm is not None:
+            self.unjudged.pop(record, None)
+            self._outcomes.append(float(window.alarm))
+            self._groups.append(window.group or " ".join(record))
+            self._has_groups |= bool(window.group)
+
+    @property
+    def n_record(self) -> int:
+        """Records, those among them that were rejected."""
+        return len(self._records)
+
+    @property
+    def n_judged(self) -> int:
+        """Windows that were judged."""
+        return len(self._outcomes)
+
+    @property
+    def n_alarm(self) -> int:
+        """Alarms."""
+        return int(sum(self._outcomes))
+
+    @property
+    def hours(self) -> float:
+        """Time that was judged [h]: of overlapping windows, what each adds."""
+        return self.n_judged * self._seconds / 3600.0
+
+    @property
+    def noun(self) -> str:
+        """What is judged."""
+        return "estimate" if self.file.config.window.by == "estimate" else "window"
+
+    @property
+    def _seconds(self) -> float:
+        frequency = self.file.sampling_frequency
+        if self.file.config.window.by == "estimate":
+            indicator = feature_of(self.file.config).indicator
+            assert isinstance(indicator, RecursiveIndicator)
+            return indicator.samples_per_estimate(frequency) / frequency
+        return min(samples_between(self.file), self.file.n_sample) / frequency
+
+    @property
+    def rests_on(self) -> str:
+        """What the interval of the share takes as independent: ``groups``, ``records`` or ``windows``."""
+        if len(set(self._groups)) < 2:
+            return "windows"
+        return "groups" if self._has_groups else "records"
+
+    @property
+    def rate(self) -> Rate:
+        """The share of judged windows that are alarms, with its interval."""
+        groups = None if self.rests_on == "windows" else self._groups
+        return alarm_rate(self._outcomes, groups=groups, confidence=self.file.config.confidence)

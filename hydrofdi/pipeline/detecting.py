@@ -1,0 +1,118 @@
+"""A trained detector and records of any source → what it says of each of their windows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.monitor.judged import judging_of
+from hydrofdi.monitor.lines import WindowLine
+from hydrofdi.monitor.watch import Watch
+from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records.streams import Chunk, WindowFault
+
+_RATE = 0.01
+"""Share of the sampling frequency that a record may differ."""
+
+_SAID_OF_WINDOWS = ("missing", "stuck")
+"""Remarks on channels of whole records that windows have as faults of their own."""
+
+
+@dataclass(frozen=True)
+class JudgedWindow:
+    """What a detector says of a window of a record, or of a record that has none.
+
+    Attributes
+    ----------
+    record_id, source, group : str
+    line : WindowLine or None
+        That of a monitor which is given the record as a stream; None where the record has no window.
+    record_fault : WindowFault or None
+        Why it has none.
+    """
+
+    record_id: str
+    source: str
+    group: str
+    line: WindowLine | None
+    record_fault: WindowFault | None = None
+
+    @property
+    def fault(self) -> WindowFault | None:
+        """Why nothing is judged."""
+        return self.record_fault if self.line is None else self.line.verdict.fault
+
+    @property
+    def alarm(self) -> bool | None:
+        """That of the chart where there is one, or of the threshold; None where the window is not judged."""
+        if self.line is None or self.line.verdict.alarm is None or self.line.chart is None:
+            return None if self.line is None else self.line.verdict.alarm
+        return self.line.chart.alarm
+
+
+def channels_read(file: DetectorFile) -> tuple[Channel, ...]:
+    """Channels that a detector reads: what it measures, and the drive where that starts its windows."""
+    return judging_of(file).needs
+
+
+def detect(file: DetectorFile, source: RecordSource) -> Iterator[JudgedWindow]:
+    """Every window of every record: what a monitor says that is given each record as a stream by itself.
+
+    Raises
+    ------
+    ConfigError
+        The indicator or the chart of the detector cannot be made.
+    DataError, StoreError
+        The source cannot be read.
+    """
+    watch, channels = Watch(file), channels_read(file)
+    for batch in source.batches():
+        for record in batch.rejected:
+            fault = WindowFault(record.remark.kind, record.remark.text)
+            yield JudgedWindow(record.record_id, record.source, record.group, None, fault)
+        for row in range(batch.n_record):
+            named = batch.record_ids[row], batch.sources[row], batch.groups[row]
+            fault_or_lines = _forbidden(file, channels, batch, row) or _lines(watch, batch, row)
+            if isinstance(fault_or_lines, WindowFault):
+                yield JudgedWindow(*named, None, fault_or_lines)
+            elif not fault_or_lines:
+                yield JudgedWindow(*named, None, _without_windows(file, batch))
+            else:
+                yield from (JudgedWindow(*named, line) for line in fault_or_lines)
+
+
+def _lines(watch: Watch, records: RecordBatch, row: int) -> list[WindowLine]:
+    samples = {channel: values[row] for channel, values in records.channels.items()}
+    _, lines = watch.step(watch.start(), Chunk(records.time, samples))
+    return [line for line in lines if isinstance(line, WindowLine)]
+
+
+def _forbidden(
+    file: DetectorFile, channels: tuple[Channel, ...], records: RecordBatch, row: int
+) -> WindowFault | None:
+    """Why a record cannot be taken for a stream of the detector."""
+    if missing := [channel for channel in channels if channel not in records.channels]:
+        return WindowFault("missing_channel", f"has no {' and no '.join(missing)}")
+    if abs(records.sampling_frequency / file.sampling_frequency - 1.0) > _RATE:
+        rates = f"{records.sampling_frequency:.4g} Hz instead of {file.sampling_frequency:.4g} Hz"
+        return WindowFault("other_rate", f"is sampled at {rates}")
+    for channel in channels:
+        if channel in records.relative:
+            found = "is divided by another" if channel in records.normalized else "is in counts"
+            return WindowFault("no_scale", f"{channel} {found}, and the detector needs it in {channel.unit}")
+    for remark in records.remarks[row]:
+        concerns = remark.channel in channels and remark.kind not in _SAID_OF_WINDOWS
+        if remark.is_unusable and (remark.channel is None or concerns):
+            return WindowFault(remark.kind, remark.text)
+    return None
+
+
+def _without_windows(file: DetectorFile, records: RecordBatch) -> WindowFault:
+    lasts, window = f"lasts {records.duration:.4g} s", file.config.window
+    if window.by == "estimate":
+        return WindowFault("short_record", f"{lasts}, and the first estimate comes later")
+    duration = f"{file.n_sample / file.sampling_frequency:.4g} s"
+    if window.by == "cycle" and records.n_time >= file.n_sample:
+        return WindowFault("no_cycle", f"has no cycle: no {window.edge} edge of {window.channel} in time")
+    return WindowFault("short_record", f"{lasts}, and a window {duration}")

@@ -108,7 +108,8 @@ class _Monitor:
         self._source.open({} if stored is None else stored.position)
         if stored is None:
             return Event(EventKind.STARTED, f"watches {self._source.name}")
-        self._state = self._watch.resume(stored.state)
+        goes_back_exactly = bool(stored.position)
+        self._state = stored.state if goes_back_exactly else self._watch.resume(stored.state)
         text = f"watches {self._source.name} again, from window {self._watch.next_number(self._state)} on"
         return Event(EventKind.RESUMED, text)
 
@@ -133,7 +134,8 @@ class _Monitor:
         lines = [*self._pending, *lines]
         length, error = self._append(lines)
         self._pending = [line for sink in self._sinks for line in sink.put(chunk, lines)]
-        if error is None and (self._source.wants_confirmation or any(map(_is_said, lines))):
+        is_due = self._is_unstored or self._source.wants_confirmation or any(map(_is_said, lines))
+        if error is None and is_due:
             error = self._store(length)
         self._note(error)
 

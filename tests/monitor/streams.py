@@ -1,0 +1,102 @@
+"""A detector by hand, streams that it watches, and a source that gives them."""
+
+import numpy as np
+
+from hydrofdi.detectors.trained import ChartConfig, Judge
+from hydrofdi.detectors.trained.file import ChartLimit
+from hydrofdi.monitor.sources import Reading
+from hydrofdi.records import Channel
+from hydrofdi.records.streams import Chunk
+from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+
+P1 = Channel.CHAMBER_1_PRESSURE
+N_SAMPLE = 1000
+LEAK = 5.0
+"""Factor of the noise of P1 that raises an alarm in each window."""
+
+
+def made_detector(every=1.0, chart=None, **more):
+    """A threshold just above healthy scores of one-second windows; with a chart of this name on request."""
+    healthy = [window(number, 100 + number) for number in range(20)]
+    scores = [verdict.score for verdict in Judge(detector()).judge(healthy)]
+    high, scale = 1.1 * max(scores), (float(np.median(scores)), float(np.std(scores)))
+    config = {"direction": "rising", "window": {"duration": "1 s", "every": every}} | more
+    file = detector(limits=(None, high), scale=scale, **config)
+    if chart is None:
+        return file
+    limit = ChartLimit(limit=8.0, mean_time=None, interval=(1.0, None), hours=1.0)
+    config = file.config.model_copy(update={"chart": ChartConfig(chart=chart)})
+    return file.model_copy(update={"chart": limit, "config": config})
+
+
+def stream(n_window, seed=1, leaking=(), stuck=()):
+    """Time and P1 of so many windows; some leak, some are stuck."""
+    samples = signals(seed, n_window * N_SAMPLE)[P1]
+    noise = np.random.default_rng(seed + 1).standard_normal(samples.size) * 2e4
+    for number in leaking:
+        at = slice(number * N_SAMPLE, (number + 1) * N_SAMPLE)
+        samples[at] += LEAK * noise[at]
+    for number in stuck:
+        samples[number * N_SAMPLE : (number + 1) * N_SAMPLE] = 9e6
+    return Chunk(np.arange(samples.size) / FREQUENCY, {P1: samples})
+
+
+def part(chunk, first, stop=None):
+    """Some of its samples."""
+    at = slice(first, stop)
+    return Chunk(chunk.time[at], {channel: row[at] for channel, row in chunk.channels.items()})
+
+
+def rearranged(chunk, places):
+    """Samples in another order, some of them twice or never."""
+    return Chunk(chunk.time[places], {channel: row[places] for channel, row in chunk.channels.items()})
+
+
+def lines_of(watch, chunks):
+    """All lines of a stream in such chunks."""
+    state, lines = watch.start(), []
+    for chunk in chunks:
+        state, more = watch.step(state, chunk)
+        lines += more
+    return lines + watch.end(state)[1]
+
+
+class Samples:
+    """A source of samples in memory, in chunks of so many; it can go back."""
+
+    def __init__(self, chunk, n_at_once=700, events=(), name="made"):
+        self.name, self._chunk, self._n_at_once = name, chunk, n_at_once
+        self._events, self._place = dict(events), 0
+        self.confirmed, self.wants_confirmation, self.is_closed = [], False, False
+
+    def open(self, position):
+        self._place = position.get("place", 0)
+
+    def read(self, timeout):
+        first, self._place = self._place, min(self._place + self._n_at_once, self._chunk.n_time)
+        events = tuple(self._events.pop(first, ()))
+        return Reading(part(self._chunk, first, self._place), events, self._place == self._chunk.n_time)
+
+    @property
+    def position(self):
+        return {"place": self._place}
+
+    def confirm(self):
+        self.confirmed.append(self._place)
+
+    def close(self):
+        self.is_closed = True
+
+
+class Kept:
+    """A sink that keeps what it gets."""
+
+    def __init__(self):
+        self.lines, self.is_closed = [], False
+
+    def put(self, chunk, lines):
+        self.lines += lines
+        return ()
+
+    def close(self):
+        self.is_closed = True

@@ -1,0 +1,248 @@
+"""A monitor goes on where it was: its log has each window once, whatever happens to process or disk."""
+
+import json
+import os
+import resource
+import signal
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hydrofdi.errors import StoreError
+from hydrofdi.monitor.lines import Event, EventKind, WindowLine
+from hydrofdi.monitor.loop import Ending, monitor
+from hydrofdi.monitor.sinks.log import WindowLog
+from hydrofdi.monitor.sinks.stream_lines import StreamLines
+from hydrofdi.monitor.state import StateFile, Stored
+from hydrofdi.monitor.stopping import StopSignals
+from hydrofdi.monitor.watch import Watch
+from tests.monitor.streams import Kept, Samples, made_detector, stream
+
+FILE = made_detector()
+MADE = stream(40, leaking=[12, 13, 30], stuck=[20, 21])
+
+
+class Killed(BaseException):
+    """The process ends here."""
+
+
+class KilledAt:
+    """A sink that ends the process at its n-th call, between the log and the state."""
+
+    def __init__(self, call):
+        self._left = call
+
+    def put(self, chunk, lines):
+        self._left -= 1
+        if self._left == 0:
+            raise Killed
+        return ()
+
+    def close(self):
+        pass
+
+
+def run(folder, source=None, sinks=(), stop=lambda: False, file=FILE):
+    """One life of a monitor; gives how it ended."""
+    source = source or Samples(MADE)
+    state_file = StateFile(folder / "state", file, source.name)
+    log = WindowLog(folder / "log.jsonl", file.unit)
+    return monitor(Watch(file), source, sinks, state_file=state_file, log=log, stop=stop)
+
+
+def logged(folder):
+    """Lines of the log that do not tell of starts and ends."""
+    records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
+    return [each for each in records if each.get("event") not in ("started", "resumed", "stopped")]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("undisturbed")
+    assert run(folder) == Ending.OVER
+    return logged(folder)
+
+
+def test_the_log_has_all_that_is_said(undisturbed):
+    numbers = [each["number"] for each in undisturbed if each["line"] == "window"]
+    events = [each["event"] for each in undisturbed if each["line"] == "event"]
+    assert numbers == list(range(40))
+    assert events == ["alarm_raised", "stuck", "alarm_cleared", "alarm_raised", "stuck"]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.integers(1, 30), min_size=1, max_size=8))
+def test_killed_between_log_and_state_nothing_is_lost_or_twice(undisturbed, tmp_path_factory, kills):
+    folder = tmp_path_factory.mktemp("killed")
+    for call in kills:
+        try:
+            run(folder, sinks=[KilledAt(call)])
+        except Killed:
+            continue
+        break
+    else:
+        run(folder)
+    assert logged(folder) == undisturbed
+
+
+def test_a_torn_line_is_cut_off(undisturbed, tmp_path):
+    with pytest.raises(Killed):
+        run(tmp_path, sinks=[KilledAt(20)])
+    with open(tmp_path / "log.jsonl", "a") as log:
+        log.write('{"line": "wind')
+    run(tmp_path)
+    assert logged(tmp_path) == undisturbed
+
+
+def test_a_log_that_was_rotated_begins_anew(undisturbed, tmp_path):
+    with pytest.raises(Killed):
+        run(tmp_path, sinks=[KilledAt(20)])
+    (tmp_path / "log.jsonl").rename(tmp_path / "old")
+    (tmp_path / "before").mkdir()
+    run(tmp_path)
+    rest = logged(tmp_path)
+    assert 0 < len(rest) < len(undisturbed)
+    assert rest == undisturbed[-len(rest) :]
+
+
+def test_a_source_that_cannot_go_back_starts_over_and_no_window_comes_twice(undisturbed, tmp_path):
+    class FromTheStart(Samples):
+        @property
+        def position(self):
+            return {}
+
+    with pytest.raises(Killed):
+        run(tmp_path, FromTheStart(MADE), [KilledAt(20)])
+    run(tmp_path, FromTheStart(MADE))
+    assert logged(tmp_path) == undisturbed
+
+
+def test_a_sink_gets_each_window_at_least_once(tmp_path):
+    kept = Kept()
+    with pytest.raises(Killed):
+        run(tmp_path, sinks=[kept, KilledAt(25)])
+    run(tmp_path, sinks=[kept])
+    numbers = [line.number for line in kept.lines if isinstance(line, WindowLine)]
+    assert sorted(set(numbers)) == list(range(40))
+    assert kept.is_closed
+
+
+def test_what_a_source_says_is_a_line(tmp_path):
+    said = Event(EventKind.MALFORMED, "no JSON", count=3)
+    run(tmp_path, Samples(MADE, events={1400: [said]}))
+    assert [
+        (each["count"], each["text"]) for each in logged(tmp_path) if each.get("event") == "malformed"
+    ] == [(3, "no JSON")]
+
+
+def test_a_source_may_forget_what_is_stored_alone(tmp_path):
+    source = Samples(MADE)
+    source.wants_confirmation = True
+    stored = []
+
+    class Looks(Kept):
+        def put(self, chunk, lines):
+            stored.append(StateFile(tmp_path / "state", FILE, source.name).read())
+            assert source.confirmed[-1:] == [stored[-1].position["place"]] if stored[-1] else True
+            return ()
+
+    run(tmp_path, source, [Looks()])
+    assert len(stored) > 40
+    assert source.confirmed[-1] == MADE.n_time
+
+
+def test_sigterm_ends_it_with_its_state_stored(undisturbed, tmp_path):
+    class Asks(Kept):
+        def put(self, chunk, lines):
+            if any(isinstance(line, WindowLine) and line.number == 17 for line in lines):
+                os.kill(os.getpid(), signal.SIGTERM)
+            return super().put(chunk, lines)
+
+    with StopSignals() as stop:
+        kept = Asks()
+        assert run(tmp_path, sinks=[kept], stop=stop) == Ending.STOPPED
+    assert stop.number == signal.SIGTERM
+    assert kept.lines[-1].kind is EventKind.STOPPED
+    assert len(logged(tmp_path)) < len(undisturbed)
+    run(tmp_path)
+    assert logged(tmp_path) == undisturbed
+
+
+def test_it_ends_when_nobody_reads_its_output(undisturbed, tmp_path):
+    reading, writing = os.pipe()
+    os.close(reading)
+    with open(writing, "w") as pipe:
+        assert run(tmp_path, sinks=[StreamLines(pipe)]) == Ending.OUTPUT_CLOSED
+        os.dup2(os.open(os.devnull, os.O_WRONLY), pipe.fileno())
+    run(tmp_path)
+    assert logged(tmp_path) == undisturbed
+
+
+def test_a_full_disk_is_said_once_and_it_goes_on(undisturbed, tmp_path):
+    """The size of files is limited for a while: the log does not fit, later it does."""
+    _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    class Fills(Kept):
+        def put(self, chunk, lines):
+            numbers = [line.number for line in lines if isinstance(line, WindowLine)]
+            if 10 in numbers:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (4000, hard))
+            if 25 in numbers:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+            return super().put(chunk, lines)
+
+    previous = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        kept = Fills()
+        run(tmp_path, sinks=[kept])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+        signal.signal(signal.SIGXFSZ, previous)
+    full, again = (
+        line for line in kept.lines if isinstance(line, Event) and line.kind is EventKind.NOT_STORED
+    )
+    assert "cannot be written" in full.text
+    assert again.is_end
+    assert [each for each in logged(tmp_path) if each.get("event") != "not_stored"] == undisturbed
+
+
+def test_two_monitors_never_share_a_state(tmp_path):
+    with (
+        StateFile(tmp_path / "state", FILE, "made").locked(),
+        pytest.raises(StoreError, match="another monitor"),
+    ):
+        run(tmp_path)
+
+
+def test_the_state_of_another_source_or_detector_is_refused(tmp_path):
+    run(tmp_path)
+    with pytest.raises(StoreError, match="another source, made; give another file with --state"):
+        run(tmp_path, Samples(MADE, name="other"))
+    with pytest.raises(StoreError, match="another detector"):
+        run(tmp_path, file=made_detector(every=0.5))
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_a_damaged_state_is_refused_or_harmless(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp("damaged")
+    state_file = StateFile(folder / "state", FILE, "made")
+    stored = Stored({"a.held": np.arange(12.0).reshape(3, 4), "b.n": np.array(3)}, {"place": 7}, 11)
+    state_file.write(stored)
+    sound = (folder / "state").read_bytes()
+    if data.draw(st.booleans()):
+        damaged = sound[: data.draw(st.integers(0, len(sound) - 1))]
+    else:
+        at, change = data.draw(st.integers(0, len(sound) - 1)), data.draw(st.integers(1, 255))
+        damaged = sound[:at] + bytes([sound[at] ^ change]) + sound[at + 1 :]
+    (folder / "state").write_bytes(damaged)
+    try:
+        found = state_file.read()
+    except StoreError:
+        return
+    assert (found.position, found.log_length) == (stored.position, stored.log_length)
+    assert {name: array.tolist() for name, array in found.state.items()} == {
+        name: array.tolist() for name, array in stored.state.items()
+    }

@@ -1,0 +1,176 @@
+"""What a watch says does not depend on chunks and restarts; it says things once, and counts them."""
+
+from collections import Counter
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from hydrofdi.detectors.trained import Judge
+from hydrofdi.monitor.judged import windower_of
+from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
+from hydrofdi.monitor.watch import Watch
+from hydrofdi.records.streams import Chunk, windows_of
+from tests.monitor.streams import N_SAMPLE, lines_of, made_detector, part, rearranged, stream
+
+FILES = {
+    "side by side": made_detector(),
+    "sliding": made_detector(every=0.3),
+    "chart": made_detector(chart="cusum"),
+}
+
+
+def events_of(lines, *kinds):
+    return [line for line in lines if isinstance(line, Event) and line.kind in kinds]
+
+
+def windows(lines):
+    return [line for line in lines if isinstance(line, WindowLine)]
+
+
+def total(lines, kind):
+    return sum(event.count for event in events_of(lines, kind) if not event.is_end)
+
+
+@st.composite
+def streams(draw):
+    """Windows that leak or are stuck; samples that are lost, doubled, late, and without a time; a jump."""
+    numbers = st.lists(st.integers(0, 24), max_size=4)
+    made = stream(25, leaking=draw(numbers), stuck=draw(numbers))
+    places = np.arange(made.n_time)
+    for kind in draw(st.lists(st.sampled_from("ldrnj"), max_size=6)):
+        at = draw(st.integers(0, places.size - 1))
+        if kind == "l":
+            places = np.delete(places, slice(at, at + draw(st.integers(1, 3000))))
+            places = places if places.size else np.arange(10)
+        elif kind == "d":
+            places = np.insert(places, at, places[at], axis=0)
+        elif kind == "r":
+            places = np.insert(places, at, places[max(0, at - 500) : at + 1])
+    made = rearranged(made, places)
+    time = made.time.copy()
+    for at in draw(st.lists(st.integers(0, time.size - 1), max_size=3)):
+        time[at] = np.nan
+    time[draw(st.integers(0, time.size)) :] += draw(st.sampled_from([0.0, 59.0, 61.0, 1e4]))
+    return Chunk(time, made.channels)
+
+
+def divided(chunk, sizes):
+    """A chunk in parts of such sizes, again and again."""
+    first, turn = 0, 0
+    while first < chunk.n_time:
+        yield part(chunk, first, first + sizes[turn % len(sizes)])
+        first, turn = first + sizes[turn % len(sizes)], turn + 1
+
+
+SIZES = st.lists(st.sampled_from([1, 2, 3, 50, 777, 1000, 5000]), min_size=2, max_size=4).filter(
+    lambda sizes: sum(sizes) > 300
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(streams(), SIZES, st.sampled_from(sorted(FILES)))
+def test_lines_do_not_depend_on_chunks(made, sizes, name):
+    watch = Watch(FILES[name])
+    said = [lines_of(watch, chunks) for chunks in ([made], divided(made, sizes))]
+    shown = [[line for line in lines if not getattr(line, "is_silent", False)] for lines in said]
+    assert shown[0] == shown[1]
+    assert [line.number for line in windows(said[0])] == list(range(len(windows(said[0]))))
+
+
+@settings(max_examples=15, deadline=None)
+@given(streams(), st.data())
+def test_samples_that_come_again_after_a_restart_change_nothing(made, data):
+    watch = Watch(FILES["sliding"])
+    undisturbed = lines_of(watch, [made])
+    stop = data.draw(st.integers(1, made.n_time))
+    state, lines = watch.step(watch.start(), part(made, 0, stop))
+    back = data.draw(st.integers(0, stop))
+    latest = np.max(made.time[:stop], initial=-np.inf, where=np.isfinite(made.time[:stop]))
+    assume(stop == made.n_time or made.time[stop] > latest)
+    state, more = watch.step(watch.resume(state), part(made, back))
+    assert lines + more + watch.end(state)[1] == undisturbed
+
+
+def test_verdicts_are_those_of_the_same_windows_in_a_batch():
+    for file in FILES.values():
+        made = stream(20, leaking=[7, 8], stuck=[3])
+        whole = windows_of(made.time, made.channels, windower_of(file))
+        said = windows(lines_of(Watch(file), divided(made, [777])))
+        assert [line.verdict for line in said] == Judge(file).judge(whole)
+        assert [(line.start, line.end) for line in said] == [(each.time[0], each.time[-1]) for each in whole]
+
+
+def test_a_stuck_channel_is_said_when_it_begins_and_when_it_ends():
+    lines = lines_of(Watch(FILES["side by side"]), [stream(60, stuck=range(5, 45))])
+    begin, *silent, end = events_of(lines, EventKind.STUCK)
+    assert len(windows(lines)) == 60
+    assert (begin.time, begin.is_silent, begin.is_end) == (5.0, False, False)
+    assert all(event.is_silent for event in silent)
+    assert total(lines, EventKind.STUCK) == end.count == 40
+    assert end.is_end
+    assert "40 windows" in end.text
+    assert "from 5 s to 44.999 s" in end.text
+
+
+def test_short_interruptions_of_an_episode_are_not_said():
+    lines = lines_of(Watch(FILES["side by side"]), [stream(60, stuck=range(5, 45, 5))])
+    said = [event for event in events_of(lines, EventKind.STUCK) if not event.is_silent]
+    assert [event.is_end for event in said] == [False, True]
+
+
+def test_what_goes_on_is_said_once_a_minute_with_its_count():
+    made = stream(300)
+    doubled = rearranged(
+        made, np.sort(np.concatenate([np.arange(made.n_time), np.arange(0, made.n_time, 10)]))
+    )
+    lines = lines_of(Watch(FILES["side by side"]), [doubled])
+    said = events_of(lines, EventKind.DUPLICATE)
+    assert [event.count for event in said] == [1, 5999, 6000, 6000, 6000, 6000]
+    assert [event.time for event in said[1:]] == [60.0, 120.0, 180.0, 240.0, 300.0]
+    assert len(windows(lines)) == 300
+
+
+def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows():
+    leaking = [20, 21, 25, 34]
+    lines = lines_of(Watch(FILES["side by side"]), [stream(60, leaking=leaking)])
+    alarms = [line.number for line in windows(lines) if line.verdict.alarm]
+    assert alarms == leaking
+    raised, cleared = events_of(lines, EventKind.ALARM_RAISED, EventKind.ALARM_CLEARED)
+    assert (raised.kind, raised.time) == (EventKind.ALARM_RAISED, 20.999)
+    assert (cleared.kind, cleared.time) == (EventKind.ALARM_CLEARED, 44.999)
+    conditions = Counter(line.condition for line in windows(lines))
+    assert conditions == {Condition.HEALTHY: 20 + 16, Condition.ALARM: 24}
+
+
+def test_with_a_chart_its_alarms_decide():
+    lines = lines_of(Watch(FILES["chart"]), [stream(60, leaking=range(30, 40))])
+    first = next(line for line in windows(lines) if line.chart.alarm)
+    (raised,) = events_of(lines, EventKind.ALARM_RAISED)
+    assert 30 <= first.number < 40
+    assert raised.time == first.end
+    assert first.chart.statistic >= first.chart.limit
+
+
+def test_nothing_is_known_before_the_first_and_after_ten_windows_that_are_not_judged():
+    lines = lines_of(Watch(FILES["side by side"]), [stream(40, stuck=[0, 1, *range(10, 25)])])
+    conditions = [line.condition for line in windows(lines)]
+    unknown = [number for number, condition in enumerate(conditions) if condition is Condition.UNKNOWN]
+    assert unknown == [0, 1, *range(19, 25)]
+
+
+def test_an_alarm_outlasts_windows_that_are_not_judged():
+    lines = lines_of(Watch(FILES["side by side"]), [stream(40, leaking=[5], stuck=range(6, 20))])
+    conditions = [line.condition for line in windows(lines)]
+    assert conditions[15] is Condition.UNKNOWN
+    assert conditions[20] is Condition.ALARM
+    assert not events_of(lines[:20], EventKind.ALARM_CLEARED)
+
+
+def test_the_state_holds_one_window_and_some_numbers():
+    watch, made = Watch(FILES["sliding"]), stream(100, leaking=[5], stuck=[50])
+    state, sizes = watch.start(), []
+    for some in divided(made, [777]):
+        state, _ = watch.step(state, some)
+        sizes.append(sum(array.nbytes for array in state.values()))
+    assert max(sizes) < 2 * 8 * N_SAMPLE + 1000

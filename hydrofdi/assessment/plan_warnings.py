@@ -68,7 +68,7 @@ def near_edge_warnings(near: Iterable[tuple[float, float]]) -> list[str]:
         f_h [Hz] and EBM [Pa] of each.
     """
     named = [f"{frequency:.1f} Hz at EBM {modulus / 1e6:g} MPa" for frequency, modulus in near]
-    return [f"f_h is near the edge of a band, where two levels answer: {few_of(named)}"] if named else []
+    return [f"f_h lies near the edge between two bands and changes both: {few_of(named)}"] if named else []
 
 
 def few_of(texts: Iterable[str]) -> str:

@@ -38,7 +38,7 @@ app = typer.Typer(
     help="Wavelet-based diagnosis of internal leakage in hydraulic actuators.",
     epilog="Exit codes: 0 done; 1 done, but runs failed; 2 something that you can fix; "
     "3 a fault of hydrofdi; 130 interrupted.",
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )

@@ -14,7 +14,7 @@ Run = Annotated[str, typer.Argument(metavar="RUN", help="Beginning of a run's id
 
 
 def status(directory: Directory, json: Json = False) -> int:
-    """Say how far the sweep of a folder is, and which shards are damaged.
+    """Show sweep progress, and which shards are damaged.
 
     Exit code 1 when runs failed or a shard is damaged.
     """

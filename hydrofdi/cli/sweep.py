@@ -47,7 +47,7 @@ def sweep(
     ] = True,
     json: Json = False,
 ) -> int:
-    """Run and store what of an experiment is not stored yet.
+    """Run whatever is missing and store it.
 
     Ctrl-C once finishes what runs and stores it, twice stops at once; the same command goes on later.
     """

@@ -142,7 +142,7 @@ class ExperimentConfig(RunRequest):
 
     @property
     def has_scenarios(self) -> bool:
-        """Whether the experiment is an ensemble; a run that is impossible is then a result, no mistake."""
+        """Whether the experiment is an ensemble; a run that is impossible is recorded, not rejected."""
         return bool(self.ensemble.names)
 
     @property

@@ -12,7 +12,7 @@ from hydrofdi.report.run_summary import run_record, summarize_run
 from tests.commands import run_hydrofdi
 
 NEAR_EDGE = (
-    "warning: f_h is near the edge of a band, where two levels answer: 59.6 Hz at EBM 551 MPa"
+    "warning: f_h lies near the edge between two bands and changes both: 59.6 Hz at EBM 551 MPa"
     " (see 'hydrofdi check')"
 )
 SHORT = ("--set", "record.duration=2 s")

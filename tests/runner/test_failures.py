@@ -139,9 +139,7 @@ def test_the_lock_of_a_dead_process_is_taken_over_with_a_line(long_sweep):
     process.wait()
     assert nobody_left(process.pid)
     later = run("sweep", file, "--out", out, check=0)
-    assert (
-        f"took over the lock of a sweep that ended without letting go (process {process.pid}" in later.stderr
-    )
+    assert f"took over a stale lock of a sweep that was killed (process {process.pid}" in later.stderr
 
 
 def test_a_full_disk_gives_one_line_and_loses_nothing(tmp_path):

@@ -34,7 +34,7 @@ def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[No
     path = directory / _FILE
     with file_lock(path, _busy(directory)) as holder:
         if holder:
-            tell(f"took over the lock of a sweep that ended without letting go{holder}")
+            tell(f"took over a stale lock of a sweep that was killed{holder}")
         yield
 
 
@@ -51,7 +51,7 @@ def file_lock(path: Path, refusal: str) -> Iterator[str]:
     Yields
     ------
     str
-        The process that ended without letting go; empty where none did.
+        The process that left a stale lock; empty where none did.
 
     Raises
     ------

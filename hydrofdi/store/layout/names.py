@@ -105,7 +105,9 @@ JUDGED = (
     Variable("above_supply_share", (RUN,), "1", "share of samples above the supply pressure"),
     Variable("settling_change", (RUN,), "1", "largest relative change of a detail over the last two periods"),
     Variable("volume_residual", (RUN,), "1", "what the volume balance of chamber 1 lacks, relative"),
-    Variable("energy_residual", (RUN,), "1", "what the energy balance lacks, relative to the supply"),
+    Variable(
+        "energy_residual", (RUN,), "1", "residual of the energy balance, relative to the energy supplied"
+    ),
 )
 
 EXTREMES = (

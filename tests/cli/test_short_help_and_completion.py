@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from commands import run_hydrofdi
 
 SCRIPT = Path(sys.executable).parent / "hydrofdi"

@@ -1,0 +1,206 @@
+"""A growing file as a stream: it grows, is renamed, cut, not there yet; the reader stops and goes on."""
+
+import json
+import os
+import tempfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrofdi.errors import DataError
+from hydrofdi.monitor.lines import EventKind
+from hydrofdi.monitor.sources.growing_file import GrowingFile
+from hydrofdi.monitor.sources.text_config import TextConfig
+
+HEADER = "time [s],P1 [Pa]\n"
+
+
+class Follower:
+    """A reader that can be stopped and started again, and all it has read."""
+
+    def __init__(self, path, **options):
+        self.path, self.options = path, options
+        self.times, self.events = [], []
+        self.start({})
+
+    def start(self, position):
+        config = TextConfig(**{k: v for k, v in self.options.items() if k != "follow"})
+        self.source = GrowingFile(self.path, {}, config, self.options.get("follow", True))
+        self.source.open(position)
+
+    def restart(self):
+        position = json.loads(json.dumps(self.source.position))
+        self.source.close()
+        self.start(position)
+
+    def read(self):
+        """Read until nothing comes."""
+        while True:
+            reading = self.source.read(0.0)
+            self.times += reading.chunk.time.tolist() if reading.chunk else []
+            self.events += reading.events
+            if reading.is_over or not (reading.chunk or reading.events):
+                return reading
+
+    @property
+    def kinds(self):
+        return [event.kind for event in self.events]
+
+
+def append(path, text):
+    with open(path, "a", encoding="utf-8") as file:
+        file.write(text)
+
+
+@pytest.fixture
+def log(tmp_path):
+    return tmp_path / "press.csv"
+
+
+def test_it_follows_a_file_from_its_beginning(log):
+    append(log, HEADER + "1,10\n2,2")
+    follower = Follower(log)
+    assert not follower.read().is_over
+    append(log, "0\n3,30\n")
+    follower.read()
+    assert follower.times == [1.0, 2.0, 3.0]
+    assert follower.events == []
+
+
+def test_the_end_of_the_file_is_the_end_of_the_stream_where_nobody_follows(log):
+    append(log, HEADER + "1,10\n2,20")
+    follower = Follower(log, follow=False)
+    assert follower.read().is_over
+    assert follower.times == [1.0, 2.0]
+
+
+def test_it_goes_on_at_the_unfinished_line(log):
+    append(log, HEADER + "1,10\n2,")
+    follower = Follower(log)
+    follower.read()
+    append(log, "20\n3,30\n")
+    follower.restart()
+    follower.read()
+    assert follower.times == [1.0, 2.0, 3.0]
+
+
+def test_a_renamed_file_is_read_to_its_end_before_the_new_one(log):
+    append(log, HEADER + "1,10\n")
+    follower = Follower(log)
+    follower.read()
+    log.rename(log.with_suffix(".csv.1"))
+    append(log.with_suffix(".csv.1"), "2,20\n")
+    log.touch()
+    follower.read()
+    append(log.with_suffix(".csv.1"), "3,30\n")
+    append(log, HEADER + "4,40\n")
+    follower.read()
+    assert follower.times == [1.0, 2.0, 3.0, 4.0]
+    assert [event.text for event in follower.events] == [
+        f"{log}: is a new file; the old one was read to its end"
+    ]
+
+
+def test_a_file_that_was_renamed_in_the_meantime_is_found_again(log):
+    append(log, HEADER + "1,10\n2,")
+    follower = Follower(log)
+    follower.read()
+    append(log, "20\n")
+    log.rename(log.with_name("old"))
+    append(log, HEADER + "3,30\n")
+    follower.restart()
+    follower.read()
+    assert follower.times == [1.0, 2.0, 3.0]
+
+
+def test_a_file_that_was_cut_is_read_from_its_beginning(log):
+    append(log, HEADER + "1,10\n2,")
+    follower = Follower(log)
+    follower.read()
+    log.write_text(HEADER, encoding="utf-8")
+    follower.read()
+    append(log, "3,30\n")
+    follower.read()
+    assert follower.times == [1.0, 3.0]
+    assert follower.kinds == [EventKind.CONNECTED]
+    assert "became shorter" in follower.events[0].text
+
+
+def test_another_file_with_the_same_inode_is_not_taken_for_the_old_one(log):
+    append(log, "# first\n" + HEADER + "1,10\n")
+    follower = Follower(log)
+    follower.read()
+    log.write_text("# later\n" + HEADER + "5,50\n6,60\n", encoding="utf-8")
+    follower.restart()
+    follower.read()
+    assert follower.times == [1.0, 5.0, 6.0]
+    assert "is gone" in follower.events[0].text
+
+
+def test_a_file_that_is_not_there_yet_is_waited_for(log):
+    follower = Follower(log)
+    follower.read()
+    follower.read()
+    assert follower.source.position == {}
+    append(log, HEADER + "1,10\n")
+    follower.read()
+    assert follower.times == [1.0]
+    assert [event.text for event in follower.events] == [
+        f"{log}: is not there yet; waiting for it",
+        f"{log}: is there now",
+    ]
+
+
+def test_samples_without_time_are_counted_on_over_restarts_and_renaming(log):
+    append(log, "P1 [Pa]\n1\n2\n")
+    follower = Follower(log, sampling_frequency=2)
+    follower.read()
+    append(log, "3\n")
+    log.rename(log.with_name("old"))
+    append(log, "P1 [Pa]\n4\n")
+    follower.restart()
+    follower.read()
+    assert follower.times == [0.0, 0.5, 1.0, 1.5]
+
+
+@pytest.mark.parametrize("kind", ["folder", "packed", "pipe", "absent"])
+def test_what_cannot_be_followed_is_refused(tmp_path, kind):
+    path = {"folder": tmp_path, "packed": tmp_path / "x.csv.gz"}.get(kind, tmp_path / "x.csv")
+    if kind == "pipe":
+        os.mkfifo(path)
+    with pytest.raises(DataError, match=str(path)):
+        Follower(path, follow=kind != "absent")
+
+
+OPERATIONS = st.lists(
+    st.sampled_from(["row", "half a row", "other half", "read", "rename", "restart"]), max_size=30
+)
+
+
+@given(OPERATIONS)
+def test_nothing_is_lost_or_read_twice(operations):
+    with tempfile.TemporaryDirectory() as folder:
+        log, written, half = Path(folder) / "log.csv", 0, False
+        append(log, HEADER)
+        follower = Follower(log)
+        for number, operation in enumerate([*operations, "read"]):
+            if operation in ("row", "half a row") and not half:
+                written += 1
+                half = operation == "half a row"
+                append(log, f"{written},1.2" + ("" if half else "5\n"))
+            elif operation in ("row", "other half") and half:
+                append(log, "5\n")
+                half = False
+            elif operation == "rename" and not half:
+                follower.read()
+                log.rename(log.with_name(f"log.{number}"))
+                append(log, HEADER)
+            elif operation == "read":
+                follower.read()
+            elif operation == "restart":
+                follower.restart()
+        assert follower.times == list(map(float, range(1, written + 1 - half)))
+        assert EventKind.MALFORMED not in follower.kinds
+        follower.source.close()

@@ -30,8 +30,9 @@ def frozen_time(channels: Mapping[Channel, Array], sampling_frequency: float) ->
         [Hz]
     """
     position = channels.get(Channel.PISTON_POSITION)
-    if position is None or position.size <= _FROZEN_FOR * sampling_frequency:
-        return 0.0
+    apart = max(1, int(_FROZEN_FOR * sampling_frequency / 2.0))
+    if position is None or not np.any(position[apart::apart] == position[:-apart:apart]):
+        return 0.0  # so long a run has two samples that are half as far apart
     turns = np.flatnonzero(np.diff(position)) + 1
     bounds = np.concatenate([[0], turns, [position.size]])
     longest = int(np.argmax(np.diff(bounds)))

@@ -1,8 +1,9 @@
 """Streams: samples as they come, checked and cut into windows, which do not depend on the chunks."""
 
 from hydrofdi.records.streams.chunk import Chunk, State
-from hydrofdi.records.streams.even import EvenStream, Piece
+from hydrofdi.records.streams.even import EvenStream
 from hydrofdi.records.streams.findings import Finding
+from hydrofdi.records.streams.piece import Piece
 from hydrofdi.records.streams.window import Window, WindowFault
 from hydrofdi.records.streams.windower import Windower
 from hydrofdi.records.streams.windowing import make_windower, windows_of

@@ -10,7 +10,7 @@ import numpy as np
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.edges import Direction, drive_edges
 from hydrofdi.records.streams.chunk import State
-from hydrofdi.records.streams.even import Piece
+from hydrofdi.records.streams.piece import Piece
 from hydrofdi.records.streams.window import Window
 from hydrofdi.records.streams.windower import Windower
 
@@ -60,7 +60,7 @@ class CycleWindower(Windower):
     def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
         """The state behind a piece, and the windows that ended in it; the old state stays as it was."""
         side, is_open = (0, False) if piece.begins_anew else (int(state["side"]), bool(state["is_open"]))
-        rows, number = self._held(state, piece), int(state["number"])
+        rows, number = self._rows(state, piece), int(state["number"])
         n_held = rows.shape[1] - piece.time.size
         places, side = drive_edges(piece.channels[self.drive_channel], self.drive, self.edge, side)
         firsts = ([0] if is_open else []) + [n_held + int(place) for place in places]

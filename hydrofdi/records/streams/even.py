@@ -1,47 +1,36 @@
-"""A stream that is checked: what is left is in order, finite in time, and without gaps inside of a piece."""
+"""A stream that is checked: what is left is in order, and without gaps inside of a piece."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams import findings as words
 from hydrofdi.records.streams.chunk import Chunk, State
-from hydrofdi.records.streams.findings import Finding, findings_of, seconds
+from hydrofdi.records.streams.findings import Finding, Kind
+from hydrofdi.records.streams.order import Order, put_in_order
+from hydrofdi.records.streams.piece import Piece, pieces_of, whole
 
 _GAP = 1.5
 """Sampling periods; a longer step is a gap."""
-_KINDS = ("gap", "duplicate", "time_ran_back", "malformed")
-
-
-@dataclass(frozen=True)
-class Piece:
-    """Consecutive samples of a stream that were accepted, without a gap.
-
-    Attributes
-    ----------
-    time : ndarray, shape (n_time,)
-        [s]
-    channels : mapping of Channel to ndarray, shape (n_time,)
-        All channels that were asked for, in SI; NaN where a sample is missing.
-    begins_anew : bool
-        Whether it does not continue the piece before: it is the first one, or a gap came before.
-    """
-
-    time: Array
-    channels: Mapping[Channel, Array]
-    begins_anew: bool
+_STEPS = 10
+"""So many gaps, one after another, are another rate."""
+_PATIENCE, _FEWEST = 60.0, 10
+"""Duration [s] and number of earlier samples, without a later one, after which the clock was set back."""
+_N_KIND = 6
 
 
 class EvenStream:
     """Checks a stream sample by sample; what it says does not depend on the chunks.
 
-    A sample that is not later than the one before is dropped, so is one without a finite time stamp. A step
-    of more than 1.5 periods is a gap; smaller irregularities are tolerated.
+    A sample that is not later than the one before is dropped, and so is one without a finite time stamp. A
+    step of more than 1.5 periods is a gap; smaller irregularities are tolerated. After a minute of samples
+    that are all earlier, the clock was set back, and the stream begins anew.
 
     Parameters
     ----------
@@ -52,96 +41,92 @@ class EvenStream:
     """
 
     def __init__(self, sampling_frequency: float, channels: Sequence[Channel]) -> None:
-        self.sampling_frequency = sampling_frequency
         self.channels = tuple(channels)
+        self._period = 1.0 / sampling_frequency
+        self._patience = max(_FEWEST, round(_PATIENCE * sampling_frequency))
 
     def start(self) -> State:
-        """The state before the first sample."""
-        said = np.full(len(_KINDS), np.nan)
-        return {"last": np.array(-np.inf), "is_resumed": np.array(False), "said": said}
+        """The state before the first sample: its size never changes."""
+        false, none = np.array(False), np.array(0)
+        return {
+            "last": np.array(-np.inf), "n_earlier": none, "n_gap": none, "said": np.full(_N_KIND, np.nan),
+            "is_silent": false, "may_repeat": false,
+        }  # fmt: skip
 
-    def resumed(self, state: State) -> State:
-        """A stored state: samples that come again are dropped in silence until the stream is past them."""
-        return {**state, "is_resumed": np.array(True)}
+    def resumed(self, state: State, *, may_repeat: bool = True) -> State:
+        """A stored state: nothing is said of samples that come again, until the stream is past them.
+
+        Parameters
+        ----------
+        state : State
+        may_repeat : bool
+            Whether all of the stream may come again, however long it is. A clock that was set back meanwhile
+            is not found then; state False for a source that only goes on.
+        """
+        return {**state, "is_silent": np.array(True), "may_repeat": np.array(may_repeat)}
 
     def step(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
         """The state behind a chunk, the samples that were accepted, and what is wrong."""
         if not chunk.n_time:
             return state, [], []
-        time = np.asarray(chunk.time, dtype=np.float64)
-        finite = np.isfinite(time)
-        stamps = np.where(finite, time, -np.inf)
-        latest = np.maximum.accumulate(np.concatenate([state["last"][None], stamps]))
-        before = latest[:-1]
-        accepted = np.flatnonzero(stamps > before)
-        gaps = accepted[_steps(stamps, before, accepted) > _GAP / self.sampling_frequency]
-        silent = self._silent(state, accepted, time.size)
-        pieces = self._pieces(time, chunk, accepted, gaps)
-        occurrences = {
-            "gap": gaps[np.isfinite(before[gaps])],
-            "duplicate": np.flatnonzero(finite & (stamps == before)),
-            "time_ran_back": np.flatnonzero(finite & (stamps < before)),
-            "malformed": np.flatnonzero(~finite),
-        }
-        occurrences = {kind: places[places >= silent] for kind, places in occurrences.items()}
-        said, findings = _say(occurrences, stamps, before, state["said"])
-        is_resumed = state["is_resumed"] & (accepted.size == 0)
-        return {"last": latest[-1], "is_resumed": is_resumed, "said": said}, pieces, findings
+        if self._is_sound(state, chunk.time):
+            after = {**self.start(), "said": state["said"], "last": np.array(chunk.time[-1])}
+            return after, [whole(chunk, self.channels)], []
+        return self._checked(state, chunk)
 
-    def _silent(self, state: State, accepted: NDArray[np.intp], n_time: int) -> int:
-        """Samples at the start of a chunk about which nothing is said."""
-        if not state["is_resumed"]:
-            return 0
-        return int(accepted[0]) if accepted.size else n_time
+    def _is_sound(self, state: State, time: Array) -> bool:
+        """Whether a chunk goes on without any irregularity, as nearly all do."""
+        longest = _GAP * self._period
+        if not 0.0 < float(time[0]) - float(state["last"]) <= longest or not np.all(time[1:] > time[:-1]):
+            return False
+        return bool((time[1:] - time[:-1]).max(initial=0.0) <= longest)
 
-    def _pieces(
-        self, time: Array, chunk: Chunk, accepted: NDArray[np.intp], gaps: NDArray[np.intp]
-    ) -> list[Piece]:
-        """Accepted samples, divided at gaps."""
-        if not accepted.size:
-            return []
-        missing = np.full(time.size, np.nan)
-        rows = {channel: chunk.channels.get(channel, missing) for channel in self.channels}
-        if accepted.size < time.size:
-            time, rows = time[accepted], {channel: row[accepted] for channel, row in rows.items()}
-        firsts = np.searchsorted(accepted, gaps)
-        bounds = np.unique(np.concatenate([[0], firsts, [accepted.size]]))
-        begins = np.isin(bounds[:-1], firsts)
-        return [
-            Piece(time[first:stop], {channel: row[first:stop] for channel, row in rows.items()}, bool(anew))
-            for first, stop, anew in zip(bounds[:-1], bounds[1:], begins, strict=True)
-        ]
+    def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
+        last, n_earlier, may_repeat = float(state["last"]), int(state["n_earlier"]), bool(state["may_repeat"])
+        order = put_in_order(chunk.time, last, n_earlier, self._patience, may_repeat)
+        accepted = np.flatnonzero(order.is_accepted)
+        is_gap = order.stamps[accepted] - order.before[accepted] > _GAP * self._period
+        anew = accepted[is_gap | order.is_set_back[accepted]]
+        n_gaps = _in_a_row(is_gap & np.isfinite(order.before[accepted]), int(state["n_gap"]))
+        loud = int(accepted[0]) if accepted.size else chunk.n_time
+        found, said = self._findings(state, order, accepted, n_gaps, loud if state["is_silent"] else 0)
+        after = {
+            "last": order.last, "n_earlier": order.n_earlier, "said": said,
+            "n_gap": n_gaps[-1] if accepted.size else state["n_gap"],
+            "is_silent": state["is_silent"] and not accepted.size,
+            "may_repeat": may_repeat and not accepted.size,
+        }  # fmt: skip
+        pieces = pieces_of(chunk, self.channels, accepted, anew)
+        return {name: np.array(value) for name, value in after.items()}, pieces, found
 
+    def _findings(
+        self, state: State, order: Order, accepted: NDArray[np.intp], n_gaps: NDArray[np.intp], loud: int
+    ) -> tuple[list[Finding], list[float]]:
+        """What is wrong from the sample `loud` on, in order, and when each kind was last met."""
+        is_finite = np.isfinite(order.stamps)
+        is_same = is_finite & ~order.is_accepted & ~order.is_earlier
+        kinds = (
+            Kind("gap", accepted[(n_gaps > 0) & (n_gaps < _STEPS)], words.gap),
+            Kind("rate_changed", accepted[n_gaps >= _STEPS], self._rate_changed),
+            Kind("duplicate", np.flatnonzero(is_same), words.duplicate),
+            Kind("time_ran_back", np.flatnonzero(order.is_earlier), words.time_ran_back),
+            Kind("time_ran_back", np.flatnonzero(order.is_set_back), words.set_back),
+            Kind("malformed", np.flatnonzero(~is_finite), words.malformed),
+        )
+        found: list[tuple[int, Finding]] = []
+        said: list[float] = []
+        for kind, before in zip(kinds, state["said"].tolist(), strict=True):
+            new, latest = kind.since(loud).findings(order, before)
+            found += new
+            said.append(latest)
+        return [finding for _, finding in sorted(found, key=itemgetter(0))], said
 
-def _steps(stamps: Array, before: Array, accepted: NDArray[np.intp]) -> Array:
-    steps: Array = stamps[accepted] - before[accepted]
-    return steps
-
-
-def _say(
-    occurrences: Mapping[str, NDArray[np.intp]], stamps: Array, before: Array, said: Array
-) -> tuple[Array, list[Finding]]:
-    said = said.copy()
-    findings: list[Finding] = []
-    for row, (kind, places) in enumerate(occurrences.items()):
-        if not places.size:
-            continue
-        instants = (stamps if kind == "gap" else before)[places]
-
-        def text(n: int, kind: str = kind, places: NDArray[np.intp] = places) -> str:
-            return _text(kind, float(stamps[places[n]]), float(before[places[n]]))
-
-        findings += findings_of(kind, instants, float(said[row]), text)
-        said[row] = instants[-1]
-    return said, findings
+    def _rate_changed(self, stamp: float, before: float) -> str:
+        return f"samples come every {stamp - before:.4g} s instead of every {self._period:.4g} s"
 
 
-def _text(kind: str, stamp: float, before: float) -> str:
-    if kind == "gap":
-        return f"no samples for {seconds(stamp - before)} after {seconds(before)}"
-    if kind == "duplicate":
-        return f"the sample at {seconds(stamp)} came twice and was dropped"
-    if kind == "time_ran_back":
-        return f"a sample at {seconds(stamp)} came after the one at {seconds(before)} and was dropped"
-    where = f"after {seconds(before)} " if np.isfinite(before) else ""
-    return f"a sample {where}has no finite time stamp and was dropped"
+def _in_a_row(is_gap: NDArray[np.bool_], n_before: int) -> NDArray[np.intp]:
+    """Gaps one after another, up to each sample; 0 where there is none."""
+    counts = n_before + np.cumsum(is_gap)
+    in_a_row: NDArray[np.intp] = counts - np.maximum.accumulate(np.where(is_gap, 0, counts))
+    return in_a_row

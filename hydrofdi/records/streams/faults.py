@@ -44,13 +44,11 @@ def _other_rate(time: Array, sampling_frequency: float) -> WindowFault | None:
     rate = (time.size - 1) / float(time[-1] - time[0]) if time.size > 1 else sampling_frequency
     if abs(rate - sampling_frequency) <= _RATE * sampling_frequency:
         return None
-    return WindowFault(
-        "other_rate", f"the samples come at {rate:.4g} Hz instead of {sampling_frequency:.4g} Hz"
-    )
+    return WindowFault("other_rate", f"samples come at {rate:.4g} Hz instead of {sampling_frequency:.4g} Hz")
 
 
 def _missing(samples: Array, channels: tuple[Channel, ...], lows: Array, highs: Array) -> WindowFault | None:
-    for row in np.flatnonzero(~np.isfinite(highs - lows)):
+    for row in np.flatnonzero(~(np.isfinite(lows) & np.isfinite(highs))):
         n_missing = int(np.count_nonzero(~np.isfinite(samples[row])))
         if n_missing == samples.shape[1]:
             return WindowFault("missing_channel", f"{channels[row]} is missing")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.records.batch import Array
+from hydrofdi.records.streams.order import Order
 
 _QUIET = 60.0
 """A kind is news again after so long without it [s]."""
@@ -22,7 +24,8 @@ class Finding:
     Attributes
     ----------
     kind : str
-        ``gap``, ``duplicate``, ``time_ran_back`` or ``malformed`` (a time stamp that is not finite).
+        ``gap``, ``rate_changed`` (one gap after another), ``duplicate``, ``time_ran_back`` or ``malformed``
+        (a time stamp that is not finite).
     time : float or None
         First instant, on the clock of the stream [s]; None before the first sample.
     count : int
@@ -40,32 +43,78 @@ class Finding:
     is_news: bool = True
 
 
-def findings_of(kind: str, instants: Array, previous: float, text: Callable[[int], str]) -> Iterator[Finding]:
-    """Findings of one kind in a chunk: one for what goes on, and one for each that is news.
+@dataclass(frozen=True)
+class Kind:
+    """Samples of a chunk to which the same happened.
 
-    Parameters
+    Attributes
     ----------
-    kind : str
-    instants : ndarray, shape (n_occurrence,)
-        On the clock of the stream [s].
-    previous : float
-        The last instant before the chunk [s]; NaN if it never happened.
+    name : str
+    places : ndarray of int, shape (n_occurrence,)
     text : callable
-        Sentence about an occurrence, by its number.
+        Sentence about an occurrence, by its instant and the last one accepted before [s].
     """
-    if not instants.size:
-        return
-    away = np.abs(np.diff(np.nan_to_num(instants), prepend=np.nan_to_num(previous)))
-    is_news = (away > _QUIET) | ~np.isfinite(np.concatenate([[previous], instants[:-1]]))
-    firsts = np.flatnonzero(is_news)
-    if not is_news[0]:
-        firsts = np.concatenate([[0], firsts])
-    for first, count in zip(firsts, np.diff(firsts, append=instants.size), strict=True):
-        instant = float(instants[first])
-        time = instant if np.isfinite(instant) else None
-        yield Finding(kind, time, int(count), text(int(first)), bool(is_news[first]))
+
+    name: str
+    places: NDArray[np.intp]
+    text: Callable[[float, float], str]
+
+    def since(self, first: int) -> Kind:
+        """From a sample on."""
+        return replace(self, places=self.places[self.places >= first])
+
+    def findings(self, order: Order, said: float) -> tuple[list[tuple[int, Finding]], float]:
+        """One for what goes on and one for each that is news, by place; and the last instant [s].
+
+        Parameters
+        ----------
+        order : Order
+        said : float
+            Instant of the last occurrence before the chunk [s]; NaN if there was none.
+        """
+        if not self.places.size:
+            return [], said
+        instants = np.maximum(order.before, order.stamps)[self.places]
+        return list(self._divided(order, instants, said)), float(instants[-1])
+
+    def _divided(self, order: Order, instants: Array, said: float) -> Iterator[tuple[int, Finding]]:
+        previous = np.concatenate([[said], instants[:-1]])
+        with np.errstate(invalid="ignore"):
+            goes_on = (np.abs(instants - previous) <= _QUIET) | (instants == previous)
+        firsts = np.union1d([0], np.flatnonzero(~goes_on)).astype(np.intp)
+        for first, count in zip(firsts, np.diff(firsts, append=instants.size), strict=True):
+            time = float(instants[first]) if np.isfinite(instants[first]) else None
+            place = self.places[first]
+            text = self.text(float(order.stamps[place]), float(order.before[place]))
+            yield int(place), Finding(self.name, time, int(count), text, not bool(goes_on[first]))
 
 
-def seconds(time: float) -> str:
+def gap(stamp: float, before: float) -> str:
+    """Samples that lack."""
+    return f"no samples for {_seconds(stamp - before)} after {_seconds(before)}"
+
+
+def duplicate(stamp: float, before: float) -> str:
+    """The same instant again."""
+    return f"another sample came for {_seconds(stamp)} and was dropped"
+
+
+def time_ran_back(stamp: float, before: float) -> str:
+    """An earlier instant."""
+    return f"a sample of {_seconds(stamp)} came after that of {_seconds(before)} and was dropped"
+
+
+def set_back(stamp: float, before: float) -> str:
+    """Earlier instants, and nothing but them."""
+    return f"the clock was set back from {_seconds(before)}; the stream begins anew at {_seconds(stamp)}"
+
+
+def malformed(stamp: float, before: float) -> str:
+    """No instant."""
+    where = f"after {_seconds(before)} " if np.isfinite(before) else ""
+    return f"a sample {where}has no finite time stamp and was dropped"
+
+
+def _seconds(time: float) -> str:
     """An instant or a duration to the microsecond."""
     return f"{time:.6f}".rstrip("0").rstrip(".") + " s"

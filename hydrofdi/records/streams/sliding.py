@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams.chunk import State
-from hydrofdi.records.streams.even import Piece
+from hydrofdi.records.streams.piece import Piece
 from hydrofdi.records.streams.window import Window
 from hydrofdi.records.streams.windower import Windower
 
@@ -39,13 +39,13 @@ class TimeWindower(Windower):
 
     def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
         """The state behind a piece, and the windows that ended in it; the old state stays as it was."""
-        rows, number = self._held(state, piece), int(state["number"])
+        rows, number = self._rows(state, piece), int(state["number"])
         first = 0 if piece.begins_anew else int(state["n_ahead"])
         starts = range(first, rows.shape[1] - self.n_sample + 1, self.n_every)
         windows = list(self._windows(rows, [(start, start + self.n_sample) for start in starts], number))
         due = first + len(starts) * self.n_every
         held = {
-            "held": rows[:, due:].copy(),
+            "held": rows[:, due:].copy() if due else rows,
             "n_ahead": np.array(max(0, due - rows.shape[1])),
             "number": np.array(number + len(windows)),
         }

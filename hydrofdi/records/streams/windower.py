@@ -10,8 +10,8 @@ import numpy as np
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams.chunk import State
-from hydrofdi.records.streams.even import Piece
 from hydrofdi.records.streams.faults import fault_of
+from hydrofdi.records.streams.piece import Piece
 from hydrofdi.records.streams.window import Window
 
 
@@ -46,14 +46,17 @@ class Windower(ABC):
     def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
         """The state behind a piece, and the windows that ended in it; the old state stays as it was."""
 
-    def _rows(self, piece: Piece) -> Array:
-        """Time and channels one below the other, shape (1 + n_channel, n_time)."""
-        return np.stack([piece.time, *(piece.channels[channel] for channel in self.channels)])
-
-    def _held(self, state: State, piece: Piece) -> Array:
-        """What is held, and behind it a piece."""
-        rows = self._rows(piece)
-        return rows if piece.begins_anew else np.concatenate([state["held"], rows], axis=1)
+    def _rows(self, state: State, piece: Piece) -> Array:
+        """What is held, and a piece behind it: time and channels, one below the other."""
+        held = self._nothing_held() if piece.begins_anew else state["held"]
+        n_held = held.shape[1]
+        rows = np.empty((held.shape[0], n_held + piece.time.size))
+        rows[:, :n_held] = held
+        for row, samples in zip(
+            rows, (piece.time, *map(piece.channels.__getitem__, self.channels)), strict=True
+        ):
+            row[n_held:] = samples
+        return rows
 
     def _nothing_held(self) -> Array:
         return np.empty((1 + len(self.channels), 0))

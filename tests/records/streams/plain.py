@@ -7,19 +7,23 @@ from hydrofdi.records.streams import Chunk
 
 def accepted(time, frequency):
     """Places of samples that are accepted, and whether each of them begins anew; occurrences by kind."""
-    last, places, totals = -math.inf, [], {}
+    period, patience = 1 / frequency, max(10, round(60 * frequency))
+    last, places, totals, earlier, gaps = -math.inf, [], {}, 0, 0
     for place, stamp in enumerate(time.tolist()):
+        kind, begins = None, False
         if not math.isfinite(stamp):
             kind = "malformed"
         elif stamp == last:
             kind = "duplicate"
         elif stamp < last:
-            kind = "time_ran_back"
-        else:
-            begins = stamp - last > 1.5 / frequency
-            kind = "gap" if begins and places else None
+            kind, earlier = "time_ran_back", earlier + 1
+        if kind is None or earlier == patience:
+            begins = kind is not None or stamp - last > 1.5 * period
+            is_gap = begins and kind is None and bool(places)
+            gaps = gaps + 1 if is_gap else 0
+            kind = kind or ("rate_changed" if gaps >= 10 else "gap" if is_gap else None)
             places.append((place, begins))
-            last = stamp
+            last, earlier = stamp, 0
         if kind:
             totals[kind] = totals.get(kind, 0) + 1
     return places, totals
@@ -68,9 +72,9 @@ def chunks(time, channels, sizes):
         first, turn = stop, turn + 1
 
 
-def run(stream, windower, parts):
-    """Pieces, windows and findings of a stream in chunks."""
-    state, held = stream.start(), windower.start()
+def run(stream, windower, parts, states=None):
+    """Pieces, windows and findings of a stream in chunks, and the states behind it."""
+    state, held = states or (stream.start(), windower.start())
     pieces, windows, findings = [], [], []
     for chunk in parts:
         state, new, said = stream.step(state, chunk)

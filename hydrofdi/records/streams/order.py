@@ -1,0 +1,90 @@
+"""Which samples of a stream are later than those before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.records.batch import Array
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Order:
+    """Samples of a chunk against the clock of the stream.
+
+    Attributes
+    ----------
+    stamps : ndarray, shape (n_time,)
+        Instants [s]; −∞ where they are not finite.
+    before : ndarray, shape (n_time,)
+        Instant of the last sample that was accepted before each [s]; −∞ where there was none.
+    is_accepted : ndarray of bool, shape (n_time,)
+    is_earlier : ndarray of bool, shape (n_time,)
+        Which were dropped, for they are earlier than the last one.
+    is_set_back : ndarray of bool, shape (n_time,)
+        Which were accepted although they are earlier: the clock was set back.
+    n_earlier : int
+        Earlier samples since the last one that was accepted.
+    """
+
+    stamps: Array
+    before: Array
+    is_accepted: Mask
+    is_earlier: Mask
+    is_set_back: Mask
+    n_earlier: int
+
+    @property
+    def last(self) -> float:
+        """Instant of the last sample that was accepted [s]; −∞ before the first."""
+        return float((self.stamps if self.is_accepted[-1] else self.before)[-1])
+
+
+def put_in_order(time: Array, last: float, n_earlier: int, patience: int, may_repeat: bool) -> Order:
+    """Samples later than those before, and where the clock was set back.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n_time,)
+        Instants; at least one [s].
+    last : float
+        The last one before the chunk that was accepted [s].
+    n_earlier : int
+        Earlier samples since.
+    patience : int
+        So many earlier samples without a later one say that the clock was set back.
+    may_repeat : bool
+        Whether samples before the first later one are not counted, for the stream may come again.
+    """
+    stamps = np.where(np.isfinite(time), time, -np.inf)
+    before = np.empty_like(stamps)
+    is_set_back = np.zeros(stamps.size, dtype=bool)
+    first = 0
+    while first < stamps.size:
+        latest = np.maximum.accumulate(np.concatenate([[last], stamps[first:]]))
+        before[first:] = latest[:-1]
+        counts = _counts(stamps[first:], before[first:], n_earlier, may_repeat)
+        n_earlier = int(counts[-1])
+        over = np.flatnonzero(counts >= patience)
+        if not over.size:
+            break
+        place = first + int(over[0])
+        is_set_back[place] = True
+        first, last, n_earlier, may_repeat = place + 1, float(stamps[place]), 0, False
+    is_earlier = np.isfinite(stamps) & (stamps < before) & ~is_set_back
+    return Order(stamps, before, (stamps > before) | is_set_back, is_earlier, is_set_back, n_earlier)
+
+
+def _counts(stamps: Array, before: Array, n_earlier: int, may_repeat: bool) -> NDArray[np.intp]:
+    """Earlier samples since the last accepted one, behind each sample."""
+    is_earlier = np.isfinite(stamps) & (stamps < before)
+    is_later = stamps > before
+    if may_repeat:
+        is_earlier &= np.logical_or.accumulate(is_later)
+    counts = n_earlier + np.cumsum(is_earlier)
+    since: NDArray[np.intp] = counts - np.maximum.accumulate(np.where(is_later, counts, 0))
+    return since

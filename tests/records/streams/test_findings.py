@@ -1,0 +1,123 @@
+import numpy as np
+import pytest
+
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams import Chunk, EvenStream
+
+P1 = Channel.CHAMBER_1_PRESSURE
+
+
+def _stream(time, frequency=10.0, state=None):
+    stream, time = EvenStream(frequency, (P1,)), np.asarray(time, dtype=float)
+    return stream.step(state or stream.start(), Chunk(time, {P1: np.arange(float(time.size))}))
+
+
+def _said(time, frequency=10.0):
+    return [(each.kind, each.count, each.text) for each in _stream(time, frequency)[2]]
+
+
+@pytest.mark.parametrize(
+    ("time", "said"),
+    [
+        ([0.0, 0.1, 0.4, 0.5], ("gap", 1, "no samples for 0.3 s after 0.1 s")),
+        ([0.0, 0.1, 0.1, 0.2], ("duplicate", 1, "another sample came for 0.1 s and was dropped")),
+        (
+            [0.3, 0.4, 0.2, 0.3, 0.5],
+            ("time_ran_back", 2, "a sample of 0.2 s came after that of 0.4 s and was dropped"),
+        ),
+        ([0.0, np.nan, 0.1], ("malformed", 1, "a sample after 0 s has no finite time stamp and was dropped")),
+        ([np.nan, np.inf, 0.0], ("malformed", 2, "a sample has no finite time stamp and was dropped")),
+        (
+            [1.7e9, 1.7e9 + 0.100001, 1.7e9 + 0.6],
+            ("gap", 1, "no samples for 0.499999 s after 1700000000.100001 s"),
+        ),
+    ],
+)
+def test_findings_say_what_happened_and_when(time, said):
+    assert _said(time) == [said]
+
+
+@pytest.mark.parametrize("time", [[], [5.0], [0.0, 0.1, 0.2], [0.0, 0.149, 0.2, 0.251, 0.4], [-7.0, -6.9]])
+def test_nothing_is_said_of_an_even_stream_whose_stamps_jitter(time):
+    _, pieces, findings = _stream(time)
+    assert findings == []
+    assert [piece.time.tolist() for piece in pieces] == ([time] if time else [])
+
+
+def test_pieces_end_at_gaps_and_have_every_channel():
+    stream = EvenStream(10.0, (P1, Channel.PISTON_POSITION))
+    time = np.array([0.0, 0.1, 0.1, 1.0, 1.1])
+    channels = {P1: np.arange(5.0), Channel.INPUT_VOLTAGE: np.zeros(5)}
+    state, pieces, _ = stream.step(stream.start(), Chunk(time, channels))
+    assert [(piece.time.tolist(), piece.begins_anew) for piece in pieces] == [
+        ([0.0, 0.1], True),
+        ([1.0, 1.1], True),
+    ]
+    assert [set(piece.channels) for piece in pieces] == [set(stream.channels)] * 2
+    assert pieces[1].channels[P1].tolist() == [3.0, 4.0]
+    assert np.isnan(pieces[1].channels[Channel.PISTON_POSITION]).all()
+    _, (goes_on,), _ = stream.step(state, Chunk(np.array([1.2]), {P1: np.zeros(1)}))
+    assert not goes_on.begins_anew
+
+
+def test_another_rate_is_said_as_one_and_not_as_gaps_for_ever():
+    findings = _stream(np.arange(1000) / 5.0)[2]
+    assert [(each.kind, each.count) for each in findings if each.is_news] == [
+        ("gap", 9),
+        ("rate_changed", 990),
+    ]
+    assert findings[1].text == "samples come every 0.2 s instead of every 0.1 s"
+
+
+def test_what_goes_on_is_no_news_until_a_minute_without_it():
+    minute = np.arange(0.0, 59.95, 0.1)
+    often = np.sort(np.concatenate([minute, minute[::10]]))
+    seldom = np.concatenate([often, [65.0, 65.0, 130.0, 130.0]])
+    twice = [each for each in _stream(seldom)[2] if each.kind == "duplicate"]
+    assert [(each.time, each.count, each.is_news) for each in twice] == [(0.0, 61, True), (130.0, 1, True)]
+
+
+def test_a_clock_that_was_set_back_is_believed_after_a_minute():
+    before, after = 7200.0 + np.arange(100) / 10.0, 3600.0 + np.arange(1000) / 10.0
+    _, pieces, findings = _stream(np.concatenate([before, after]))
+    assert pieces[1].begins_anew
+    assert pieces[1].time.tolist() == after[599:].tolist()
+    assert findings[-1].text == "the clock was set back from 7209.9 s; the stream begins anew at 3659.9 s"
+
+
+def test_one_stamp_far_in_the_future_does_not_blind_for_ever():
+    time = np.arange(2000) / 10.0
+    time[100] = 1e9
+    _, pieces, _ = _stream(time)
+    assert [piece.time.size for piece in pieces] == [100, 1, 2000 - 101 - 599]
+
+
+def test_samples_that_come_again_after_a_restart_are_dropped_in_silence():
+    stream, time = EvenStream(10.0, (P1,)), np.arange(1000) / 10.0
+    state, _, _ = _stream(time[:900])
+    _, pieces, findings = _stream(time, state=stream.resumed(state))
+    assert findings == []
+    assert [(piece.time.tolist(), piece.begins_anew) for piece in pieces] == [(time[900:].tolist(), False)]
+
+
+def test_after_the_first_new_sample_of_a_restart_findings_come_again():
+    stream = EvenStream(10.0, (P1,))
+    state, _, _ = _stream([0.0, 0.1])
+    findings = _stream([0.0, 0.1, 0.2, 0.1, 5.0], state=stream.resumed(state))[2]
+    assert sorted(each.kind for each in findings) == ["gap", "time_ran_back"]
+
+
+def test_a_source_that_only_goes_on_may_have_its_clock_set_back_while_the_monitor_was_down():
+    stream, time = EvenStream(10.0, (P1,)), np.arange(1000) / 10.0
+    state, _, _ = _stream(7200.0 + time)
+    only_on, again = stream.resumed(state, may_repeat=False), stream.resumed(state)
+    assert [piece.time[0] for piece in _stream(time, state=only_on)[1]] == [time[599]]
+    assert _stream(time, state=again)[1] == []
+
+
+def test_a_step_leaves_its_state_as_it_was():
+    state, _, _ = _stream([0.0, 0.1, 0.1])
+    before = {name: array.copy() for name, array in state.items()}
+    _stream([0.1, 0.0, np.nan, 9.0], state=state)
+    for name, array in before.items():
+        np.testing.assert_array_equal(state[name], array)

@@ -1,4 +1,4 @@
-"""Write pages and JSON Schemas from the models of experiment files and of measured files.
+"""Write pages and JSON Schemas from the models of all kinds of files.
 
 ::
 
@@ -23,6 +23,8 @@ from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.schema import experiment_schema
 from hydrofdi.config.study.online import ChartConfig
 from hydrofdi.detectors.charts import ChartOptions, chart_kind, chart_names
+from hydrofdi.detectors.trained.schema import detector_schema
+from hydrofdi.monitor.configuration import MonitorConfig, monitor_schema
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.schema import measured_schema
 from hydrofdi.settings.docstrings import field_texts
@@ -60,6 +62,16 @@ with a unit, such as `1 kHz` or `20 ms`; unknown keys, keys given twice and unit
 refused, all mistakes at once with `file:line`.
 """
 
+MONITOR_INTRODUCTION = """\
+# Configuration of a monitor
+
+<!-- written by docs/generate_configuration.py from hydrofdi/monitor; change the docstrings there -->
+
+Every key of the YAML that `hydrofdi monitor --config` reads ([monitoring.md](monitoring.md)). A quantity is a
+number in SI or a string with a unit, such as `1 kHz` or `20 ms`; unknown keys, keys given twice and units
+that do not fit are refused, all mistakes at once with `file:line`. Paths start at the folder of the file.
+"""
+
 READABLE = {"Pa": "MPa", "m^2": "mm^2", "m^3": "cm^3", "m": "mm", "m/V": "µm/V"}
 """SI unit → unit in which a default is shown."""
 
@@ -68,19 +80,21 @@ def page(config: type[BaseModel], introduction: str) -> str:
     """The text of a page on every key of a file."""
     models = [(name, info) for name, info in config.model_fields.items() if _model(info) is not None]
     plain = {name: info for name, info in config.model_fields.items() if _model(info) is None}
-    parts = [introduction, "## Top level\n", _table(plain, field_texts(config))]
+    texts = field_texts(config)
+    parts = [introduction, *(["## Top level\n", _table(plain, texts)] if plain else [])]
     names: dict[type[BaseModel], list[str]] = {}
     for name, info in models:
         names.setdefault(_model(info), []).append(name)
     for model, same in names.items():
-        parts += _section(same, model)
+        is_mapping = typing.get_origin(config.model_fields[same[0]].annotation) is dict
+        parts += _section(same, model, texts.get(same[0]) if is_mapping else None)
     return "\n".join(parts)
 
 
-def _section(names: list[str], model: type[BaseModel]) -> Iterator[str]:
+def _section(names: list[str], model: type[BaseModel], lead: str | None = None) -> Iterator[str]:
     fields = model.model_fields
     yield "\n## " + ", ".join(f"`{name}`" for name in names) + "\n"
-    yield f"{_sentence(model.__doc__)}\n"
+    yield f"{_sentence(lead)} {_sentence(model.__doc__)}".strip() + "\n"
     yield _table(fields, field_texts(model))
     for field, info in fields.items():
         inner = _model(info)
@@ -197,8 +211,11 @@ if __name__ == "__main__":
     texts = {
         DOCS / "configuration.md": page(ExperimentConfig, INTRODUCTION),
         DOCS / "measured-configuration.md": page(MeasuredConfig, MEASURED_INTRODUCTION),
+        DOCS / "monitoring-configuration.md": page(MonitorConfig, MONITOR_INTRODUCTION),
         CONFIGS / "schema.json": json.dumps(experiment_schema(), indent=2) + "\n",
         CONFIGS / "measured-schema.json": json.dumps(measured_schema(), indent=2) + "\n",
+        CONFIGS / "monitor-schema.json": json.dumps(monitor_schema(), indent=2) + "\n",
+        CONFIGS / "detector-schema.json": json.dumps(detector_schema(), indent=2) + "\n",
     }
     for file, text in texts.items():
         if "--check" not in sys.argv[1:]:

@@ -22,8 +22,9 @@ def described_schema(model: type[Section], title: str) -> dict[str, Any]:
     sections = {section.__name__: section for section in _sections(model)}
     for name, definition in [(model.__name__, schema), *schema["$defs"].items()]:
         for field, text in field_texts(sections[name]).items() if name in sections else ():
-            described = definition["properties"][field] | {"description": text}
-            definition["properties"][field] = dict(sorted(described.items()))
+            key = sections[name].model_fields[field].alias or field
+            described = definition["properties"][key] | {"description": text}
+            definition["properties"][key] = dict(sorted(described.items()))
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": title,

@@ -1,0 +1,72 @@
+"""What a monitor is told beside its detector and its source: a YAML file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import Field
+
+from hydrofdi.monitor.mqtt.configuration import MqttConfig
+from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.settings.quantities import Section
+from hydrofdi.settings.schema import described_schema
+from hydrofdi.settings.validation import read_yaml, validated
+
+
+Placed = TypeVar("Placed", bound=Section)
+
+
+class LimitsConfig(Section):
+    """What is too much."""
+
+    payload: Annotated[int, Field(ge=1024, le=2**28)] = 2**20
+    """Bytes of a message; a longer one is counted as malformed and left out."""
+
+
+class MonitorConfig(Section):
+    """A monitor beside its detector and its source."""
+
+    channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
+    """Channel → column of a text, or key of a JSON object. Text and JSON need none
+    where names and units say enough."""
+
+    text: TextConfig = TextConfig()
+
+    mqtt: MqttConfig = Field(default_factory=MqttConfig)
+
+    limits: LimitsConfig = LimitsConfig()
+
+
+def load_monitor_config(path: Path | None) -> MonitorConfig:
+    """The configuration in a YAML file; the default without one. Paths in it start at its folder.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake in the file, and its line.
+    """
+    if path is None:
+        return MonitorConfig()
+    source = read_yaml(path, "a configuration of a monitor")
+    source.data = source.data or {}
+    return _placed(validated(MonitorConfig, source), path.parent)
+
+
+def _placed(section: Placed, folder: Path) -> Placed:
+    """A section with its paths from a folder."""
+    found = {name: getattr(section, name) for name in type(section).model_fields}
+    paths = {name: folder / value for name, value in found.items() if isinstance(value, Path)}
+    sections = {name: _placed(value, folder) for name, value in found.items() if isinstance(value, Section)}
+    return section.model_copy(update=paths | sections)
+
+
+def monitor_schema() -> dict[str, Any]:
+    """The JSON Schema of a configuration; a text alone may stand for a channel."""
+    schema = described_schema(MonitorConfig, "hydrofdi monitor")
+    channels = schema["properties"]["channels"]
+    column = [channels["additionalProperties"], {"type": "string"}, {"type": "integer"}]
+    channels["additionalProperties"] = {"anyOf": column}
+    return schema

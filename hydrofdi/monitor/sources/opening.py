@@ -1,0 +1,92 @@
+"""What a text on the command line means as a stream."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.sources.contract import StreamSource
+from hydrofdi.settings.mistakes import nearest
+
+_SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
+_KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT"
+
+
+def open_stream(
+    text: str,
+    config: MonitorConfig,
+    file: DetectorFile,
+    detector: str,
+    *,
+    sampling_frequency: float | None = None,
+    is_followed: bool = True,
+) -> StreamSource:
+    """The stream that a text means; nothing is read or connected yet.
+
+    Parameters
+    ----------
+    text : str
+        ``-``, a file, ``mqtt://…``, ``mqtts://…`` or ``opc.tcp://…``.
+    config : MonitorConfig
+    file : DetectorFile
+        What is to judge it.
+    detector : str
+        Name of its file.
+    sampling_frequency : float, optional
+        Of text without a column of time [Hz].
+    is_followed : bool
+        Whether a file is expected to grow.
+
+    Raises
+    ------
+    ConfigError
+        It is nothing of these, an option does not fit, or an extra is not installed.
+    """
+    scheme = _SCHEME.match(text)
+    if scheme is None:
+        return _text(text, config, sampling_frequency, is_followed)
+    kind = scheme[1].lower()
+    if kind not in ("mqtt", "mqtts"):
+        raise ConfigError(f"{text}: unknown kind of source {kind!r}{_hint(kind, text)}")
+    if sampling_frequency is not None:
+        raise ConfigError("--sampling-frequency: is for text; other samples need a time of their own")
+    return _mqtt(text, config, detector)
+
+
+def _hint(kind: str, text: str) -> str:
+    if kind == "file":
+        return f"; did you mean {text[len('file:') :].replace('//', '', 1)!r}?"
+    same = {"opc": "opc.tcp", "opcua": "opc.tcp", "tcp": "mqtt", "ssl": "mqtts"}
+    if kind in same:
+        return f"; did you mean '{same[kind]}://'?"
+    close = nearest(kind, ("mqtt", "mqtts", "opc.tcp"))
+    return close if "did you mean" in close else f"; give {_KINDS}"
+
+
+def _text(
+    text: str, config: MonitorConfig, sampling_frequency: float | None, is_followed: bool
+) -> StreamSource:
+    from hydrofdi.monitor.sources.standard_input import StandardInput
+
+    form = config.text
+    if sampling_frequency is not None:
+        form = form.model_copy(update={"sampling_frequency": sampling_frequency})
+    if text == "-":
+        return StandardInput(config.channels, form)
+    if not Path(text).is_file():
+        raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
+    return StandardInput(config.channels, form, os.open(text, os.O_RDONLY))
+
+
+def _mqtt(text: str, config: MonitorConfig, detector: str) -> StreamSource:
+    from hydrofdi.monitor.mqtt import MqttAddress
+    from hydrofdi.monitor.sources.mqtt import MqttSource
+    from hydrofdi.monitor.sources.payload import PayloadReader
+
+    largest = config.limits.payload
+    reader = PayloadReader(config.channels, largest=largest)
+    return MqttSource(MqttAddress.parse(text), config.mqtt, reader.read, detector, largest)

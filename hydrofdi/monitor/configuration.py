@@ -15,7 +15,6 @@ from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.schema import described_schema
 from hydrofdi.settings.validation import read_yaml, validated
 
-
 Placed = TypeVar("Placed", bound=Section)
 
 
@@ -35,7 +34,7 @@ class MonitorConfig(Section):
 
     text: TextConfig = TextConfig()
 
-    mqtt: MqttConfig = Field(default_factory=MqttConfig)
+    mqtt: MqttConfig = MqttConfig()
 
     limits: LimitsConfig = LimitsConfig()
 

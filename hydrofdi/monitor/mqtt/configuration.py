@@ -13,7 +13,7 @@ from hydrofdi.settings.quantities import SI, Section
 class MqttConfig(Section):
     """Connections to brokers of MQTT 5. Messages are sent and read at quality of service 1."""
 
-    client_id: str = Field("", max_length=128)
+    client_id: str = Field(default="", max_length=128)
     """Name under which the broker keeps the messages of a source while it is away. Two clients of one name
     throw each other out. Made of the name of the machine, the detector and the topic where left out."""
 

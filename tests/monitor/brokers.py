@@ -29,8 +29,6 @@ class Broker:
             f"allow_anonymous {str(anonymous).lower()}",
             "persistence true",
             f"persistence_location {folder}/",
-            "autosave_interval 1",
-            "autosave_on_changes true",
             "max_queued_messages 0",
         )
         self._config.write_text("\n".join((*own, *lines)) + "\n", encoding="utf-8")

@@ -1,122 +1,223 @@
 """Samples over MQTT, by a real broker on this machine."""
 
-import time
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
-from hydrofdi.monitor.mqtt.publisher import SamplePublisher
-from hydrofdi.monitor.sources.mqtt import MqttSource
-from hydrofdi.monitor.sources.payload import PayloadReader
-from hydrofdi.records.channels import Channel
-from hydrofdi.records.streams import Chunk
+from hydrofdi.monitor.mqtt.publisher import payload_of
+from hydrofdi.monitor.sources import mqtt_deliveries
 from tests.monitor.brokers import Broker, needs_mosquitto
+from tests.monitor.mqtt_streams import (
+    P1,
+    U,
+    blocks_of,
+    client_at,
+    connected,
+    events,
+    published,
+    publisher_at,
+    samples,
+    sent,
+    source_at,
+    through,
+    times,
+    until,
+    wait_for,
+)
 
 pytestmark = needs_mosquitto
 
-RNG = np.random.default_rng(13)
-BLOCKS = [
-    Chunk(
-        (100 * number + np.arange(100)) / 1000,
-        {Channel.CHAMBER_1_PRESSURE: RNG.normal(5e6, 1e5, 100), Channel.INPUT_VOLTAGE: RNG.normal(size=100)},
-    )
-    for number in range(60)
-]
+TOPIC = "press/samples"
 
 
-@pytest.fixture
-def broker(tmp_path):
-    broker = Broker(tmp_path)
-    try:
-        broker.start()
-        yield broker
-    finally:
-        broker.stop()
+def all_times(blocks):
+    return np.concatenate([block.time for block in blocks])
 
 
-@pytest.fixture
-def opened():
-    """Closes what a test opened."""
-    things = []
-    yield things
-    for thing in things:
-        thing.close()
-
-
-def source_at(broker, opened, **options):
-    address = MqttAddress.parse(broker.address())
-    source = MqttSource(address, MqttConfig(), PayloadReader().read, "d.json", first_wait=0.05, **options)
-    source.open({})
-    opened.append(source)
-    return source
-
-
-def publisher_at(broker, opened):
-    publisher = SamplePublisher(MqttAddress.parse(broker.address()), MqttConfig(), first_wait=0.05)
-    opened.append(publisher)
-    return publisher
-
-
-def until(source, condition, *, confirms=True, timeout=30.0):
-    """All readings until a condition on them holds."""
-    readings, end = [], time.monotonic() + timeout
-    while not condition(readings):
-        assert time.monotonic() < end, readings
-        readings.append(source.read(0.05))
-        if confirms and source.wants_confirmation:
-            source.confirm()
-    return readings
-
-
-def kinds(readings):
-    return [event.kind for reading in readings for event in reading.events]
-
-
-def times(readings):
-    return np.concatenate([reading.chunk.time for reading in readings if reading.chunk] or [np.empty(0)])
-
-
-def ended(block):
-    return lambda readings: block.time[-1] in times(readings)
-
-
-def is_connected(readings):
-    return EventKind.CONNECTED in kinds(readings)
-
-
-def sent(publisher, blocks):
-    for block in blocks:
-        assert publisher.send(block, timeout=30.0)
-    assert publisher.flush(30.0)
-
-
-def samples(readings, channel):
-    return np.concatenate([reading.chunk.channels[channel] for reading in readings if reading.chunk])
-
-
-def test_samples_arrive_to_the_bit_and_in_order(broker, opened):
-    source = source_at(broker, opened)
-    until(source, is_connected)
-    sent(publisher_at(broker, opened), BLOCKS)
-    readings = until(source, ended(BLOCKS[-1]))
-    np.testing.assert_array_equal(times(readings), np.concatenate([block.time for block in BLOCKS]))
-    for channel in BLOCKS[0].channels:
-        expected = np.concatenate([block.channels[channel] for block in BLOCKS])
+def test_samples_arrive_in_order_and_to_the_bit(broker, closing):
+    blocks = blocks_of(60)
+    source = closing(source_at(broker.address()))
+    connected(source)
+    sent(closing(publisher_at(broker.address())), blocks)
+    readings = until(source, through(*blocks))
+    np.testing.assert_array_equal(times(readings), all_times(blocks))
+    for channel in (P1, U):
+        expected = np.concatenate([block.channels[channel] for block in blocks])
         np.testing.assert_array_equal(samples(readings, channel), expected)
 
 
-def test_what_was_not_confirmed_comes_again_after_a_restart(broker, opened):
-    first = source_at(broker, opened)
-    until(first, is_connected)
-    publisher = publisher_at(broker, opened)
-    sent(publisher, BLOCKS[:30])
-    confirmed = until(first, lambda readings: len(times(readings)) >= 1000)
-    lost = until(first, ended(BLOCKS[29]) if first.wants_confirmation else bool, confirms=False)
+def test_what_was_not_confirmed_comes_again_and_what_was_does_not(broker, closing):
+    blocks = blocks_of(40)
+    first = source_at(broker.address())
+    connected(first)
+    publisher = closing(publisher_at(broker.address()))
+    sent(publisher, blocks[:10])
+    until(first, through(*blocks[:10]))
+    first.confirm()
+    sent(publisher, blocks[10:15])
+    until(first, through(*blocks[10:15]), confirms=False)
     first.close()
-    sent(publisher, BLOCKS[30:])
-    second = source_at(broker, opened)
-    again = until(second, ended(BLOCKS[-1]))
-    assert set(times(confirmed)) | set(times(again)) == {t for block in BLOCKS for t in block.time}
-    assert set(times(lost)) <= set(times(again))
+    wait_for(lambda: f"{first._connection._session.client_id} disconnected" in broker.log)
+    sent(publisher, blocks[15:])
+    again = until(closing(source_at(broker.address())), through(*blocks))
+    np.testing.assert_array_equal(times(again), all_times(blocks[10:]))
+
+
+def test_a_slow_monitor_leaves_messages_with_the_broker(broker, closing):
+    blocks = blocks_of(200)
+    source = closing(source_at(broker.address()))
+    connected(source)
+    sent(closing(publisher_at(broker.address())), blocks)
+    wait_for(lambda: len(source._deliveries._waiting) == mqtt_deliveries.MOST_UNACKNOWLEDGED)
+    readings = until(source, through(*blocks))
+    np.testing.assert_array_equal(times(readings), all_times(blocks))
+    assert not events(readings, EventKind.DROPPED)
+
+
+@pytest.mark.parametrize("confirms", [True, False])
+def test_a_broker_that_starts_again_loses_nothing(broker, closing, confirms):
+    """Unconfirmed messages are sent again by the broker; the source knows them."""
+    blocks = blocks_of(40)
+    source = closing(source_at(broker.address()))
+    connected(source)
+    publisher = closing(publisher_at(broker.address()))
+    sent(publisher, blocks[:10])
+    before = until(source, through(*blocks[:10]), confirms=confirms)
+    broker.stop()
+    for block in blocks[10:20]:
+        assert publisher.send(block)
+    away = until(source, lambda readings: events(readings, EventKind.DISCONNECTED))
+    broker.start()
+    sent(publisher, blocks[20:])
+    after = until(source, through(*blocks))
+    np.testing.assert_array_equal(times([*before, *away, *after]), all_times(blocks))
+    assert len(events(away, EventKind.DISCONNECTED)) == 1
+    assert [event.kind for event in events(after)][-1] == "connected"
+
+
+def test_messages_that_wait_while_the_connection_breaks_come_once(broker, closing):
+    blocks = blocks_of(15)
+    source = closing(source_at(broker.address()))
+    connected(source)
+    sent(closing(publisher_at(broker.address())), blocks)
+    wait_for(lambda: len(source._deliveries._waiting) == 15)
+    intruder = client_at(broker, source._connection._session.client_id)
+    wait_for(lambda: "taken over" in broker.log or "already connected" in broker.log)
+    intruder.disconnect()
+    intruder.loop_stop()
+    readings = until(source, lambda readings: len(events(readings, EventKind.CONNECTED)) == 1)
+    np.testing.assert_array_equal(times(readings), all_times(blocks))
+
+
+def test_a_broker_that_is_absent_is_waited_for_and_said_once(tmp_path, closing):
+    broker = Broker(tmp_path)
+    source = closing(source_at(broker.address()))
+    try:
+        absent = [source.read(0.1) for _ in range(10)]
+        broker.start()
+        present = connected(source)
+    finally:
+        broker.stop()
+    (said,) = events(absent)
+    assert said.kind == "disconnected"
+    assert said.text == f"no connection to {broker.address()}: nothing listens there; tries again"
+    assert [event.kind for event in events(present)] == ["connected"]
+
+
+def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing):
+    (block,) = blocks_of(1)
+    source = source_at(broker.address(), largest=10_000)
+    connected(source)
+    client = client_at(broker)
+    for payload in (b"no JSON", b"", b"\xff\x00", b'{"time": 1}', b"7" * 20_000, payload_of(block)):
+        published(client, TOPIC, payload)
+    readings = until(source, through(block))
+    source.confirm()
+    malformed = events(readings, EventKind.MALFORMED)
+    assert sum(event.count for event in malformed) == 5
+    assert [event.is_silent for event in malformed] == [False, True, True, True, True]
+    source.close()
+    wait_for(lambda: f"{source._connection._session.client_id} disconnected" in broker.log)
+    again = closing(source_at(broker.address(), largest=10_000))
+    published(client, TOPIC, payload_of(blocks_of(2)[1]))
+    readings = until(again, through(blocks_of(2)[1]))
+    assert not events(readings, EventKind.MALFORMED)
+    client.disconnect()
+    client.loop_stop()
+
+
+def test_a_message_larger_than_allowed_says_so(broker, closing):
+    source = closing(source_at(broker.address(), largest=1000))
+    connected(source)
+    client = client_at(broker)
+    published(client, TOPIC, b"7" * 2000)
+    readings = until(source, lambda readings: events(readings, EventKind.MALFORMED))
+    assert "2000 bytes is larger than 1000" in events(readings, EventKind.MALFORMED)[0].text
+    client.disconnect()
+    client.loop_stop()
+
+
+def test_a_sample_of_long_ago_that_the_broker_retains_is_not_read(broker, closing):
+    old, new = blocks_of(2)
+    client = client_at(broker)
+    published(client, TOPIC, payload_of(old), retain=True)
+    source = closing(source_at(broker.address()))
+    connected(source)
+    published(client, TOPIC, payload_of(new))
+    np.testing.assert_array_equal(times(until(source, through(new))), new.time)
+    client.disconnect()
+    client.loop_stop()
+
+
+def test_messages_that_the_broker_does_not_keep_are_lost_in_one_gap(broker, closing, monkeypatch):
+    blocks = blocks_of(30)
+    monkeypatch.setattr(mqtt_deliveries, "MOST_WAITING", 10 * len(payload_of(blocks[0])))
+    source = closing(source_at(broker.address()))
+    connected(source)
+    client = client_at(broker)
+    for block in blocks[:29]:
+        client.publish(TOPIC, payload_of(block), qos=0)
+    published(client, "other", b"")
+    wait_for(lambda: source._deliveries._n_dropped == 29 - len(source._deliveries._waiting))
+    full = until(source, lambda readings: events(readings, EventKind.DROPPED))
+    client.publish(TOPIC, payload_of(blocks[29]), qos=0)
+    after = until(source, through(blocks[29]))
+    n_kept = len(times(full)) // 100
+    np.testing.assert_array_equal(times(full), all_times(blocks[:n_kept]))
+    assert sum(event.count for event in events(full, EventKind.DROPPED)) == 29 - n_kept
+    np.testing.assert_array_equal(times(after), blocks[29].time)
+    client.disconnect()
+    client.loop_stop()
+
+
+READER = """
+import os, sys
+from tests.monitor.mqtt_streams import source_at
+source, out = source_at(sys.argv[1]), open(sys.argv[2], "a")
+while True:
+    reading = source.read(0.02)
+    if reading.chunk:
+        out.write("".join(f"{time!r}\\n" for time in reading.chunk.time.tolist()))
+    if source.wants_confirmation:
+        out.flush()
+        source.confirm()
+"""
+
+
+def test_a_reader_that_is_killed_again_and_again_misses_no_sample(broker, closing, tmp_path):
+    blocks, out = blocks_of(120, n_sample=5), tmp_path / "times"
+    first = source_at(broker.address())
+    connected(first)
+    first.close()
+    publisher = closing(publisher_at(broker.address()))
+    for part in range(4):
+        with subprocess.Popen([sys.executable, "-c", READER, broker.address(), str(out)]) as reader:
+            sent(publisher, blocks[30 * part : 30 * part + 30])
+            target = blocks[30 * part + 10].time[-1] if part < 3 else blocks[-1].time[-1]
+            wait_for(lambda target=target: out.exists() and repr(float(target)) in out.read_text().split())
+            reader.kill()
+    seen = {float(line) for line in out.read_text().split()}
+    assert set(all_times(blocks)) <= seen

@@ -68,7 +68,8 @@ class MqttConnection:
         self._events: deque[Event] = deque(maxlen=1000)
         self._is_closed, self._is_over = Signal(), Signal()
         self._client: Client | None = None
-        self._reason = self._said = ""
+        self._reason = ""
+        self._said: set[str] = set()
         self._was_connected = self._is_forgotten = False
         self._thread = Thread(target=self._keep, name=f"mqtt {address.broker}", daemon=True)
 
@@ -167,10 +168,13 @@ class MqttConnection:
     def _say_lost(self, reason: str) -> None:
         if not self._is_closed.is_set():
             self._say(
-                EventKind.DISCONNECTED, f"no connection to {self._address.broker}: {reason}; tries again"
+                EventKind.DISCONNECTED, f"no connection to {self._address}: {reason}; tries again"
             )
 
     def _say(self, kind: EventKind, text: str) -> None:
-        if text != self._said:
+        """Each reason of a connection that is away once."""
+        if kind is EventKind.CONNECTED:
+            self._said.clear()
+        if text not in self._said:
             self._events.append(Event(kind, text))
-        self._said = text
+        self._said.add(text)

@@ -1,0 +1,107 @@
+"""Streams over MQTT in tests: blocks of samples, and what a source makes of them."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from paho.mqtt.client import Client
+from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+
+from hydrofdi.monitor.lines import EventKind
+from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
+from hydrofdi.monitor.mqtt.publisher import SamplePublisher
+from hydrofdi.monitor.sources.mqtt import MqttSource
+from hydrofdi.monitor.sources.payload import PayloadReader
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams import Chunk
+
+SOON = 0.05
+"""Before the second attempt to connect [s]."""
+
+P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
+
+
+def blocks_of(n_block, n_sample=100):
+    rng = np.random.default_rng(13)
+    return [
+        Chunk(
+            (n_sample * number + np.arange(n_sample)) / 1000,
+            {P1: rng.normal(5e6, 1e5, n_sample), U: rng.normal(size=n_sample)},
+        )
+        for number in range(n_block)
+    ]
+
+
+def source_at(address, config=None, detector="detector.json", **options):
+    address = MqttAddress.parse(address)
+    source = MqttSource(
+        address, config or MqttConfig(), PayloadReader().read, detector, first_wait=SOON, **options
+    )
+    source.open({})
+    return source
+
+
+def publisher_at(address, config=None):
+    return SamplePublisher(MqttAddress.parse(address), config or MqttConfig(), first_wait=SOON)
+
+
+def client_at(broker, client_id=""):
+    """A client of its own, connected."""
+    client = Client(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
+    client.connect("127.0.0.1", broker.port)
+    client.loop_start()
+    wait_for(client.is_connected)
+    return client
+
+
+def published(client, topic, payload, qos=1, retain=False):
+    info = client.publish(topic, payload, qos, retain)
+    info.wait_for_publish(30.0)
+    assert info.is_published()
+
+
+def wait_for(condition, timeout=30.0):
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.01)
+
+
+def until(source, condition, *, confirms=True, timeout=30.0):
+    """All readings until a condition on them holds."""
+    readings, end = [], time.monotonic() + timeout
+    while not condition(readings):
+        assert time.monotonic() < end, readings
+        readings.append(source.read(0.02))
+        if confirms and source.wants_confirmation:
+            source.confirm()
+    return readings
+
+
+def events(readings, kind=None):
+    return [event for each in readings for event in each.events if kind in (None, event.kind)]
+
+
+def connected(source):
+    """Wait for the connection."""
+    return until(source, lambda readings: events(readings, EventKind.CONNECTED))
+
+
+def times(readings):
+    return np.concatenate([each.chunk.time for each in readings if each.chunk] or [np.empty(0)])
+
+
+def through(*blocks):
+    """Whether the last sample of the last block is there."""
+    return lambda readings: blocks[-1].time[-1] in times(readings)
+
+
+def samples(readings, channel):
+    return np.concatenate([each.chunk.channels[channel] for each in readings if each.chunk])
+
+
+def sent(publisher, blocks):
+    for block in blocks:
+        assert publisher.send(block, timeout=30.0)
+    assert publisher.flush(30.0)

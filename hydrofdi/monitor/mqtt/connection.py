@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import random
 import time
-from collections import deque
 from threading import Event as Signal
 from threading import Thread
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.lines import Event
 from hydrofdi.monitor.mqtt.address import MqttAddress
+from hydrofdi.monitor.mqtt.announcements import Announcements
 from hydrofdi.monitor.mqtt.configuration import MqttConfig
 from hydrofdi.monitor.mqtt.reasons import reason_of_code, reason_of_error
 from hydrofdi.monitor.mqtt.security import doubts
@@ -65,11 +65,10 @@ class MqttConnection:
     ) -> None:
         self._address, self._config, self._session, self._user = address, config, session, user
         self._first_wait = first_wait
-        self._events: deque[Event] = deque(maxlen=1000)
+        self._announcements = Announcements(str(address))
         self._is_closed, self._is_over = Signal(), Signal()
         self._client: Client | None = None
         self._reason = ""
-        self._said: set[str] = set()
         self._was_connected = self._is_forgotten = False
         self._thread = Thread(target=self._keep, name=f"mqtt {address.broker}", daemon=True)
 
@@ -84,12 +83,12 @@ class MqttConnection:
         require_paho()
         new_client(self._address, self._config, self._session)
         for doubt in doubts(self._address, self._config):
-            self._events.append(Event(EventKind.INSECURE, doubt))
+            self._announcements.doubt(doubt)
         self._thread.start()
 
     def take_events(self) -> tuple[Event, ...]:
         """What happened since the last call."""
-        return tuple(self._events.popleft() for _ in range(len(self._events)))
+        return self._announcements.take()
 
     def close(self, timeout: float = 3.0) -> None:
         """Say goodbye and end; after `timeout` seconds without an answer."""
@@ -116,17 +115,24 @@ class MqttConnection:
             client = self._new_client()
             connect(client, self._address, self._config, self._session)
         except (OSError, ValueError) as error:
-            self._say_lost(reason_of_error(error, self._address))
+            self._announcements.lost(reason_of_error(error, self._address))
             return
         self._client = client
         client.loop_start()
-        while not self._is_over.wait(1.0):
-            if self._is_closed.is_set():
-                client.disconnect()
+        self._wait_until_over(client)
         client.loop_stop()
         self._client = None
         self._user.lost()
-        self._say_lost(self._reason)
+        if not self._is_closed.is_set():
+            self._announcements.lost(self._reason)
+
+    def _wait_until_over(self, client: Client) -> None:
+        steady_at = time.monotonic() + _STEADY
+        while not self._is_over.wait(1.0):
+            if self._is_closed.is_set():
+                client.disconnect()
+            if time.monotonic() >= steady_at:
+                self._announcements.steady()
 
     def _new_client(self) -> Client:
         client = new_client(self._address, self._config, self._session)
@@ -146,35 +152,21 @@ class MqttConnection:
         if self._session.topic:
             subscribe(client, self._session.topic)
         else:
-            self._say(EventKind.CONNECTED, f"connected to {self._address}")
+            self._announcements.connected()
 
     def _on_subscribe(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
         if codes[0].is_failure:
             self._reason = f"it does not let this user read {self._session.topic!r}"
             client.disconnect()
             return
-        text = f"connected to {self._address}"
+        remark = ""
         if self._is_forgotten:
-            text += "; the broker kept nothing of what was sent meanwhile"
+            remark += "; the broker kept nothing of what was sent meanwhile"
         if codes[0].value == 0:
-            text += "; it grants quality of service 0 alone, so that messages can be lost"
-        self._say(EventKind.CONNECTED, text)
+            remark += "; it grants quality of service 0 alone, so that messages can be lost"
+        self._announcements.connected(remark)
 
     def _on_disconnect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
         by_broker = reason_of_code(code.getName()) if flags.is_disconnect_packet_from_server else ""
         self._reason = self._reason or by_broker or "the connection broke"
         self._is_over.set()
-
-    def _say_lost(self, reason: str) -> None:
-        if not self._is_closed.is_set():
-            self._say(
-                EventKind.DISCONNECTED, f"no connection to {self._address}: {reason}; tries again"
-            )
-
-    def _say(self, kind: EventKind, text: str) -> None:
-        """Each reason of a connection that is away once."""
-        if kind is EventKind.CONNECTED:
-            self._said.clear()
-        if text not in self._said:
-            self._events.append(Event(kind, text))
-        self._said.add(text)

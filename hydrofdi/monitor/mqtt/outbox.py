@@ -28,12 +28,7 @@ class Outbox:
     capacity : int
         Messages that wait or are on their way.
     greeting : tuple of (str, bytes), optional
-        Topic and retained message that each connection begins with.
-
-    Attributes
-    ----------
-    refusal : str
-        Why the broker refused the last message; empty where it took it.
+        Topic and retained message that each connection begins with, unless it was refused before.
     """
 
     def __init__(self, capacity: int, greeting: tuple[str, bytes] | None = None) -> None:
@@ -42,7 +37,8 @@ class Outbox:
         self._client: Client | None = None
         self._answers: deque[tuple[Client, int, Any]] = deque()
         self._lock = Lock()
-        self.refusal = ""
+        self._greeting_number: int | None = None
+        self._refusals: list[str] = []
 
     def put(self, topic: str, payload: bytes, is_retained: bool = False) -> bool:
         """Queue a message; whether there was room."""
@@ -62,6 +58,13 @@ class Outbox:
             self._forget_sent()
             return len(self._messages)
 
+    def take_refusals(self) -> list[str]:
+        """Why the broker refused messages since the last call, a reason for each."""
+        with self._lock:
+            self._forget_sent()
+            refusals, self._refusals = self._refusals, []
+        return refusals
+
     def wait_until(self, n_waiting: int, timeout: float) -> bool:
         """Wait until so few are waiting, for `timeout` seconds at most; whether it came to it."""
         end = time.monotonic() + timeout
@@ -75,7 +78,7 @@ class Outbox:
         """Send all that waits."""
         client.on_publish = self._answered
         if self._greeting:
-            client.publish(*self._greeting, qos=1, retain=True)
+            self._greeting_number = client.publish(*self._greeting, qos=1, retain=True).mid
         with self._lock:
             self._forget_sent()
             self._client = client
@@ -104,8 +107,11 @@ class Outbox:
         numbers = set()
         while self._answers:
             client, number, code = self._answers.popleft()
-            if client is self._client:
-                numbers.add(number)
-                self.refusal = code.getName() if code.is_failure else ""
+            if client is not self._client:
+                continue
+            numbers.add(number)
+            if code.is_failure:
+                self._refusals.append(code.getName().lower())
+                self._greeting = None if number == self._greeting_number else self._greeting
         if numbers:
             self._messages = deque(each for each in self._messages if each.number not in numbers)

@@ -47,8 +47,7 @@ class MqttSink:
         self._outbox = Outbox(capacity, greeting=(self._status, b"online"))
         session = Session(will=(self._status, b"offline"))
         self._connection = MqttConnection(address, config, session, self._outbox, first_wait)
-        self._is_full = False
-        self._refusal = ""
+        self._is_full = self._is_refused = self._is_closed = False
         self._connection.open()
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
@@ -59,6 +58,9 @@ class MqttSink:
 
     def close(self) -> None:
         """Send what is left, for three seconds at most."""
+        if self._is_closed:
+            return
+        self._is_closed = True
         self._outbox.put(self._status, b"offline", is_retained=True)
         self._outbox.wait_until(0, 3.0)
         self._connection.close()
@@ -78,8 +80,9 @@ class MqttSink:
         return [Event(EventKind.DROPPED, text, None, n_lost, is_silent=was_full)]
 
     def _refusals(self) -> list[Line]:
-        refusal, before = self._outbox.refusal, self._refusal
-        self._refusal = refusal
-        if not refusal or refusal == before:
+        refusals = self._outbox.take_refusals()
+        if not refusals:
             return []
-        return [Event(EventKind.DROPPED, f"{self._place}: the broker refuses messages ({refusal})")]
+        was_refused, self._is_refused = self._is_refused, True
+        text = f"{self._place}: the broker refuses messages: {refusals[-1]}"
+        return [Event(EventKind.DROPPED, text, None, len(refusals), is_silent=was_refused)]

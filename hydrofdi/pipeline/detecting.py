@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.measuring import without_scale
 from hydrofdi.monitor.judged import judging_of
 from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.monitor.watch import Watch
@@ -97,10 +98,8 @@ def _forbidden(
     if abs(records.sampling_frequency / file.sampling_frequency - 1.0) > _RATE:
         rates = f"{records.sampling_frequency:.4g} Hz instead of {file.sampling_frequency:.4g} Hz"
         return WindowFault("other_rate", f"is sampled at {rates}")
-    for channel in channels:
-        if channel in records.relative:
-            found = "is divided by another" if channel in records.normalized else "is in counts"
-            return WindowFault("no_scale", f"{channel} {found}, and the detector needs it in {channel.unit}")
+    if obstacle := without_scale(records, channels):
+        return WindowFault("no_scale", obstacle)
     for remark in records.remarks[row]:
         concerns = remark.channel in channels and remark.kind not in _SAID_OF_WINDOWS
         if remark.is_unusable and (remark.channel is None or concerns):

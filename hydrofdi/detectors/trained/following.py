@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,25 +19,13 @@ from hydrofdi.detectors.trained.verdict import Verdict
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.streams import State, WindowFault
+from hydrofdi.records.streams import Piece, State, WindowFault
 
 _INDICATOR = "indicator."
 
-
-class Samples(Protocol):
-    """Consecutive samples of a stream: instants [s], channels (n_time,), and whether they begin anew."""
-
-    @property
-    def time(self) -> Array:
-        """Instants [s]."""
-
-    @property
-    def channels(self) -> Mapping[Channel, Array]:
-        """In SI; NaN where a sample is missing."""
-
-    @property
-    def begins_anew(self) -> bool:
-        """Whether they are the first ones, or come behind a gap."""
+_LOST, _LOST_AT_FIRST = 10, 600.0
+"""An indicator that had a score begins anew after so many estimates without one, and after its transient;
+one that had none since it began, after this time [s], because its first window may be long."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +50,8 @@ class Estimate:
 class Estimator:
     """Estimates along a stream. They are the same, to the bit, whatever the pieces.
 
-    The indicator begins anew behind a gap, behind a missing sample, and where it diverged; it is then silent
-    for its transient.
+    The indicator begins anew behind a gap, behind missing samples, and where it has lost its score for good;
+    it is then silent for its transient.
 
     Parameters
     ----------
@@ -95,11 +84,13 @@ class Estimator:
         begun = self.indicator.start(self._records(0, dict.fromkeys(self._channels, none)))
         return {
             "n_seen": np.array([0]),
+            "n_lost": np.array([0]),
+            "had_score": np.array([False]),
             "is_missing": np.array([False]),
             **{_INDICATOR + name: array for name, array in begun.items()},
         }
 
-    def step(self, state: State, piece: Samples) -> tuple[State, list[Estimate]]:
+    def step(self, state: State, piece: Piece) -> tuple[State, list[Estimate]]:
         """The state behind a piece, and the estimates that came with it; the old state stays as it was."""
         state = self.start() if piece.begins_anew else state
         missing = np.vstack([~np.isfinite(piece.channels[channel]) for channel in self._channels])
@@ -115,16 +106,17 @@ class Estimator:
                 found += estimates
         return state, found
 
-    def _missing(self, piece: Samples, place: int, missing: NDArray[np.bool_]) -> Estimate:
+    def _missing(self, piece: Piece, place: int, missing: NDArray[np.bool_]) -> Estimate:
         lost = [channel for channel, row in zip(self._channels, missing, strict=True) if row[place]]
         text = f"no sample of {' and '.join(lost)}; {self._anew}"
         return Estimate(float(piece.time[place]), np.nan, WindowFault("missing", text))
 
     def _advance(
-        self, state: State, piece: Samples, first: int, stop: int
+        self, state: State, piece: Piece, first: int, stop: int
     ) -> tuple[State, int, list[Estimate]]:
-        """Up to `stop`, or to the sample at which the estimator diverged."""
+        """Up to `stop`, or to the sample at which it begins anew."""
         n_before, indicator = int(state["n_seen"][0]), self.indicator
+        n_lost, had_score = int(state["n_lost"][0]), bool(state["had_score"][0])
         samples = {
             channel: np.ascontiguousarray(piece.channels[channel][None, first:stop], dtype=float)
             for channel in self._channels
@@ -134,17 +126,36 @@ class Estimator:
         is_settled = (n_before + due) / self._frequency >= indicator.options.transient - 1e-9
         found: list[Estimate] = []
         for place, score in zip(due[is_settled], trace.values[self._score][0, is_settled], strict=True):
-            time = float(piece.time[first + place])
-            if not np.isfinite(score):
-                fault = WindowFault("diverged", f"{indicator.name} diverged; {self._anew}")
-                return self.start(), first + int(place) + 1, [*found, Estimate(time, np.nan, fault)]
-            found.append(Estimate(time, float(score)))
+            time, has_score = float(piece.time[first + place]), bool(np.isfinite(score))
+            n_lost, had_score = 0 if has_score else n_lost + 1, had_score or has_score
+            found.append(Estimate(time, float(score), None if has_score else self._without_score(n_lost)))
+            if n_lost == self._patience(had_score):
+                found[-1] = Estimate(time, np.nan, self._given_up(n_lost))
+                return self.start(), first + int(place) + 1, found
         after: dict[str, NDArray[Any]] = {
             "n_seen": np.array([n_before + stop - first]),
+            "n_lost": np.array([n_lost]),
+            "had_score": np.array([had_score]),
             "is_missing": np.array([False]),
             **{_INDICATOR + name: np.asarray(array) for name, array in followed.items()},
         }
         return after, stop, found
+
+    def _patience(self, had_score: bool) -> int:
+        """Estimates in a row without a score, after which the indicator begins anew."""
+        time = self.indicator.options.transient if had_score else _LOST_AT_FIRST
+        return max(_LOST, math.ceil(time / self._interval))
+
+    @property
+    def _interval(self) -> float:
+        return self.indicator.samples_per_estimate(self._frequency) / self._frequency
+
+    def _without_score(self, n_lost: int) -> WindowFault:
+        lasts = f"for {n_lost * self._interval:.4g} s"
+        return WindowFault("no_number", f"{self.indicator.name} has had no {self._score} {lasts}")
+
+    def _given_up(self, n_lost: int) -> WindowFault:
+        return WindowFault("no_number", f"{self._without_score(n_lost).text}; {self._anew}")
 
     @property
     def _anew(self) -> str:
@@ -176,7 +187,7 @@ class Follower:
         """The state before the first sample: arrays alone."""
         return self._estimator.start()
 
-    def step(self, state: State, piece: Samples) -> tuple[State, Array, list[Verdict]]:
+    def step(self, state: State, piece: Piece) -> tuple[State, Array, list[Verdict]]:
         """The state behind a piece; the instants [s] of what came with it, and a verdict for each."""
         after, found = self._estimator.step(state, piece)
         verdicts = [verdict_of(self.file, each.score, each.fault) for each in found]

@@ -13,7 +13,7 @@ from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.cutting import drive_of, pieces_along, windower_of, windows_along
 from hydrofdi.detectors.trained.following import Estimate, Estimator
 from hydrofdi.detectors.trained.learned import Learned, LearnedRecord, ScoreLine
-from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records
+from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records, without_scale
 from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts, joined, learned_range
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.refusal import NotStatedError
@@ -211,8 +211,8 @@ def _alike(
         )
     if missing := [channel for channel in channels if channel not in batch.channels]:
         raise DataError(f"{source}: has no {' and no '.join(missing)}, which {config.indicator} needs")
-    if (batch.relative, batch.normalized) != (first.relative, first.normalized):
-        raise DataError(f"{source}: has another scale than {other}: one of them is in counts, or normalized")
+    if obstacle := without_scale(batch, channels):
+        raise DataError(f"{source}: {obstacle}")
     needs_length = config.window.by == "time" and config.window.duration is None
     if needs_length and batch.n_time != first.n_time:
         raise DataError(

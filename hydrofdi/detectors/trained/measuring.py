@@ -89,3 +89,12 @@ def scores_of_records(records: RecordBatch, feature: Feature) -> WindowScores:
     """The same of windows that are records already."""
     measures = measure(records, {"it": feature.indicator})
     return WindowScores(measures.values[f"it.{feature.described.name}"], measures.obstacles["it"])
+
+
+def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | None:
+    """Which channel is not in SI, as a sentence; None where all are. A stream has no scale but SI."""
+    for channel in channels:
+        if channel in records.relative:
+            found = "is divided by another" if channel in records.normalized else "is in counts"
+            return f"{channel} {found}, and a detector needs it in {channel.unit}"
+    return None

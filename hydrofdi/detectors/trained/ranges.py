@@ -13,10 +13,10 @@ from hydrofdi.records import Array, Channel
 _TAIL = 0.01
 """Share of samples below the low quantile, and above the high one."""
 
-_MARGIN, _OF_SPAN = 1.0, 0.25
+_MARGIN, _OF_SPAN = 0.5, 0.1
 """A range is widened by so many of its widths, and by this share of what the channel spans."""
 
-_ACTIVITY = 3.0
+_ACTIVITY = 2.0
 """Activity may be so many times less or more."""
 
 _PILE, _PILE_LEAST = 2.0, 0.02

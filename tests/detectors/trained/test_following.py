@@ -1,0 +1,149 @@
+"""A recursive indicator follows a stream whatever its pieces, and begins anew where it has to."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hydrofdi.detectors.features import Feature
+from hydrofdi.detectors.trained import Follower
+from hydrofdi.detectors.trained.following import Estimator
+from hydrofdi.detectors.trained.measuring import feature_of, records_of
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import indicator_kind, indicator_names
+from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
+from hydrofdi.records import Channel
+from hydrofdi.records.streams import Piece
+from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+
+NAMES = [name for name in indicator_names() if issubclass(indicator_kind(name), RecursiveIndicator)]
+OPTIONS = {"interval": 0.05, "transient": 0.2}
+SLIDING = {"of": "dwt", "output": "d2", "window": 0.1}
+N_SAMPLE = 1000
+CUTS = st.lists(st.integers(1, N_SAMPLE - 1), max_size=5).map(lambda cuts: sorted({0, *cuts, N_SAMPLE}))
+
+
+def follower_of(name="weak_rls", **options):
+    more = {"options": OPTIONS | options, "direction": "both", "window": {"by": "estimate"}}
+    return Follower(detector(name, limits=(-1e300, 1e300), **more))
+
+
+def piece(first=0, stop=N_SAMPLE, begins_anew=None, lost=(), start=0.0):
+    """Samples of a stream; those at the places `lost` have no P1."""
+    rows = {channel: samples.copy() for channel, samples in signals(3).items()}
+    rows[Channel.CHAMBER_1_PRESSURE][list(lost)] = np.nan
+    time = start + np.arange(N_SAMPLE) / FREQUENCY
+    part = {channel: samples[first:stop] for channel, samples in rows.items()}
+    return Piece(time[first:stop], part, first == 0 if begins_anew is None else begins_anew)
+
+
+def followed(follower, *pieces):
+    state, instants, verdicts = follower.start(), [], []
+    for each in pieces:
+        state, times, found = follower.step(state, each)
+        instants += times.tolist()
+        verdicts += found
+    return instants, verdicts
+
+
+class Forgetful(indicator_kind("sliding")):
+    """A sliding number that is lost for good from an instant on, as that of a filter which diverged."""
+
+    lost_from = 0.5
+
+    def step(self, state, chunk):
+        after, trace = super().step(state, chunk)
+        values = {name: np.where(trace.time >= self.lost_from, np.nan, v) for name, v in trace.values.items()}
+        return after, Trace(trace.time, values)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@settings(max_examples=8, deadline=None)
+@given(cuts=CUTS, lost=st.sets(st.integers(0, N_SAMPLE - 1), max_size=3))
+def test_verdicts_do_not_depend_on_the_pieces(name, cuts, lost):
+    follower = follower_of(name)
+    pieces = [piece(first, stop, lost=lost) for first, stop in pairwise(cuts)]
+    assert followed(follower, *pieces) == followed(follower, piece(lost=lost))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_estimates_are_those_of_the_record_after_the_transient(name):
+    feature = feature_of(detector(name, options=OPTIONS, direction="both", window={"by": "estimate"}).config)
+    channels = tuple(sorted(feature.indicator.channels))
+    estimator = Estimator(feature, channels, FREQUENCY)
+    _, found = estimator.step(estimator.start(), piece())
+    trace = feature.indicator.trace(records_of([window(seed=3)], channels, FREQUENCY)).since(0.2 - 1e-9)
+    np.testing.assert_array_equal([each.score for each in found], trace.values[feature.described.name][0])
+    assert all(np.isfinite(each.score) == (each.fault is None) for each in found)
+    np.testing.assert_allclose([each.time for each in found], trace.time, rtol=0, atol=1e-12)
+    assert found[0].time >= 0.2 - 1e-9
+
+
+def test_it_begins_anew_behind_a_gap():
+    follower = follower_of()
+    once = followed(follower, piece())
+    again = followed(follower, piece(0, 700), piece(begins_anew=True, start=50.0))
+    assert again[1][-len(once[1]) :] == once[1]
+    np.testing.assert_allclose(again[0][-len(once[0]) :], np.array(once[0]) + 50.0, atol=1e-9)
+
+
+def test_missing_samples_are_said_once_and_the_estimates_begin_anew_behind_them():
+    instants, verdicts = followed(follower_of(), piece(lost=range(400, 420)))
+    (place,) = (place for place, verdict in enumerate(verdicts) if verdict.fault is not None)
+    assert verdicts[place].fault.kind == "missing"
+    assert "chamber_1_pressure" in verdicts[place].fault.text
+    assert instants[place] == 0.4
+    assert instants[place + 1] == pytest.approx(0.42 + 0.2, abs=0.05)
+    alone = followed(follower_of(), piece(420, begins_anew=True))[1]
+    assert verdicts[place + 1 :] == alone
+
+
+def test_an_indicator_that_lost_its_score_for_good_begins_anew_and_says_so():
+    options = SLIDING | {"interval": 0.01, "transient": 0.1, "window": 0.1}
+    feature = Feature(Forgetful(Forgetful.Options.model_validate(options)))
+    estimator = Estimator(feature, tuple(feature.indicator.channels), FREQUENCY)
+
+    def estimates(*cuts):
+        state, found = estimator.start(), []
+        for first, stop in pairwise([0, *cuts, N_SAMPLE]):
+            state, more = estimator.step(state, piece(first, stop))
+            found += [(each.time, each.fault, None if each.fault else each.score) for each in more]
+        return found
+
+    found = estimates()
+    said = [(time, fault.text) for time, fault, _ in found if fault is not None]
+    assert said[0] == (pytest.approx(0.509), "sliding has had no d2 for 0.01 s")
+    assert said[9] == (
+        pytest.approx(0.599),
+        "sliding has had no d2 for 0.1 s; it begins anew and is silent for 0.1 s",
+    )
+    assert said[10:] == []
+    assert next(time for time, _, _ in found if time > 0.6) == pytest.approx(0.709)
+    assert estimates(123, 509, 510, 599, 600, 601) == found
+
+
+def test_an_indicator_without_a_score_yet_is_waited_for():
+    options = SLIDING | {"interval": 0.01, "transient": 0.0, "window": 0.7}
+    _, verdicts = followed(follower_of("sliding", **options), piece())
+    faults = [verdict.fault for verdict in verdicts if verdict.fault is not None]
+    assert len(faults) == 69
+    assert not any("anew" in fault.text for fault in faults)
+    assert verdicts[-1].alarm is False
+
+
+def test_its_state_is_arrays_and_stays_as_it_was():
+    follower = follower_of("ekf_joint")
+    state, _, _ = follower.step(follower.start(), piece(0, 500))
+    before = {name: np.array(array) for name, array in state.items()}
+    first = follower.step(state, piece(500, begins_anew=False))
+    assert all(array.dtype != object for array in before.values())
+    for name, array in before.items():
+        np.testing.assert_array_equal(state[name], array)
+    assert follower.step(before, piece(500, begins_anew=False))[2] == first[2]
+
+
+def test_windows_are_not_followed():
+    with pytest.raises(ConfigError, match="dwt does not follow a stream"):
+        Follower(detector("dwt", direction="both", window={"by": "estimate"}))

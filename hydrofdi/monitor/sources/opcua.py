@@ -1,0 +1,130 @@
+"""A stream from an OPC UA server: subscribed nodes, joined by their time stamps."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from threading import Thread
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.sources.contract import Position, Reading
+from hydrofdi.monitor.sources.opcua_configuration import OpcUaConfig, credentials, server_url
+from hydrofdi.monitor.sources.sample_queue import SampleQueue
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_units import in_si
+from hydrofdi.records.measured.description.sections import ChannelConfig
+
+if TYPE_CHECKING:
+    from hydrofdi.monitor.sources.opcua_following import ServerFollower
+
+
+class OpcUaSource:
+    """Nodes of an OPC UA server.
+
+    Parameters
+    ----------
+    url : str
+        ``opc.tcp://host:port/path``.
+    config : OpcUaConfig
+    channels : mapping of Channel to ChannelConfig
+        `column` is the node id; the unit has to be given.
+    sampling_frequency : float
+        Of the detector [Hz].
+
+    Raises
+    ------
+    ConfigError
+        Address, nodes, units, files or credentials cannot be used.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        config: OpcUaConfig,
+        channels: Mapping[Channel, ChannelConfig],
+        sampling_frequency: float,
+    ) -> None:
+        self._name = server_url(url)
+        if not channels:
+            raise ConfigError("an OPC UA server needs 'channels': which node is which channel")
+        self._channels = dict(channels)
+        self._queue = SampleQueue(tuple(channels), max(2, round(config.queue * sampling_frequency)))
+        self._follower = self._made_follower(config, sampling_frequency)
+        self._in_si(np.ones((1, len(channels))))
+        self._thread = Thread(target=self._run, name="opcua", daemon=True)
+
+    @property
+    def name(self) -> str:
+        """The address."""
+        return self._name
+
+    @property
+    def position(self) -> Position:
+        """A server cannot go back."""
+        return {}
+
+    @property
+    def wants_confirmation(self) -> bool:
+        """Never: a server keeps nothing."""
+        return False
+
+    def open(self, position: Position) -> None:
+        """Begin to connect; a server that does not answer is waited for."""
+        self._thread.start()
+
+    def read(self, timeout: float) -> Reading:
+        """What has come."""
+        return self._queue.take(timeout)
+
+    def confirm(self) -> None:
+        """Nothing to tell the server."""
+
+    def close(self) -> None:
+        """End the connection and its thread."""
+        self._follower.stop()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _made_follower(self, config: OpcUaConfig, sampling_frequency: float) -> ServerFollower:
+        try:
+            from hydrofdi.monitor.sources.opcua_connection import Server
+            from hydrofdi.monitor.sources.opcua_files import key_files
+            from hydrofdi.monitor.sources.opcua_following import ServerFollower
+        except ModuleNotFoundError as error:
+            if error.name != "asyncua":
+                raise
+            raise ConfigError("OPC UA needs the extra: pip install 'hydrofdi[monitor]'") from None
+        server = Server(self._name, config, credentials(config), key_files(config))
+        nodes = [channel.column for channel in self._channels.values()]
+        return ServerFollower(server, nodes, 1 / sampling_frequency, self._put, self._queue.say)
+
+    def _run(self) -> None:
+        try:
+            asyncio.run(self._follower.run())
+        except Exception as failure:
+            self._queue.fail(failure)
+
+    def _put(self, time: Array, samples: Array) -> None:
+        self._queue.put(time, self._in_si(samples))
+
+    def _in_si(self, samples: Array) -> Array:
+        columns = [
+            _converted(channel, config, samples[:, position])
+            for position, (channel, config) in enumerate(self._channels.items())
+        ]
+        return np.stack(columns, axis=1)
+
+
+def _converted(channel: Channel, config: ChannelConfig, values: Array) -> Array:
+    """A channel in SI; the arithmetic of measured files."""
+    if not config.unit:
+        raise ConfigError(f"channels.{channel}: write the 'unit' of the node, such as bar")
+    if config.gain is not None:
+        values = config.gain * values
+    if config.offset:
+        values = values + config.offset
+    return in_si(config.sign * values, config.unit, channel.unit, f"channels.{channel}")

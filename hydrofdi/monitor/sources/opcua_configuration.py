@@ -1,0 +1,119 @@
+"""How an OPC UA server is reached: address, security, credentials."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Literal, Self
+from urllib.parse import urlsplit
+
+from pydantic import model_validator
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.settings.quantities import SI, Section
+
+SCHEME = "opc.tcp"
+_PORT = 4840
+_USERNAME, _PASSWORD = "HYDROFDI_OPCUA_USERNAME", "HYDROFDI_OPCUA_PASSWORD"
+
+
+class OpcUaConfig(Section):
+    """An OPC UA server: its security, and how often it sends samples."""
+
+    publishing_interval: Annotated[float, SI("s", least=0.01, most=60.0)] = 0.5
+    """How often the server sends what it has sampled [s]."""
+
+    wait: Annotated[float, SI("s", above=0.0, most=600.0)] = 2.0
+    """How long a sample waits for a node that has sent no value for its instant and no later one [s]; then
+    the channel misses it."""
+
+    queue: Annotated[float, SI("s", above=0.0, most=3600.0)] = 60.0
+    """Samples that wait for the monitor [s]; when they are more, whole windows are dropped."""
+
+    security: Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"] = "none"
+    """Policy of signing and encrypting. ``none``: whoever is on the network reads and changes samples."""
+
+    certificate: Path | None = None
+    """Certificate of this monitor, PEM or DER; the server has to trust it."""
+
+    private_key: Path | None = None
+    """Its private key, PEM or DER, without a passphrase."""
+
+    server_certificate: Path | None = None
+    """Certificate of the server, PEM or DER; a server with another one is refused."""
+
+    username: str = ""
+    """User; ``HYDROFDI_OPCUA_USERNAME`` in the environment replaces it. Anonymous where both are left out."""
+
+    password_file: Path | None = None
+    """File whose first line is the password; ``HYDROFDI_OPCUA_PASSWORD`` in the environment replaces it."""
+
+    @model_validator(mode="after")
+    def _whole_security(self) -> Self:
+        files = {name: getattr(self, name) for name in ("certificate", "private_key", "server_certificate")}
+        given = [name for name, path in files.items() if path is not None]
+        missing = [name for name, path in files.items() if path is None]
+        if self.security != "none" and missing:
+            raise ValueError(f"security {self.security} needs {', '.join(missing)} as well")
+        if self.security == "none" and given:
+            raise ValueError(f"{given[0]} without a policy; write 'security: Basic256Sha256'")
+        return self
+
+
+def server_url(source: str) -> str:
+    """The address of a server in full.
+
+    Parameters
+    ----------
+    source : str
+        Such as ``opc.tcp://plc.example:4840/path``; the port is 4840 where left out.
+
+    Raises
+    ------
+    ConfigError
+        It is no such address, or holds credentials.
+    """
+    try:
+        parts = urlsplit(source)
+        host, port = parts.hostname, parts.port or _PORT
+    except ValueError:
+        host, port = None, 0
+    if not host or parts.scheme != SCHEME or parts.query or parts.fragment:
+        raise ConfigError(f"an OPC UA server is written {SCHEME}://host:port/path")
+    if "@" in parts.netloc:
+        raise ConfigError(
+            f"no user or password in an address, which others can read: set {_USERNAME} and {_PASSWORD}"
+        )
+    host = f"[{host}]" if ":" in host else host
+    return f"{SCHEME}://{host}:{port}{parts.path}"
+
+
+def credentials(config: OpcUaConfig) -> tuple[str, str] | None:
+    """User name and password; None for an anonymous user.
+
+    Raises
+    ------
+    ConfigError
+        One lacks the other, the file cannot be read, or the password would not be encrypted.
+    """
+    username = os.environ.get(_USERNAME, config.username)
+    password = os.environ.get(_PASSWORD) or _first_line(config.password_file)
+    if not username and not password:
+        return None
+    if not username or not password:
+        lacking = "password" if username else "user name"
+        raise ConfigError(f"opcua: no {lacking}; set {_PASSWORD if username else _USERNAME}")
+    if config.security == "none":
+        raise ConfigError("opcua.security: none would send the password unencrypted; choose a policy")
+    return username, password
+
+
+def _first_line(path: Path | None) -> str:
+    if path is None:
+        return ""
+    try:
+        with path.open(encoding="utf-8") as file:
+            return file.readline().rstrip("\r\n")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "is no UTF-8"
+        raise ConfigError(f"opcua.password_file: {path}: {reason}") from None

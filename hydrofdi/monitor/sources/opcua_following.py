@@ -1,0 +1,158 @@
+"""A server that is followed for as long as the monitor runs: lost and found again."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+from asyncua import ua
+
+from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.sources.opcua_connection import (
+    FIRST_HANDLE,
+    Server,
+    Subscription,
+    node_id,
+    session,
+)
+from hydrofdi.monitor.sources.opcua_joining import Joiner, NodeValue
+from hydrofdi.monitor.sources.opcua_reasons import LostError, plain_reasons
+from hydrofdi.monitor.sources.opcua_values import NoNumberError, changes_of, has_overflowed, node_values
+from hydrofdi.records.batch import Array
+
+_FIRST_DELAY, _LONGEST_DELAY = 1.0, 120.0
+
+
+class ServerFollower:
+    """Follows nodes of a server in an event loop.
+
+    Parameters
+    ----------
+    server : Server
+    nodes : sequence of str
+        Node ids.
+    period : float
+        Sampling period [s].
+    put : callable
+        Takes instants (n_time,) [s] and samples (n_time, n_node), in the units of the nodes.
+    say : callable
+        Takes events.
+
+    Raises
+    ------
+    ConfigError
+        A text is no node id.
+    """
+
+    def __init__(
+        self,
+        server: Server,
+        nodes: Sequence[str],
+        period: float,
+        put: Callable[[Array, Array], None],
+        say: Callable[[Event], None],
+    ) -> None:
+        for node in nodes:
+            node_id(node)
+        self._server, self._nodes, self._period = server, nodes, period
+        self._put, self._say = put, say
+        self._joiner = Joiner(len(nodes), period, server.config.wait)
+        self._said: set[str] = set()
+        self._wrong: set[str] = set()
+        self._begun: set[int] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._is_stopped = False
+
+    async def run(self) -> None:
+        """Follow until `stop`."""
+        self._loop = asyncio.get_running_loop()
+        self._task = asyncio.create_task(self._keep_following())
+        if self._is_stopped:
+            self._task.cancel()
+        with suppress(asyncio.CancelledError):
+            await self._task
+
+    def stop(self) -> None:
+        """End; called from another thread."""
+        self._is_stopped = True
+        if self._loop is not None and self._task is not None and not self._loop.is_closed():
+            with suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._task.cancel)
+
+    async def _keep_following(self) -> None:
+        delay = _FIRST_DELAY
+        while True:
+            began = time.monotonic()
+            try:
+                await self._follow()
+            except LostError as error:
+                self._lost(str(error))
+            except asyncio.CancelledError:
+                if self._is_stopped:
+                    raise
+                self._lost("the connection was lost")
+            if time.monotonic() - began > _LONGEST_DELAY:
+                delay = _FIRST_DELAY
+            await asyncio.sleep(delay)
+            delay = min(2 * delay, _LONGEST_DELAY)
+
+    async def _follow(self) -> None:
+        async with session(self._server) as client:
+            subscription = Subscription(client, self._nodes)
+            await subscription.begin(self._period, self._server.config.publishing_interval)
+            self._joiner.begin()
+            self._begun.clear()
+            self._found(subscription.sampling_interval, subscription.publishing_interval)
+            while True:
+                self._take(await subscription.result())
+
+    def _take(self, result: ua.PublishResult) -> None:
+        values: list[NodeValue] = []
+        now = time.monotonic()
+        n_overflow = 0
+        with plain_reasons():
+            changes = [*changes_of(result)]
+        for change in changes:
+            n_overflow += has_overflowed(change.Value)
+            values += self._values(change, now)
+        if n_overflow:
+            text = f"{self._server.url}: its queue was full; samples are lost before they were sent"
+            self._say(Event(EventKind.DROPPED, text, count=n_overflow))
+        self._put(*self._joiner.add(values, now))
+
+    def _values(self, change: ua.MonitoredItemNotification, now: float) -> list[NodeValue]:
+        """Values of a change; none of the first of a node, which is its last value before, however old."""
+        position = change.ClientHandle - FIRST_HANDLE
+        if position not in self._begun:
+            self._begun.add(position)
+            return []
+        try:
+            return node_values(change.Value, position, self._period, now)
+        except NoNumberError as error:
+            node = self._nodes[position]
+            text = f"{self._server.url}: {node} holds {error} instead of a number"
+            self._say(Event(EventKind.MALFORMED, text, is_silent=node in self._wrong))
+            self._wrong.add(node)
+            return []
+
+    def _found(self, sampling_interval: float, publishing_interval: float) -> None:
+        """Some servers answer with the publishing interval, however fast they sample."""
+        self._said.clear()
+        n_node = len(self._nodes)
+        text = f"connected to {self._server.url}, {n_node} node{'' if n_node == 1 else 's'}"
+        if self._server.config.security == "none":
+            text += "; the connection is not encrypted"
+        if sampling_interval > 1.01 * self._period and sampling_interval != publishing_interval:
+            text += f"; the server says that it samples every {1000 * sampling_interval:g} ms at best,"
+            text += f" the detector needs {1000 * self._period:g} ms"
+        self._say(Event(EventKind.CONNECTED, text))
+
+    def _lost(self, reason: str) -> None:
+        if reason in self._said:
+            return
+        self._said.add(reason)
+        text = f"{self._server.url} is not followed: {reason}; it is tried again, at least every 2 minutes"
+        self._say(Event(EventKind.DISCONNECTED, text))

@@ -1,0 +1,68 @@
+"""Why an OPC UA server is not followed, in plain words."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from asyncua import ua
+from asyncua.ua.uaerrors import UaStatusCodeError
+
+_REASONS = {
+    "BadUserAccessDenied": "it refuses the user name or password",
+    "BadIdentityTokenRejected": "it refuses the user name or password",
+    "BadIdentityTokenInvalid": "it refuses the user name or password, or wants one",
+    "BadSecurityChecksFailed": "it does not trust the certificate of this monitor, or not the policy",
+    "BadCertificateUntrusted": "it does not trust the certificate of this monitor",
+    "BadCertificateUriInvalid": "it misses its application URI in the certificate of this monitor",
+    "BadCertificateTimeInvalid": "it says that the certificate of this monitor has expired",
+    "BadTooManySessions": "it has too many sessions",
+    "BadTooManySubscriptions": "it has too many subscriptions",
+    "BadShutdown": "it shuts down",
+    "BadTimeout": "it has ended the subscription",
+    "BadMonitoredItemFilterUnsupported": "it cannot report each new time stamp of a value",
+}
+
+
+class LostError(Exception):
+    """A server that is not there, refuses, or has gone; the text is the reason in plain words."""
+
+
+@contextmanager
+def plain_reasons() -> Iterator[None]:
+    """Surrounds what the library does: whatever a server makes it raise is a reason to try again.
+
+    Raises
+    ------
+    LostError
+    """
+    try:
+        yield
+    except LostError:
+        raise
+    except Exception as error:
+        raise LostError(reason_of(error)) from error
+
+
+def reason_of(error: BaseException) -> str:
+    """The reason behind an error of a connection, for a sentence that begins with the server."""
+    if isinstance(error, UaStatusCodeError):
+        status = ua.StatusCode(error.code)
+        return _REASONS.get(status.name, f"{status.doc.rstrip('.')} ({status.name})")
+    if isinstance(error, TimeoutError):
+        return "no answer in time"
+    if isinstance(error, ConnectionRefusedError):
+        return "nothing listens there (connection refused)"
+    if isinstance(error, socket.gaierror):
+        return "its name is not known"
+    if isinstance(error, ConnectionError):
+        return str(error) or "the connection was lost"
+    if isinstance(error, OSError):
+        return error.strerror or "the network fails"
+    text = " ".join(str(error).split())
+    if "No matching endpoints" in text:
+        return "it does not offer this security policy with signing and encrypting"
+    if "certificate mismatch" in text:
+        return "it has another certificate than 'server_certificate'"
+    return f"{text or type(error).__name__} ({type(error).__name__})"

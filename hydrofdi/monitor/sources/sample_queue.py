@@ -1,0 +1,103 @@
+"""Samples of a live source that wait for the monitor, in a bounded number."""
+
+from __future__ import annotations
+
+from collections import deque
+from threading import Condition
+
+import numpy as np
+
+from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.sources.contract import Reading
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams import Chunk
+
+_MOST = 65_536
+
+
+class SampleQueue:
+    """Samples and events from the thread of a connection, for the thread of the monitor.
+
+    When it is full, what comes is dropped until half of it is read: one long gap, not many short ones.
+
+    Parameters
+    ----------
+    channels : tuple of Channel
+    capacity : int
+        Samples that it holds.
+    """
+
+    def __init__(self, channels: tuple[Channel, ...], capacity: int) -> None:
+        self._channels, self._capacity = channels, capacity
+        self._pieces: deque[tuple[Array, Array]] = deque()
+        self._events: list[Event] = []
+        self._n_held = self._n_dropped = 0
+        self._is_dropping = False
+        self._failure: BaseException | None = None
+        self._changed = Condition()
+
+    def put(self, time: Array, samples: Array) -> None:
+        """Samples in SI: instants (n_time,) [s] and values (n_time, n_channel)."""
+        if not time.size:
+            return
+        with self._changed:
+            full = self._capacity // 2 if self._is_dropping else self._capacity
+            if self._n_held + time.size > full and self._n_held:
+                self._drop(time)
+            else:
+                self._is_dropping = False
+                self._pieces.append((time, samples))
+                self._n_held += time.size
+            self._changed.notify()
+
+    def say(self, event: Event) -> None:
+        """Something that happened."""
+        with self._changed:
+            self._events.append(event)
+            self._changed.notify()
+
+    def fail(self, failure: BaseException) -> None:
+        """The connection ended by a fault of hydrofdi, which the monitor raises."""
+        with self._changed:
+            self._failure = failure
+            self._changed.notify()
+
+    def take(self, timeout: float) -> Reading:
+        """What waits; an empty reading after `timeout` seconds without anything."""
+        with self._changed:
+            self._changed.wait_for(self._has_news, timeout)
+            if self._failure is not None:
+                raise self._failure
+            events, self._events = tuple(self._events), []
+            if self._n_dropped:
+                events += (self._dropped(self._n_dropped, None, is_silent=True),)
+                self._n_dropped = 0
+            return Reading(self._chunk(), events)
+
+    def _has_news(self) -> bool:
+        return bool(self._pieces or self._events or self._n_dropped or self._failure)
+
+    def _drop(self, time: Array) -> None:
+        if self._is_dropping:
+            self._n_dropped += time.size
+        else:
+            self._events.append(self._dropped(time.size, float(time[0]), is_silent=False))
+        self._is_dropping = True
+
+    def _dropped(self, count: int, time: float | None, *, is_silent: bool) -> Event:
+        text = "the monitor is slower than the stream: whole windows are dropped until half the queue is read"
+        return Event(EventKind.DROPPED, text, time, count, is_silent)
+
+    def _chunk(self) -> Chunk | None:
+        taken: list[tuple[Array, Array]] = []
+        n_taken = 0
+        while self._pieces and (not taken or n_taken + self._pieces[0][0].size <= _MOST):
+            taken.append(self._pieces.popleft())
+            n_taken += taken[-1][0].size
+        self._n_held -= n_taken
+        if not taken:
+            return None
+        samples = np.concatenate([samples for _, samples in taken])
+        columns = {channel: samples[:, position] for position, channel in enumerate(self._channels)}
+        return Chunk(np.concatenate([time for time, _ in taken]), columns)

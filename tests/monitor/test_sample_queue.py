@@ -1,0 +1,74 @@
+from threading import Thread
+
+import numpy as np
+import pytest
+
+from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.sources.sample_queue import SampleQueue
+from hydrofdi.records.channels import Channel
+
+CHANNELS = (Channel.CHAMBER_1_PRESSURE, Channel.PISTON_POSITION)
+
+
+def put(queue, start, n=10):
+    time = np.arange(start, start + n, dtype=float)
+    queue.put(time, np.stack([time, -time], axis=1))
+
+
+def everything(queue):
+    readings = []
+    while (reading := queue.take(0.0)).chunk is not None or reading.events:
+        readings.append(reading)
+    return readings
+
+
+def test_samples_come_out_in_order_with_their_channels():
+    queue = SampleQueue(CHANNELS, 100)
+    put(queue, 0)
+    put(queue, 10)
+    chunk = queue.take(0.0).chunk
+    assert chunk.time.tolist() == list(range(20))
+    assert np.array_equal(chunk.channels[Channel.PISTON_POSITION], -chunk.time)
+
+
+def test_a_reader_that_waits_is_woken():
+    queue = SampleQueue(CHANNELS, 100)
+    got = []
+    reader = Thread(target=lambda: got.append(queue.take(60.0)))
+    reader.start()
+    queue.say(Event(EventKind.CONNECTED, "there"))
+    reader.join()
+    assert got[0].events[0].kind is EventKind.CONNECTED
+
+
+def test_a_full_queue_drops_one_long_piece_and_says_it_once():
+    queue = SampleQueue(CHANNELS, 100)
+    times, events = [], []
+    for start in range(0, 1000, 10):
+        put(queue, start)
+        if start % 20:
+            reading = queue.take(0.0) if start > 500 else None
+            if reading is not None:
+                times.append(reading.chunk.time if reading.chunk else np.array([]))
+                events += reading.events
+    for reading in everything(queue):
+        times.append(reading.chunk.time)
+        events += reading.events
+    time = np.concatenate(times)
+    assert np.count_nonzero(np.diff(time) != 1) == 1
+    assert [event.kind for event in events if not event.is_silent] == [EventKind.DROPPED]
+    assert sum(event.count for event in events) == 1000 - time.size
+
+
+def test_a_queue_that_nobody_reads_stays_bounded():
+    queue = SampleQueue(CHANNELS, 100)
+    for start in range(0, 100_000, 10):
+        put(queue, start)
+    assert sum(reading.chunk.n_time for reading in everything(queue)) == 100
+
+
+def test_a_fault_of_the_connection_is_raised_to_the_reader():
+    queue = SampleQueue(CHANNELS, 100)
+    queue.fail(RuntimeError("fault"))
+    with pytest.raises(RuntimeError, match="fault"):
+        queue.take(1.0)

@@ -57,7 +57,8 @@ HOMES = {
     "sklearn": ("scoring/",),
     "threadpoolctl": ("scoring/extra.py",),
     "paho": ("monitor/",),
-    "asyncua": ("monitor/sources/",),
+    "asyncua": ("monitor/opcua/",),
+    "cryptography": ("monitor/opcua/",),
     "prometheus_client": ("monitor/sinks/",),
 }
 """Outside library → where it may be imported."""

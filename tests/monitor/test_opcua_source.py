@@ -8,8 +8,8 @@ from asyncua import ua
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import EventKind
+from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 from hydrofdi.monitor.sources.opcua import OpcUaSource
-from hydrofdi.monitor.sources.opcua_configuration import OpcUaConfig
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.monitor.opcua_server import EPOCH, LoopbackServer, free_port

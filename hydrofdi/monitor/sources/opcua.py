@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.opcua.configuration import OpcUaConfig, credentials, server_url
+from hydrofdi.monitor.sources.columns import Column
 from hydrofdi.monitor.sources.contract import Position, Reading
-from hydrofdi.monitor.sources.opcua_configuration import OpcUaConfig, credentials, server_url
 from hydrofdi.monitor.sources.sample_queue import SampleQueue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_units import in_si
+from hydrofdi.records.measured.column_units import factor_to_si
 from hydrofdi.records.measured.description.sections import ChannelConfig
 
 if TYPE_CHECKING:
-    from hydrofdi.monitor.sources.opcua_following import ServerFollower
+    from hydrofdi.monitor.opcua.following import ServerFollower
 
 
 class OpcUaSource:
@@ -51,10 +52,9 @@ class OpcUaSource:
         self._name = server_url(url)
         if not channels:
             raise ConfigError("an OPC UA server needs 'channels': which node is which channel")
-        self._channels = dict(channels)
+        self._columns = [_column(*item, position) for position, item in enumerate(channels.items())]
         self._queue = SampleQueue(tuple(channels), max(2, round(config.queue * sampling_frequency)))
         self._follower = self._made_follower(config, sampling_frequency)
-        self._in_si(np.ones((1, len(channels))))
         self._thread = Thread(target=self._run, name="opcua", daemon=True)
 
     @property
@@ -91,15 +91,15 @@ class OpcUaSource:
 
     def _made_follower(self, config: OpcUaConfig, sampling_frequency: float) -> ServerFollower:
         try:
-            from hydrofdi.monitor.sources.opcua_connection import Server
-            from hydrofdi.monitor.sources.opcua_files import key_files
-            from hydrofdi.monitor.sources.opcua_following import ServerFollower
+            from hydrofdi.monitor.opcua.connection import Server
+            from hydrofdi.monitor.opcua.files import key_files
+            from hydrofdi.monitor.opcua.following import ServerFollower
         except ModuleNotFoundError as error:
             if error.name != "asyncua":
                 raise
             raise ConfigError("OPC UA needs the extra: pip install 'hydrofdi[monitor]'") from None
         server = Server(self._name, config, credentials(config), key_files(config))
-        nodes = [channel.column for channel in self._channels.values()]
+        nodes = [column.title for column in self._columns]
         return ServerFollower(server, nodes, 1 / sampling_frequency, self._put, self._queue.say)
 
     def _run(self) -> None:
@@ -112,19 +112,12 @@ class OpcUaSource:
         self._queue.put(time, self._in_si(samples))
 
     def _in_si(self, samples: Array) -> Array:
-        columns = [
-            _converted(channel, config, samples[:, position])
-            for position, (channel, config) in enumerate(self._channels.items())
-        ]
-        return np.stack(columns, axis=1)
+        return np.stack([column.in_si(samples[:, column.position]) for column in self._columns], axis=1)
 
 
-def _converted(channel: Channel, config: ChannelConfig, values: Array) -> Array:
-    """A channel in SI; the arithmetic of measured files."""
+def _column(channel: Channel, config: ChannelConfig, position: int) -> Column:
+    where = f"channels.{channel}"
     if not config.unit:
-        raise ConfigError(f"channels.{channel}: write the 'unit' of the node, such as bar")
-    if config.gain is not None:
-        values = config.gain * values
-    if config.offset:
-        values = values + config.offset
-    return in_si(config.sign * values, config.unit, channel.unit, f"channels.{channel}")
+        raise ConfigError(f"{where}: write the 'unit' of the node, such as bar")
+    factor = factor_to_si(config.unit, channel.unit, where)
+    return Column(position, config.column, config, factor)

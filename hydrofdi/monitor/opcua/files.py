@@ -10,7 +10,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding, load_der_private_key, load_pem_private_key
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.sources.opcua_configuration import OpcUaConfig
+from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ def key_files(config: OpcUaConfig) -> KeyFiles | None:
     ConfigError
         One cannot be read, is no certificate or key, or they do not fit.
     """
-    if config.certificate is None or config.private_key is None or config.server_certificate is None:
+    if config.certificate is None or config.key is None or config.server_certificate is None:
         return None
     certificate = _certificate(config.certificate)
     return KeyFiles(
         CertProperties(certificate.public_bytes(Encoding.DER), "der"),
-        _private_key(config.private_key, certificate),
+        _private_key(config.key, certificate),
         CertProperties(_certificate(config.server_certificate).public_bytes(Encoding.DER), "der"),
         _application_uri(certificate, config.certificate),
     )

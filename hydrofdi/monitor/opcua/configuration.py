@@ -36,21 +36,22 @@ class OpcUaConfig(Section):
     certificate: Path | None = None
     """Certificate of this monitor, PEM or DER; the server has to trust it."""
 
-    private_key: Path | None = None
-    """Its private key, PEM or DER, without a passphrase."""
+    key: Path | None = None
+    """Private key of the certificate, PEM or DER, without a passphrase."""
 
     server_certificate: Path | None = None
     """Certificate of the server, PEM or DER; a server with another one is refused."""
 
     username: str = ""
-    """User; ``HYDROFDI_OPCUA_USERNAME`` in the environment replaces it. Anonymous where both are left out."""
+    """Name of the user; else that of the environment variable HYDROFDI_OPCUA_USERNAME. Anonymous without."""
 
     password_file: Path | None = None
-    """File whose first line is the password; ``HYDROFDI_OPCUA_PASSWORD`` in the environment replaces it."""
+    """File that holds the password alone, readable by its owner only; else the environment variable
+    HYDROFDI_OPCUA_PASSWORD."""
 
     @model_validator(mode="after")
     def _whole_security(self) -> Self:
-        files = {name: getattr(self, name) for name in ("certificate", "private_key", "server_certificate")}
+        files = {name: getattr(self, name) for name in ("certificate", "key", "server_certificate")}
         given = [name for name, path in files.items() if path is not None]
         missing = [name for name, path in files.items() if path is None]
         if self.security != "none" and missing:
@@ -96,8 +97,8 @@ def credentials(config: OpcUaConfig) -> tuple[str, str] | None:
     ConfigError
         One lacks the other, the file cannot be read, or the password would not be encrypted.
     """
-    username = os.environ.get(_USERNAME, config.username)
-    password = os.environ.get(_PASSWORD) or _first_line(config.password_file)
+    username = config.username or os.environ.get(_USERNAME, "")
+    password = _password_in(config.password_file) or os.environ.get(_PASSWORD, "")
     if not username and not password:
         return None
     if not username or not password:
@@ -108,12 +109,14 @@ def credentials(config: OpcUaConfig) -> tuple[str, str] | None:
     return username, password
 
 
-def _first_line(path: Path | None) -> str:
+def _password_in(path: Path | None) -> str:
     if path is None:
         return ""
     try:
-        with path.open(encoding="utf-8") as file:
-            return file.readline().rstrip("\r\n")
+        password = path.read_text(encoding="utf-8").rstrip("\r\n")
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is no UTF-8"
+        reason = error.strerror if isinstance(error, OSError) else "is not a text file in UTF-8"
         raise ConfigError(f"opcua.password_file: {path}: {reason}") from None
+    if not password or "\n" in password:
+        raise ConfigError(f"opcua.password_file: {path}: must hold one line, the password")
+    return password

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 
 from asyncua import ua
 
-from hydrofdi.monitor.sources.opcua_joining import NodeValue
+from hydrofdi.monitor.opcua.joining import NodeValue
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 

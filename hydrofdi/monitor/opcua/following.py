@@ -10,16 +10,16 @@ from contextlib import suppress
 from asyncua import ua
 
 from hydrofdi.monitor.lines import Event, EventKind
-from hydrofdi.monitor.sources.opcua_connection import (
+from hydrofdi.monitor.opcua.connection import (
     FIRST_HANDLE,
     Server,
     Subscription,
     node_id,
     session,
 )
-from hydrofdi.monitor.sources.opcua_joining import Joiner, NodeValue
-from hydrofdi.monitor.sources.opcua_reasons import LostError, plain_reasons
-from hydrofdi.monitor.sources.opcua_values import NoNumberError, changes_of, has_overflowed, node_values
+from hydrofdi.monitor.opcua.joining import Joiner, NodeValue
+from hydrofdi.monitor.opcua.reasons import LostError, plain_reasons
+from hydrofdi.monitor.opcua.values import NoNumberError, changes_of, has_overflowed, node_values
 from hydrofdi.records.batch import Array
 
 _FIRST_DELAY, _LONGEST_DELAY = 1.0, 120.0

@@ -16,9 +16,9 @@ from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.uaerrors import UaError
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.sources.opcua_configuration import OpcUaConfig
-from hydrofdi.monitor.sources.opcua_files import KeyFiles
-from hydrofdi.monitor.sources.opcua_reasons import LostError, plain_reasons
+from hydrofdi.monitor.opcua.configuration import OpcUaConfig
+from hydrofdi.monitor.opcua.files import KeyFiles
+from hydrofdi.monitor.opcua.reasons import LostError, plain_reasons
 
 logging.getLogger("asyncua").addHandler(logging.NullHandler())
 

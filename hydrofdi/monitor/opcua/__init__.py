@@ -1,0 +1,1 @@
+"""Servers of OPC UA: connections, subscriptions, and values joined to samples."""

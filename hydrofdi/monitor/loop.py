@@ -38,7 +38,7 @@ def monitor(
 ) -> Ending:
     """Watch a stream until it is over or somebody asks to end.
 
-    Where a step says anything, its lines go to the log, then to the sinks; then the state is stored, and the
+    Where a step says anything, its lines go to the sinks, then to the log; then the state is stored, and the
     source may forget what led to it. After a crash the log has each window once; a sink may get the lines of
     the last step twice, with the same numbers.
 
@@ -104,7 +104,7 @@ class _Monitor:
         """Take up what was stored."""
         stored = None if self._state_file is None else self._state_file.read()
         if self._log is not None:
-            self._log.open(None if stored is None else stored.log_length)
+            self._log.open({} if stored is None else stored.log)
         self._source.open({} if stored is None else stored.position)
         if stored is None:
             return Event(EventKind.STARTED, f"watches {self._source.name}")
@@ -130,31 +130,25 @@ class _Monitor:
         return ending
 
     def _deliver(self, chunk: Chunk | None, lines: list[Line]) -> None:
-        """To the log, the sinks and the state, in this order, so that no line is lost."""
+        """To the sinks, the log and the state, in this order, so that no line is lost."""
         lines = [*self._pending, *lines]
-        length, error = self._append(lines)
         self._pending = [line for sink in self._sinks for line in sink.put(chunk, lines)]
         is_due = self._is_unstored or self._source.wants_confirmation or any(map(_is_said, lines))
-        if error is None and is_due:
-            error = self._store(length)
-        self._note(error)
-
-    def _append(self, lines: Sequence[Line]) -> tuple[int | None, StoreError | None]:
-        if self._log is None:
-            return None, None
         try:
-            return self._log.append(lines), None
+            if self._log is not None:
+                self._log.append(lines)
+            if is_due:
+                self._store()
         except StoreError as error:
-            return None, error
+            self._note(error)
+        else:
+            self._note(None)
 
-    def _store(self, log_length: int | None) -> StoreError | None:
+    def _store(self) -> None:
         if self._state_file is not None:
-            try:
-                self._state_file.write(Stored(self._state, self._source.position, log_length))
-            except StoreError as error:
-                return error
+            log = {} if self._log is None else self._log.position
+            self._state_file.write(Stored(self._state, self._source.position, log))
         self._source.confirm()
-        return None
 
     def _note(self, error: StoreError | None) -> None:
         """Say once that a disk is full, and once that it works again."""

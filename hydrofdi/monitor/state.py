@@ -35,13 +35,13 @@ class Stored:
         Of the watch.
     position : mapping
         Where the source goes on.
-    log_length : int or None
-        Length of the log [bytes]; None without a log.
+    log : mapping
+        Where the log goes on; empty without one.
     """
 
     state: State
     position: Position
-    log_length: int | None = None
+    log: Position
 
 
 class StateFile:
@@ -88,7 +88,7 @@ class StateFile:
                 arrays = {name: file[name] for name in file.files}
             header = json.loads(arrays.pop(_HEADER).tobytes())
             self._require_own(header)
-            return Stored(arrays, header["position"], header["log_length"])
+            return Stored(arrays, header["position"], header["log"])
         except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
             if isinstance(error, StoreError):
                 raise
@@ -102,7 +102,7 @@ class StateFile:
         StoreError
             It cannot be written: the disk is full, say.
         """
-        header = {**self._owner, "position": dict(stored.position), "log_length": stored.log_length}
+        header = {**self._owner, "position": dict(stored.position), "log": dict(stored.log)}
         text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
         with whole_file(self.path) as aside, open(aside, "wb") as file:
             np.savez(file, allow_pickle=False, **{_HEADER: text}, **stored.state)

@@ -9,6 +9,7 @@ from pathlib import Path
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Line
 from hydrofdi.monitor.sinks.stream_lines import lines_text
+from hydrofdi.monitor.sources import Position
 from hydrofdi.store.files import reason
 
 LARGEST_BACKLOG = 16 * 2**20
@@ -31,24 +32,33 @@ class WindowLog:
         self.path, self._unit = path, unit
         self._waiting = b""
 
-    def open(self, length: int | None) -> None:
-        """Go on behind the first `length` bytes, or behind all that there is; a shorter file is a new one.
+    def open(self, position: Position) -> None:
+        """Go on at a position that was stored; behind all that there is where it tells of no such file.
+
+        A shorter file was rotated: its lines are elsewhere.
 
         Raises
         ------
         StoreError
             It cannot be written.
         """
+        is_same = position.get("path") == str(self.path.resolve())
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with open(self.path, "ab") as file:
-                if length is not None and length < file.tell():
-                    file.truncate(length)
+                if is_same and position["length"] < file.tell():
+                    file.truncate(position["length"])
         except OSError as error:
             raise self._refused(error) from None
 
-    def append(self, lines: Sequence[Line]) -> int:
-        """Add lines and make them survive a crash of the machine; gives the length of the file [bytes].
+    @property
+    def position(self) -> Position:
+        """Behind all lines: of which file, and its length [bytes], 0 where it was rotated away."""
+        length = self.path.stat().st_size if self.path.exists() else 0
+        return {"path": str(self.path.resolve()), "length": length}
+
+    def append(self, lines: Sequence[Line]) -> None:
+        """Add lines and make them survive a crash of the machine.
 
         Lines that cannot be written wait for the next call.
 
@@ -62,14 +72,14 @@ class WindowLog:
             self._waiting = self._waiting[
                 self._waiting.index(b"\n", len(self._waiting) - LARGEST_BACKLOG) + 1 :
             ]
+        if not self._waiting:
+            return
         try:
             with open(self.path, "ab", buffering=0) as file:
-                length = file.tell()
-                if self._waiting:
-                    self._write(file.fileno(), length)
-                return length + self._pop()
+                self._write(file.fileno(), file.tell())
         except OSError as error:
             raise self._refused(error) from None
+        self._waiting = b""
 
     def _write(self, descriptor: int, length: int) -> None:
         """All that waits, or nothing."""
@@ -81,10 +91,6 @@ class WindowLog:
         except OSError:
             os.ftruncate(descriptor, length)
             raise
-
-    def _pop(self) -> int:
-        n_byte, self._waiting = len(self._waiting), b""
-        return n_byte
 
     def _refused(self, error: OSError) -> StoreError:
         return StoreError(f"{self.path}: cannot be written: {reason(error)}")

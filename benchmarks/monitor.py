@@ -1,0 +1,207 @@
+"""How fast a monitor is, how late its lines are, and what memory it takes; beside `measure` alone.
+
+    python benchmarks/monitor.py [INDICATOR ...]
+
+Four channels at 1 kHz, windows of 10 s side by side, one core. The monitor writes JSON lines, log and state.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hydrofdi.detectors.trained import DetectorConfig, DetectorFile, Judge
+from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.measuring import records_of
+from hydrofdi.detectors.trained.training import train
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.indicators import indicator_names, measure
+from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.monitor.judged import windower_of
+from hydrofdi.monitor.lines import Line, WindowLine
+from hydrofdi.monitor.loop import monitor
+from hydrofdi.monitor.sinks import Sink
+from hydrofdi.monitor.sinks.log import WindowLog
+from hydrofdi.monitor.sinks.stream_lines import StreamLines
+from hydrofdi.monitor.sources import Position, Reading
+from hydrofdi.monitor.state import StateFile
+from hydrofdi.monitor.watch import Watch
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.streams import Chunk, windows_of
+
+FREQUENCY, WINDOW = 1000.0, 10.0
+N_SAMPLE = round(WINDOW * FREQUENCY)
+CHANNELS = (
+    Channel.CHAMBER_1_PRESSURE,
+    Channel.CHAMBER_2_PRESSURE,
+    Channel.PISTON_POSITION,
+    Channel.INPUT_VOLTAGE,
+)
+N_AT_ONCE = 65_536
+"""Samples of a chunk, as files give them."""
+LIVE = 20
+"""Samples of a chunk, as live sources give them."""
+ROUNDS = 5
+LONG = 10_000_000
+"""Samples over which memory is looked at."""
+
+
+def signals(n_sample: int, seed: int) -> dict[Channel, Array]:
+    """Something like an actuator that moves."""
+    draw = np.random.default_rng(seed)
+    drive = np.sign(np.sin(2.0 * np.pi * 0.5 * np.arange(n_sample) / FREQUENCY + 0.1))
+    swing = np.convolve(drive, np.exp(-np.arange(200) / 40.0) / 40.0)[:n_sample]
+    noise = draw.standard_normal((4, n_sample))
+    position = 0.3 + 0.05 * np.cumsum(swing) / FREQUENCY + 1e-5 * noise[2]
+    rows = (9e6 + 2e6 * swing + 2e4 * noise[0], 8e6 - 2e6 * swing + 2e4 * noise[1], position, 5.0 * drive)
+    return dict(zip(CHANNELS, rows, strict=True))
+
+
+class Healthy:
+    """So many windows as records that do not depend on each other."""
+
+    name = "benchmark"
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """One batch."""
+        each = [signals(N_SAMPLE, 1000 + seed) for seed in range(120)]
+        rows = {channel: np.stack([record[channel] for record in each]) for channel in CHANNELS}
+        yield RecordBatch(rows, FREQUENCY, tuple(map(str, range(120))))
+
+
+class InMemory:
+    """A stream that is there already: the same samples again and again, later each time."""
+
+    name, wants_confirmation = "benchmark", False
+
+    def __init__(self, samples: dict[Channel, Array], n_total: int, n_at_once: int) -> None:
+        self._samples, self._n_total, self._n_at_once = samples, n_total, n_at_once
+        self._n_own, self._place = samples[CHANNELS[0]].size, 0
+        self.handed_over = 0.0
+
+    def open(self, position: Position) -> None:
+        """From the start."""
+
+    def read(self, timeout: float) -> Reading:
+        """The next chunk."""
+        first = self._place
+        here = first % self._n_own
+        stop = min(here + self._n_at_once, self._n_own, here + self._n_total - first)
+        self._place += stop - here
+        chunk = Chunk(
+            np.arange(first, self._place) / FREQUENCY,
+            {channel: row[here:stop] for channel, row in self._samples.items()},
+        )
+        self.handed_over = time.perf_counter()
+        return Reading(chunk, is_over=self._place >= self._n_total)
+
+    @property
+    def position(self) -> Position:
+        """Samples so far."""
+        return {"place": self._place}
+
+    def confirm(self) -> None:
+        """Nothing to forget."""
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+
+@dataclass
+class Clock:
+    """Behind the JSON lines: how long after the last sample of a window its line was out."""
+
+    source: InMemory
+    delays: list[float]
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Look at the clock."""
+        if any(isinstance(line, WindowLine) for line in lines):
+            self.delays.append(time.perf_counter() - self.source.handed_over)
+        return ()
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+
+def run(file: DetectorFile, source: InMemory, sinks: Sequence[Sink] = ()) -> float:
+    """A whole monitor with log, state and JSON lines; gives its duration [s]."""
+    with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder, open(os.devnull, "w") as nowhere:
+        state_file = StateFile(Path(folder) / "state", file, source.name)
+        log = WindowLog(Path(folder) / "log.jsonl", file.unit)
+        began = time.perf_counter()
+        lines = StreamLines(nowhere, file.unit)
+        monitor(Watch(file), source, [lines, *sinks], state_file=state_file, log=log)
+        return time.perf_counter() - began
+
+
+def measured(file: DetectorFile, samples: dict[Channel, Array]) -> float:
+    """Duration of `measure` alone, of the same windows in one batch [s]."""
+    time_axis = np.arange(samples[CHANNELS[0]].size) / FREQUENCY
+    windows = windows_of(time_axis, samples, windower_of(file))
+    records = records_of(windows, file.channels, FREQUENCY)
+    began = time.perf_counter()
+    measure(records, {"it": Judge(file).indicator})
+    return time.perf_counter() - began
+
+
+def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
+    """Print a line about an indicator."""
+    config = DetectorConfig.model_validate(
+        {"indicator": name, "direction": "both", "false_alarm_rate": "2 %"}
+    )
+    try:
+        file = train(Healthy(), config, ["benchmark"], Made(hydrofdi="", time=""))
+    except HydrofdiError as refusal:
+        print(f"{name:22} {refusal}")
+        return None
+    n_sample = samples[CHANNELS[0]].size
+    durations = [
+        (run(file, InMemory(samples, n_sample, N_AT_ONCE)), measured(file, samples)) for _ in range(ROUNDS)
+    ]
+    whole, alone = np.median(durations, axis=0)
+    ratio = np.median([one / other for one, other in durations])
+    real = n_sample / FREQUENCY
+    source = InMemory(samples, min(n_sample, 600_000), LIVE)
+    clock = Clock(source, [])
+    live = run(file, source, [clock])
+    delays = 1e3 * np.array(clock.delays[1:])
+    print(
+        f"{name:22} {real / whole:8,.0f} {real / alone:10,.0f} {ratio:8.2f} {600.0 / live:8,.0f}"
+        f" {np.median(delays):10.1f} {np.quantile(delays, 0.99):8.1f}",
+        flush=True,
+    )
+    return file
+
+
+def resident() -> float:
+    """Memory of this process [MiB]."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def main(names: Sequence[str]) -> None:
+    """Print tables."""
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    chosen = names or [name for name in indicator_names() if sound_indicator(name, {}).is_cheap]
+    samples = signals(1_000_000, 1)
+    print("                         times real time           monitor/  in live    latency of a window [ms]")
+    print("indicator              monitor  measure alone  measure   chunks     median     99 %")
+    files = [file for name in chosen if (file := compare(name, samples)) is not None]
+    run(files[0], InMemory(samples, LONG // 10, N_AT_ONCE))
+    before = resident()
+    duration = run(files[0], InMemory(samples, LONG, N_AT_ONCE))
+    print(
+        f"{LONG:,} samples in {duration:.1f} s; memory {before:.1f} MiB before, {resident():.1f} MiB behind"
+    )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -79,7 +79,7 @@ class Healthy:
 class InMemory:
     """A stream that is there already: the same samples again and again, later each time."""
 
-    name, wants_confirmation = "benchmark", False
+    name, wants_confirmation, may_repeat_all = "benchmark", False, False
 
     def __init__(self, samples: dict[Channel, Array], n_total: int, n_at_once: int) -> None:
         self._samples, self._n_total, self._n_at_once = samples, n_total, n_at_once

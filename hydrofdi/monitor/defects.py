@@ -17,6 +17,7 @@ MINUTE = 60.0
 
 _WORDS = {
     EventKind.GAP: "gaps",
+    EventKind.RATE_CHANGED: "samples at another rate",
     EventKind.DUPLICATE: "samples that came twice",
     EventKind.TIME_RAN_BACK: "samples that came too late",
     EventKind.MALFORMED: "samples without a finite time stamp",

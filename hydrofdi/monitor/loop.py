@@ -108,8 +108,9 @@ class _Monitor:
         self._source.open({} if stored is None else stored.position)
         if stored is None:
             return Event(EventKind.STARTED, f"watches {self._source.name}")
-        goes_back_exactly = bool(stored.position)
-        self._state = stored.state if goes_back_exactly else self._watch.resume(stored.state)
+        self._state = stored.state
+        if not stored.position:
+            self._state = self._watch.resume(stored.state, may_repeat=self._source.may_repeat_all)
         text = f"watches {self._source.name} again, from window {self._watch.next_number(self._state)} on"
         return Event(EventKind.RESUMED, text)
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,8 +21,7 @@ from hydrofdi.store.files import reason, whole_file
 from hydrofdi.store.folder.lock import file_lock
 
 SCHEMA, VERSION = "hydrofdi.monitor-state", 1
-
-_HEADER = "header"
+"""Raise the version when arrays of the state get another name or meaning."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class Stored:
 
 
 class StateFile:
-    """One file: arrays, and a header that says whose they are. It is replaced whole, or not at all.
+    """One file, replaced whole or not at all: a checksum, a line that says whose it is, and arrays.
 
     Parameters
     ----------
@@ -68,9 +67,8 @@ class StateFile:
         StoreError
             Another monitor uses it, or its folder cannot be written.
         """
-        with file_lock(
-            self.path.with_name(f".{self.path.name}.lock"), f"{self.path}: another monitor uses it"
-        ):
+        lock = self.path.with_name(f".{self.path.name}.lock")
+        with file_lock(lock, f"{self.path}: another monitor uses it"):
             yield
 
     def read(self) -> Stored | None:
@@ -84,15 +82,16 @@ class StateFile:
         if not self.path.exists():
             return None
         try:
-            with np.load(self.path, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
-            header = json.loads(arrays.pop(_HEADER).tobytes())
-            self._require_own(header)
-            return Stored(arrays, header["position"], header["log"])
-        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-            if isinstance(error, StoreError):
-                raise
-            raise StoreError(f"{self.path}: is damaged; remove it to begin anew: {reason(error)}") from None
+            checksum, _, content = self.path.read_bytes().partition(b"\n")
+        except OSError as error:
+            raise StoreError(f"{self.path}: cannot be read: {reason(error)}") from None
+        if checksum != _checksum(content):
+            raise StoreError(f"{self.path}: is damaged, or no state of a monitor; remove it to begin anew")
+        line, _, body = content.partition(b"\n")
+        header = json.loads(line)
+        self._require_own(header)
+        with np.load(io.BytesIO(body), allow_pickle=False) as arrays:
+            return Stored(dict(arrays), header["position"], header["log"])
 
     def write(self, stored: Stored) -> None:
         """Replace it; afterwards it survives a crash of the machine.
@@ -103,24 +102,29 @@ class StateFile:
             It cannot be written: the disk is full, say.
         """
         header = {**self._owner, "position": dict(stored.position), "log": dict(stored.log)}
-        text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-        with whole_file(self.path) as aside, open(aside, "wb") as file:
-            np.savez(file, allow_pickle=False, **{_HEADER: text}, **stored.state)
+        body = io.BytesIO()
+        np.savez(body, allow_pickle=False, **stored.state)
+        content = json.dumps(header).encode() + b"\n" + body.getvalue()
+        with whole_file(self.path) as aside:
+            aside.write_bytes(_checksum(content) + b"\n" + content)
 
     def _require_own(self, header: dict[str, Any]) -> None:
         words = {
-            "schema": "is no state of a monitor",
             "version": "was written by another version of hydrofdi",
             "detector": "belongs to another detector",
             "source": f"belongs to another source, {header.get('source')}",
         }
-        for key, value in self._owner.items():
-            if header.get(key) != value:
+        for key, text in words.items():
+            if header.get(key) != self._owner[key]:
                 advice = "give another file with --state, or remove this one to begin anew"
-                raise StoreError(f"{self.path}: {words[key]}; {advice}")
+                raise StoreError(f"{self.path}: {text}; {advice}")
 
 
 def digest(detector: DetectorFile) -> str:
     """What tells detectors apart: all of the file but who made it, and when."""
     text = detector.model_dump_json(by_alias=True, exclude={"made"})
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _checksum(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode()

@@ -52,10 +52,17 @@ class Watch:
             }
         )
 
-    def resume(self, state: State) -> State:
-        """A stored state, fit to go on: samples that come again are left out in silence."""
+    def resume(self, state: State, *, may_repeat: bool = True) -> State:
+        """A stored state, fit to go on: samples that come again are left out in silence.
+
+        Parameters
+        ----------
+        state : State
+        may_repeat : bool
+            Whether all of the stream may come again. If not, a clock that was set back meanwhile is found.
+        """
         parts = _parts(state)
-        return _flat({**parts, "stream": self._stream.resumed(parts["stream"])})
+        return _flat({**parts, "stream": self._stream.resumed(parts["stream"], may_repeat=may_repeat)})
 
     def next_number(self, state: State) -> int:
         """Number of the next window."""

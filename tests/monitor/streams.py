@@ -67,6 +67,7 @@ class Samples:
     def __init__(self, chunk, n_at_once=700, events=(), name="made"):
         self.name, self._chunk, self._n_at_once = name, chunk, n_at_once
         self._events, self._place = dict(events), 0
+        self.may_repeat_all = True
         self.confirmed, self.wants_confirmation, self.is_closed = [], False, False
 
     def open(self, position):

@@ -131,6 +131,25 @@ def test_what_goes_on_is_said_once_a_minute_with_its_count():
     assert len(windows(lines)) == 300
 
 
+def test_another_rate_is_said_once_and_no_window_is_judged():
+    made = stream(60)
+    slow = rearranged(made, np.concatenate([np.arange(20_000), np.arange(20_000, made.n_time, 2)]))
+    lines = lines_of(Watch(FILES["side by side"]), [slow])
+    (begin,) = (each for each in events_of(lines, EventKind.RATE_CHANGED) if each.count == 1)
+    assert 20.0 < begin.time < 20.1
+    assert all(line.verdict.alarm is None for line in windows(lines) if line.start > 21.0)
+    assert total(lines, EventKind.RATE_CHANGED) + total(lines, EventKind.GAP) == 19_999
+
+
+def test_a_clock_that_was_set_back_is_watched_on():
+    watch, made = Watch(FILES["side by side"]), stream(100)
+    earlier = Chunk(made.time - 5000.0, made.channels)
+    state, lines = watch.step(watch.start(), made)
+    state, more = watch.step(watch.resume(state, may_repeat=False), earlier)
+    assert 30 < len(windows(more)) < 100
+    assert windows(more)[0].number == len(windows(lines))
+
+
 def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows():
     leaking = [20, 21, 25, 34]
     lines = lines_of(Watch(FILES["side by side"]), [stream(60, leaking=leaking)])

@@ -64,6 +64,12 @@ class StreamSource(Protocol):
         ...
 
     @property
+    def may_repeat_all(self) -> bool:
+        """Whether a restart without a position may bring all of the stream again, as a pipe does; a broker
+        brings the last few seconds again at most."""
+        ...
+
+    @property
     def wants_confirmation(self) -> bool:
         """Whether so much was read since the last confirmation that the state should be stored now."""
         ...

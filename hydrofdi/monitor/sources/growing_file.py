@@ -104,6 +104,11 @@ class GrowingFile:
         return self._file.position(self._text.n_unfinished) | self._text.position
 
     @property
+    def may_repeat_all(self) -> bool:
+        """Never: it goes on at its position."""
+        return False
+
+    @property
     def wants_confirmation(self) -> bool:
         """Never: the file keeps what was read."""
         return False

@@ -112,6 +112,11 @@ class MqttSource:
         return {}
 
     @property
+    def may_repeat_all(self) -> bool:
+        """Never: what was confirmed does not come again."""
+        return False
+
+    @property
     def wants_confirmation(self) -> bool:
         """After a few messages, or a second."""
         n_read = self._deliveries.n_read

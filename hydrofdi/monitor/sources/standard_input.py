@@ -79,6 +79,11 @@ class StandardInput:
         return {key: value for key, value in self._text.position.items() if key == "n_sample"}
 
     @property
+    def may_repeat_all(self) -> bool:
+        """Whoever writes may begin anew."""
+        return True
+
+    @property
     def wants_confirmation(self) -> bool:
         """Never: what was read cannot be read again."""
         return False

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.file import ChannelRange
@@ -37,7 +39,7 @@ class ScoreLine:
         self.is_apart.append(is_apart)
         return len(self.scores) - 1
 
-    @property
+    @cached_property
     def chosen(self) -> Array:
         """Scores that set limits."""
         pairs = zip(self.scores, self.is_apart, strict=True)
@@ -90,10 +92,21 @@ class Learned:
     drive: tuple[float, float] | None
     not_judged: Mapping[str, int]
 
-    @property
+    @cached_property
     def scores(self) -> Array:
         """All scores that set limits."""
         return np.concatenate([each.line.chosen for each in self.records])
+
+    @cached_property
+    def groups(self) -> list[str]:
+        """Group of each record; a record without one is a group by itself."""
+        return [each.group or f"record {place}" for place, each in enumerate(self.records)]
+
+    @cached_property
+    def of_scores(self) -> NDArray[np.intp]:
+        """Number of the group of each score that sets limits."""
+        numbers = np.unique(np.asarray(self.groups), return_inverse=True)[1]
+        return np.repeat(numbers, [each.line.chosen.size for each in self.records])
 
     @property
     def has_groups(self) -> bool:
@@ -101,12 +114,6 @@ class Learned:
         return any(each.group for each in self.records)
 
     @property
-    def groups(self) -> list[str]:
-        """Group of each record; a record without one is a group by itself."""
-        return [each.group or f"record {place}" for place, each in enumerate(self.records)]
-
-    @property
-    def of_scores(self) -> list[str]:
-        """Group of each score that sets limits."""
-        counts = [each.line.chosen.size for each in self.records]
-        return [name for name, count in zip(self.groups, counts, strict=True) for _ in range(count)]
+    def duration(self) -> float:
+        """Of a window; the time between estimates where those are judged [s]."""
+        return self.n_sample / self.sampling_frequency if self.n_sample else self.interval

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -17,9 +17,12 @@ from hydrofdi.evaluation.rates import alarm_rate
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
 from hydrofdi.evaluation.tolerance import tolerance_threshold
+from hydrofdi.records import Array
 
 _MOST_FOLDS = 25
 """More groups than these are left out several at a time."""
+
+_HOUR = 3600.0
 
 RestsOn = Literal["windows", "records", "groups"]
 
@@ -37,10 +40,8 @@ def limits_of(learned: Learned, config: DetectorConfig, direction: Direction) ->
         Too few windows; it tells how many are needed.
     """
     rule = _rule(config, direction)
-    scores = learned.scores
-    names = np.asarray(learned.of_scores)
-    threshold = _set(rule, scores, f"and there are {scores.size:,}")
-    rests_on, interval = _interval(rule, scores, names, threshold, learned.has_groups)
+    threshold = _set(rule, learned.scores, learned, "there are")
+    rests_on, interval = _interval(rule, learned, threshold)
     return Limits(
         low=_known(threshold.low),
         high=_known(threshold.high),
@@ -59,35 +60,34 @@ def _rule(config: DetectorConfig, direction: Direction) -> Rule:
     )
 
 
-def _interval(
-    rule: Rule, scores: np.ndarray, names: np.ndarray, threshold: Threshold, has_groups: bool
-) -> tuple[RestsOn, tuple[float, float]]:
-    distinct, places = np.unique(names, return_inverse=True)
-    if distinct.size < 2 or distinct.size == scores.size:
+def _interval(rule: Rule, learned: Learned, threshold: Threshold) -> tuple[RestsOn, tuple[float, float]]:
+    groups: Any = learned.of_scores
+    n_group = np.unique(groups).size
+    if n_group < 2 or n_group == groups.size:
         return "windows", threshold.interval
-    what: RestsOn = "groups" if has_groups else "records"
-    folds = (places % _MOST_FOLDS).astype(str)
-    most = max(np.unique(folds, return_counts=True)[1])
-    found = f"and without the largest of the {what} there are {scores.size - most:,}"
+    what: RestsOn = "groups" if learned.has_groups else "records"
+    found = f"without one of the {what} there are"
 
-    def outcomes(others: np.ndarray) -> Threshold:
-        return _set(rule, others, found)
+    def of_others(scores: Array) -> Threshold:
+        return _set(rule, scores, learned, found)
 
-    left_out = left_out_outcomes(scores, folds.tolist(), outcomes)
-    rate = alarm_rate(left_out, groups=names.tolist(), confidence=threshold.confidence)
+    outcomes = left_out_outcomes(learned.scores, groups % _MOST_FOLDS, of_others)
+    rate = alarm_rate(outcomes, groups=groups, confidence=threshold.confidence)
     return what, (rate.low, rate.high)
 
 
-def _set(rule: Rule, scores: np.ndarray, found: str) -> Threshold:
+def _set(rule: Rule, scores: Array, learned: Learned, found: str) -> Threshold:
     try:
         return rule(scores)
     except NotStatedError as refusal:
-        if refusal.records_needed is None:
+        needed = refusal.records_needed
+        if needed is None:
             raise
-        text = str(refusal).partition(" needs ")[0]
+        promise = str(refusal).partition(" needs ")[0]
+        what = "windows that do not overlap" if learned.n_sample else "estimates"
+        hours = needed * learned.duration / _HOUR
         raise NotStatedError(
-            f"{text} needs {refusal.records_needed:,} healthy windows that do not overlap, {found}",
-            refusal.records_needed,
+            f"{promise} needs {needed:,} healthy {what} ({hours:.3g} h), and {found} {scores.size:,}", needed
         ) from None
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from hydrofdi.detectors.charts.registry import chart_kind, make_chart
 from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.errors import ConfigError
+from hydrofdi.detectors.trained.measuring import feature_of
+from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.settings.extending import overlay, read_extended
@@ -72,15 +74,49 @@ def _choose(chosen: Any, source: Source) -> None:
 
 
 def _require_sound(config: DetectorConfig, source: Source) -> None:
+    """Check that indicator and chart can be made.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake.
+    """
+    mistakes = [*_mistakes_of("indicator", sound_indicator, config.indicator, config.options, source, ())]
+    if not mistakes:
+        mistakes += _mistakes_of_score(config, source)
+    if config.chart is not None:
+        named, options = config.chart.chart, config.chart.options
+        mistakes += _mistakes_of("chart", make_chart, named, options, source, ("chart",))
+    if mistakes:
+        raise ConfigError(mistakes)
+
+
+def _mistakes_of(
+    key: str,
+    make: Callable[[str, Mapping[str, Any]], Any],
+    name: str,
+    options: Mapping[str, Any],
+    source: Source,
+    within: KeyPath,
+) -> Iterator[Mistake]:
     try:
-        sound_indicator(config.indicator, config.options)
-    except ConfigError as error:
-        raise ConfigError([source.mistake(("indicator",), each.message) for each in error.mistakes]) from None
+        make(name, options)
+    except ConfigError as faulty:
+        yield from (source.mistake((*within, key), each.message) for each in faulty.mistakes)
     except ValidationError as errors:
-        known = [*indicator_kind(config.indicator).Options.model_fields]
-        raise ConfigError(
-            [
-                source.mistake(("options", *error["loc"]), describe_error(error, known))
-                for error in errors.errors()
-            ]
-        ) from None
+        kind = chart_kind if within else indicator_kind
+        known = [*kind(name).Options.model_fields]
+        for error in errors.errors():
+            yield source.mistake((*within, "options", *error["loc"]), describe_error(error, known))
+
+
+def _mistakes_of_score(config: DetectorConfig, source: Source) -> Iterator[Mistake]:
+    try:
+        feature = feature_of(config)
+    except ConfigError as faulty:
+        yield source.mistake(("output",), str(faulty))
+        return
+    try:
+        feature.direction(config.direction)
+    except ConfigError as faulty:
+        yield source.mistake(("direction",), str(faulty))

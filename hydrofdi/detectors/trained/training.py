@@ -6,11 +6,14 @@ from collections import Counter
 from collections.abc import Sequence
 
 from hydrofdi.detectors.healthy_scale import healthy_scale
-from hydrofdi.detectors.trained.configuration import DetectorConfig
+from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig
 from hydrofdi.detectors.trained.file import Basis, DetectorFile, Made, Scale
 from hydrofdi.detectors.trained.learned import Learned
 from hydrofdi.detectors.trained.learning import learn
+from hydrofdi.detectors.trained.measuring import feature_of
+from hydrofdi.detectors.trained.setting_charts import chart_in_full, chart_limit
 from hydrofdi.detectors.trained.setting_limits import limits_of
+from hydrofdi.evaluation.direction import Direction
 from hydrofdi.records import RecordSource
 
 
@@ -36,37 +39,44 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
     NotStatedError
         There are too few records for the rate of false alarms; it tells how many are needed.
     """
+    direction, confidence = feature_of(config).direction(config.direction), config.confidence
+    chart = None if config.chart is None else chart_in_full(config.chart, direction)
     learned = learn(healthy, config)
-    direction = learned.feature.direction(config.direction)
+    limits = limits_of(learned, config, direction)
     scale = healthy_scale(learned.scores)
+    healthy_score = Scale(centre=scale.centre, spread=scale.spread)
     return DetectorFile(
         made=made,
-        config=_in_full(config, learned),
+        config=_in_full(config, learned, direction, chart),
         indicator_version=learned.feature.indicator.version,
         unit=learned.unit,
         channels=learned.channels,
         sampling_frequency=learned.sampling_frequency,
         n_sample=learned.n_sample,
         basis=_basis(learned, sources),
-        healthy=Scale(centre=scale.centre, spread=scale.spread),
-        limits=limits_of(learned, config, direction),
+        healthy=healthy_score,
+        limits=limits,
+        chart=None if chart is None else chart_limit(learned, chart, healthy_score, direction, confidence),
         ranges=dict(learned.ranges),
         drive=learned.drive,
     )
 
 
-def _in_full(config: DetectorConfig, learned: Learned) -> DetectorConfig:
+def _in_full(
+    config: DetectorConfig, learned: Learned, direction: Direction, chart: ChartConfig | None
+) -> DetectorConfig:
     """With all that was left out."""
     feature, window = learned.feature, config.window
     if learned.n_sample:
-        duration = learned.n_sample / learned.sampling_frequency
-        window = window.model_copy(update={"duration": duration, "every": window.every or duration})
+        every = window.every or (learned.duration if window.by == "time" else None)
+        window = window.model_copy(update={"duration": learned.duration, "every": every})
     return config.model_copy(
         update={
             "options": feature.indicator.options.model_dump(mode="json"),
             "output": feature.described.name,
-            "direction": feature.direction(config.direction),
+            "direction": direction,
             "window": window,
+            "chart": chart,
         }
     )
 

@@ -48,7 +48,7 @@ def validated(model: type[Model], source: Source) -> Model:
         valid = model.model_validate(source.data)
     except ValidationError as errors:
         source.mistakes.extend(
-            source.mistake(_path(error), describe_error(error, _known_keys(model, _path(error)[:-1])))
+            source.mistake(_path(error), describe_error(error, known_keys(model, _path(error)[:-1])))
             for error in errors.errors()
         )
     if source.mistakes:
@@ -76,7 +76,8 @@ def _reading_order(mistake: Mistake) -> tuple[str, int]:
     return (file, int(line)) if line.isdigit() else (mistake.origin, 0)
 
 
-def _known_keys(model: Any, path: Path) -> list[str]:
+def known_keys(model: Any, path: Path) -> list[str]:
+    """The keys of the section at a path within a model; none where there is no section."""
     parts = iter(path)
     for part in parts:
         if not isinstance(part, int):

@@ -6,13 +6,16 @@ from collections.abc import Iterator
 
 from pydantic import ValidationError
 
-from hydrofdi.detectors.charts import make_chart
+from hydrofdi.detectors.charts.registry import chart_kind, make_chart
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.recursive import RecursiveIndicator
-from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.indicators.registry import indicator_kind, sound_indicator
+from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.quantities import Section
+from hydrofdi.settings.yaml_source import dotted
 
 
 def inconsistencies(file: DetectorFile) -> Iterator[Mistake]:
@@ -27,14 +30,16 @@ def _of_indicator(file: DetectorFile) -> Iterator[Mistake]:
     config = file.config
     try:
         indicator = sound_indicator(config.indicator, config.options)
-        output = Feature(indicator, config.output).described
     except ConfigError as error:
         yield Mistake(str(error), "config.indicator")
         return
     except ValidationError as errors:
-        first = errors.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        yield Mistake(f"{first['msg']}; train the detector again", f"config.options.{place}")
+        yield from _of_options(errors, indicator_kind(config.indicator).Options, "config.options")
+        return
+    try:
+        output = Feature(indicator, config.output).described
+    except ConfigError as error:
+        yield Mistake(str(error), "config.output")
         return
     if indicator.version != file.indicator_version:
         yield Mistake(
@@ -115,5 +120,11 @@ def _of_chart(file: DetectorFile) -> Iterator[Mistake]:
         except ConfigError as error:
             yield Mistake(str(error), "config.chart.chart")
         except ValidationError as errors:
-            first = errors.errors()[0]
-            yield Mistake(first["msg"], f"config.chart.options.{'.'.join(map(str, first['loc']))}")
+            options = chart_kind(file.config.chart.chart).Options
+            yield from _of_options(errors, options, "config.chart.options")
+
+
+def _of_options(errors: ValidationError, options: type[Section], key: str) -> Iterator[Mistake]:
+    for error in errors.errors():
+        text = describe_error(error, [*options.model_fields])
+        yield Mistake(text, f"{key}.{dotted(error['loc'])}")

@@ -13,12 +13,13 @@ from hydrofdi.detectors.trained.consistency import inconsistencies
 from hydrofdi.detectors.trained.file import SCHEMA, VERSION, DetectorFile
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.validation import known_keys
 from hydrofdi.settings.yaml_source import dotted
 
 MOST_BYTES = 2**20
 """Size of a detector file."""
 
-_MOST_DIGITS = 18
+_MOST_DIGITS, _MOST_SHOWN = 18, 200
 _NUMBERS_APART = re.compile(r"\[\n\s+([-+\d.eE,\snul]+?)\n\s*\]")
 """A list of numbers, one a line; strings of JSON hold no line break."""
 
@@ -51,13 +52,15 @@ def load_detector(path: Path) -> DetectorFile:
     except RecursionError:
         raise ConfigError(f"{path}: nested too deeply") from None
     except ValueError as error:
-        raise ConfigError(f"{path}: is no detector file: {error}") from None
+        raise ConfigError(f"{path}: is no detector file: {_shown(str(error))}") from None
     _require_known_form(path, data)
     try:
         file = DetectorFile.model_validate_json(text, strict=True)
     except ValidationError as errors:
         raise ConfigError([_mistake(path, error) for error in errors.errors()]) from None
-    if mistakes := [Mistake(each.message, each.key, str(path)) for each in inconsistencies(file)]:
+    if mistakes := [
+        Mistake(_shown(each.message), _shown(each.key), str(path)) for each in inconsistencies(file)
+    ]:
         raise ConfigError(mistakes)
     return file
 
@@ -93,7 +96,8 @@ def _require_known_form(path: Path, data: Any) -> None:
         raise ConfigError(
             [
                 Mistake(
-                    f"this hydrofdi reads version {VERSION}, not {version!r}; train the detector again",
+                    f"this hydrofdi reads version {VERSION}, not {_shown(repr(version))}; train the detector"
+                    " again",
                     "version",
                     str(path),
                 )
@@ -125,8 +129,11 @@ def _number(text: str) -> float:
 
 def _mistake(path: Path, error: Any) -> Mistake:
     place = tuple(part for part in error["loc"] if part != "[key]")
-    return Mistake(_one_line(describe_error(error)), dotted(place), str(path))
+    text = describe_error(error, known_keys(DetectorFile, place[:-1]))
+    return Mistake(_shown(text), _shown(dotted(place)), str(path))
 
 
-def _one_line(text: str) -> str:
-    return text if len(text) <= 200 else f"{text[:200]}…"
+def _shown(text: str) -> str:
+    """A text from a file as one short line."""
+    line = "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
+    return line if len(line) <= _MOST_SHOWN else f"{line[:_MOST_SHOWN]}…"

@@ -1,0 +1,203 @@
+"""Detector files are read strictly: they load, or a line says which key is wrong; nothing else happens."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hydrofdi.detectors.trained import DetectorConfig
+from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.reading import MOST_BYTES, detector_text, load_detector
+from hydrofdi.detectors.trained.training import train
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import indicator_names
+from hydrofdi.indicators.registry import indicator_kind
+from tests.detectors.trained.healthy import Records
+
+MADE = Made(hydrofdi="1", time="2026-01-01T00:00:00+00:00", command="hydrofdi train [1,  2]")
+SCORE = {"indicator": "pressure_statistics", "output": "mean", "false_alarm_rate": 0.1}
+
+
+def trained(**more):
+    config = DetectorConfig.model_validate(
+        {**SCORE, "direction": "both", "window": {"duration": 1.0}, **more}
+    )
+    records = Records(np.random.default_rng(1).standard_normal((30, 4)))
+    return train(records, config, ["records"], MADE)
+
+
+@pytest.fixture(scope="module")
+def file():
+    return trained(chart={"chart": "ewma", "false_alarm_every": 20.0})
+
+
+@pytest.fixture(scope="module")
+def record(file):
+    return json.loads(detector_text(file))
+
+
+@pytest.fixture
+def load(tmp_path):
+    place = tmp_path / "detector.json"
+
+    def read(content):
+        text = content if isinstance(content, str | bytes) else json.dumps(content)
+        place.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return load_detector(place)
+
+    return read
+
+
+def places(value, path=()):
+    """The paths of all parts of a record."""
+    yield path
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, part in items:
+        yield from places(part, (*path, key))
+
+
+def changed(record, path, value):
+    """A copy of a record with another value at a path."""
+    if not path:
+        return value
+    copy = json.loads(json.dumps(record))
+    part = copy
+    for key in path[:-1]:
+        part = part[key]
+    part[path[-1]] = value
+    return copy
+
+
+def test_a_detector_comes_back_as_it_was_written(file, load):
+    assert load(detector_text(file)) == file
+
+
+def test_the_same_records_give_the_same_bytes(file):
+    assert detector_text(trained(chart={"chart": "ewma", "false_alarm_every": 20.0})) == detector_text(file)
+
+
+def test_a_person_can_read_the_file(file):
+    lines = detector_text(file).splitlines()
+    assert max(map(len, lines)) < 120
+    assert f'    "interval": [{file.limits.interval[0]!r}, {file.limits.interval[1]!r}],' in lines
+    assert '    "command": "hydrofdi train [1,  2]"' in lines
+    assert '  "unit": "Pa",' in lines
+
+
+@pytest.mark.parametrize("name", indicator_names())
+def test_options_come_back_from_json_as_they_were(name):
+    kind = indicator_kind(name)
+    options = kind.Options()
+    assert kind.Options.model_validate(json.loads(json.dumps(options.model_dump(mode="json")))) == options
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        (("version",), 2, "version: this hydrofdi reads version 1, not 2; train the detector again"),
+        (("schema",), "hydrofdi.report", 'is no detector file; those say "schema": "hydrofdi.detector"'),
+        (("indicator_version",), 99, "indicator_version: pressure_statistics has version 1 here, not 99"),
+        (("config", "indicator"), "pressure_statistic", "config.indicator: there is no indicator"),
+        (("config", "options", "channel"), "chamber_3_pressure", "config.options.channel: "),
+        (("config", "options", "levels"), 3, "config.options.levels: unknown key"),
+        (("config", "output"), "means", "config.output: pressure_statistics has no output 'means'"),
+        (("config", "direction"), None, "config.direction: is missing"),
+        (("config", "direction"), "falling", "limits.high: a limit above is there where"),
+        (("config", "window", "duration"), 2.0, "n_sample: 4 samples are not the 2 s"),
+        (("config", "chart", "chart"), "cusm", "config.chart.chart: there is no chart 'cusm'"),
+        (("config", "chart", "options", "weight"), 7, "config.chart.options.weight: "),
+        (("limits", "low"), 9e9, "limits.high: must not be below limits.low"),
+        (("limits", "high"), "1e5", "limits.high: input should be a valid number; found '1e5'"),
+        (("limits", "high"), None, "limits.high: a limit above is there where"),
+        (("limits", "interval"), [0.5, 0.1], "limits.interval: expected two shares"),
+        (("limits", "interval_rests_on"), "faith", "limits.interval_rests_on: must be 'windows', "),
+        (("healthy", "spread"), 0, "healthy.spread: must be greater than 0"),
+        (("sampling_frequency",), -1, "sampling_frequency: must lie between"),
+        (("n_sample",), True, "n_sample: "),
+        (("channels",), [], "channels: pressure_statistics needs chamber_1_pressure"),
+        (("ranges", "chamber_1_pressure", "low"), [2, 1], "ranges.chamber_1_pressure.low: the lower end"),
+        (("ranges", "chamber_9_pressure"), {}, "ranges.chamber_9_pressure: "),
+        (("chart",), None, "chart: stands in the file with config.chart"),
+        (("chart", "limit"), 0, "chart.limit: must be greater than 0"),
+        (("basis", "n_windows"), 1, "basis.n_windows: unknown key; did you mean 'n_window'?"),
+        (("made",), "today", "made: expected a section"),
+    ],
+)
+def test_the_key_that_is_wrong_is_named(record, load, path, value, said):
+    with pytest.raises(ConfigError) as error:
+        load(changed(record, path, value))
+    assert any(
+        line.partition("detector.json: ")[2].startswith(said) for line in str(error.value).splitlines()
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is no detector file: Expecting value"),
+        ("[" * 100_000, "nested too deeply"),
+        ('{"schema": "hydrofdi.detector", "schema": 1}', "key 'schema' given twice"),
+        ('{"limit": NaN}', "NaN is not finite"),
+        ('{"limit": 1e999}', "1e999 is not finite"),
+        (f'{{"limit": {"9" * 5000}}}', "a number of 5000 digits"),
+        (b"\xff\xfe{}", "is not a text file in UTF-8"),
+        (" " * (MOST_BYTES + 1), "is larger than 1 MiB"),
+        ("[1]", "is no detector file"),
+    ],
+)
+def test_what_is_no_detector_is_refused_in_one_line(load, text, said):
+    with pytest.raises(ConfigError, match=r"^.*detector\.json: .*") as error:
+        load(text)
+    assert said in str(error.value)
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="No such file"):
+        load_detector(tmp_path / "detector.json")
+    with pytest.raises(ConfigError, match="Is a directory"):
+        load_detector(tmp_path)
+
+
+numbers = st.integers() | st.floats(allow_nan=False, allow_infinity=False)
+anything = st.recursive(
+    st.none() | st.booleans() | numbers | st.text(max_size=12),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=6), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=300)
+@given(data=st.data())
+def test_changed_files_load_or_are_refused(record, tmp_path_factory, data):
+    place = tmp_path_factory.getbasetemp() / "changed.json"
+    content = record
+    for _ in range(data.draw(st.integers(1, 3))):
+        content = changed(content, data.draw(st.sampled_from(list(places(content)))), data.draw(anything))
+    place.write_text(json.dumps(content), encoding="utf-8")
+    _load_or_refuse(place)
+
+
+@settings(max_examples=200)
+@given(data=st.data())
+def test_damaged_files_load_or_are_refused(file, tmp_path_factory, data):
+    place = tmp_path_factory.getbasetemp() / "damaged.json"
+    text = detector_text(file).encode()
+    first = data.draw(st.integers(0, len(text)))
+    stop = data.draw(st.integers(first, min(len(text), first + 40)))
+    place.write_bytes(text[:first] + data.draw(st.binary(max_size=20)) + text[stop:])
+    _load_or_refuse(place)
+
+
+def _load_or_refuse(place):
+    before, refusal = set(os.listdir(place.parent)), ""
+    try:
+        loaded = load_detector(place)
+    except ConfigError as error:
+        refusal = str(error)
+    assert all(line.startswith(f"{place}: ") for line in refusal.splitlines())
+    assert refusal or json.loads(detector_text(loaded))["schema"] == "hydrofdi.detector"
+    assert set(os.listdir(place.parent)) == before

@@ -1,0 +1,211 @@
+"""Detectors are trained on windows that do not overlap, and say how far their promise carries."""
+
+from functools import partial
+from math import sqrt
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from hydrofdi.detectors.trained import DetectorConfig, Judge
+from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.training import train
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.groups import left_out_outcomes
+from hydrofdi.evaluation.rates import alarm_rate
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.threshold import quantile_threshold
+from hydrofdi.records import Channel
+from hydrofdi.records.streams import Window
+from tests.detectors.trained.healthy import PATTERN, Records, autoregressive, grouped
+
+MADE = Made(hydrofdi="1", time="")
+MEAN = {
+    "indicator": "pressure_statistics",
+    "output": "mean",
+    "direction": "rising",
+    "false_alarm_rate": 0.05,
+    "window": {"duration": 1.0},
+}
+REPEATS = 200
+
+
+def trained(means, groups=(), labels=None, more=(), **config):
+    records = Records(means, groups, labels, **dict(more))
+    return train(records, DetectorConfig.model_validate(MEAN | config), ["made"], MADE)
+
+
+def normal(*shape, seed=0):
+    return np.random.default_rng(seed).standard_normal(shape)
+
+
+def coverage(draw_means, groups=(), **config):
+    """How often the stated interval holds the rate of new windows, and the mean of that rate."""
+    rates, held = [], 0
+    for seed in range(REPEATS):
+        limits = trained(draw_means(np.random.default_rng(seed)), groups, **config).limits
+        rates.append(norm.sf(limits.high))
+        held += limits.interval[0] <= rates[-1] <= limits.interval[1]
+    return held / REPEATS, float(np.mean(rates))
+
+
+def test_the_interval_holds_the_rate_of_independent_windows():
+    share, rate = coverage(lambda draw: draw.standard_normal((100, 1)))
+    assert share == pytest.approx(0.95, abs=3 * sqrt(0.95 * 0.05 / REPEATS))
+    assert rate == pytest.approx(5 / 101, abs=0.005)
+
+
+def test_a_tolerance_limit_keeps_the_rate_with_its_confidence():
+    below = 0
+    for seed in range(REPEATS):
+        below += norm.sf(trained(normal(100, 1, seed=seed), threshold="tolerance").limits.high) <= 0.05
+    assert below / REPEATS == pytest.approx(0.963, abs=3 * sqrt(0.963 * 0.037 / REPEATS))
+
+
+@pytest.mark.parametrize(
+    ("draw_means", "n_group"),
+    [
+        (partial(autoregressive, shape=(40, 10), correlation=0.5), 0),
+        (partial(grouped, n_group=10, n_window=40, correlation=0.2), 10),
+    ],
+)
+def test_the_interval_holds_the_rate_where_windows_of_a_record_or_group_depend_on_each_other(
+    draw_means, n_group
+):
+    share, _ = coverage(draw_means, [f"unit {number}" for number in range(n_group)])
+    assert share > 0.95 - 3 * sqrt(0.95 * 0.05 / REPEATS)
+
+
+def test_limits_are_those_of_the_windows():
+    means = normal(30, 4)
+    for direction in Direction:
+        limits = trained(means, direction=direction).limits
+        expected = quantile_threshold(means.ravel(), 0.05, direction=direction)
+        assert limits.low == (expected.low if np.isfinite(expected.low) else None)
+        assert limits.high == (expected.high if np.isfinite(expected.high) else None)
+
+
+def test_each_group_meets_the_limits_of_the_others():
+    means, groups = normal(12, 20), [f"day {row // 3}" for row in range(12)]
+    limits, names = trained(means, groups).limits, np.repeat(groups, 20)
+    rule = partial(quantile_threshold, false_alarm_rate=0.05)
+    rate = alarm_rate(left_out_outcomes(means.ravel(), names, rule), groups=names)
+    assert (limits.interval_rests_on, limits.interval) == ("groups", (rate.low, rate.high))
+    assert trained(means).limits.interval_rests_on == "records"
+    assert trained(means.reshape(1, -1)).limits.interval_rests_on == "windows"
+    assert trained(means.reshape(-1, 1)).limits.interval_rests_on == "windows"
+
+
+def test_windows_that_set_limits_do_not_overlap_even_where_the_detector_slides():
+    sliding = trained(normal(10, 12), window={"duration": 1.0, "every": 0.25})
+    assert sliding.basis.n_window == 120
+    assert sliding.limits == trained(normal(10, 12)).limits
+    assert trained(normal(10, 12), window={"duration": 2.0, "every": 0.75}).basis.n_window == 50
+
+
+def test_a_limit_is_the_score_that_the_detector_gives_that_window():
+    means = normal(40, 1)
+    file = trained(means)
+    windows = [
+        Window(row, np.arange(4) / 4.0, {Channel.CHAMBER_1_PRESSURE: mean + PATTERN})
+        for row, mean in enumerate(means)
+    ]
+    scores = [verdict.score for verdict in Judge(file).judge(windows)]
+    assert sorted(scores)[-2] == file.limits.high
+
+
+def test_too_few_windows_are_refused_with_the_number_that_is_needed():
+    with pytest.raises(NotStatedError, match=r"needs 99 healthy windows.* and there are 98") as refusal:
+        trained(normal(98, 1), false_alarm_rate=0.01)
+    assert refusal.value.records_needed == 99
+    trained(normal(99, 1), false_alarm_rate=0.01)
+    with pytest.raises(NotStatedError, match=r"needs 99 .* without one of the records there are 60"):
+        trained(normal(2, 60), false_alarm_rate=0.01)
+    with pytest.raises(NotStatedError, match="needs 59 "):
+        trained(normal(58, 1), threshold="tolerance")
+    with pytest.raises(NotStatedError, match="no healthy record"):
+        trained([])
+
+
+def test_records_that_do_not_fit_together_are_refused_with_both():
+    with pytest.raises(DataError, match="lasts 2 s, and made 1 s; state the duration"):
+        trained([[1.0], [2.0, 3.0]], window={})
+    with pytest.raises(ConfigError, match="hold 1 samples; 2 are needed"):
+        trained(normal(3, 3), window={"duration": 0.25})
+
+    class Mixed(Records):
+        def batches(self, *, labels=False):
+            yield from Records(self.means).batches(labels=labels)
+            yield from Records(self.means, sampling_frequency=5.0).batches(labels=labels)
+
+    with pytest.raises(DataError, match="sampled at 5 Hz, and made at 4 Hz"):
+        train(Mixed(normal(3, 3)), DetectorConfig.model_validate(MEAN), ["made"], MADE)
+    with pytest.raises(DataError, match="has no chamber_2_pressure, which cross_correlation needs"):
+        trained(normal(3, 3), indicator="cross_correlation", output="")
+
+
+def test_the_duration_of_a_window_is_that_of_the_records_where_none_is_stated():
+    file = trained(normal(30, 3), window={})
+    assert (file.n_sample, file.config.window.duration, file.config.window.every) == (12, 3.0, 3.0)
+    assert file.basis.n_window == 30
+
+
+def test_windows_that_cannot_be_judged_teach_nothing_and_are_counted():
+    means = normal(30, 4)
+    means[3, 2] = np.nan
+    file = trained(means)
+    assert file.basis.not_judged == {"missing_channel": 1}
+    assert file.basis.n_window == 119
+
+
+def test_populations_are_counted_by_their_labels():
+    file = trained(normal(30, 2), labels=["new", "run in", "run in"] * 10)
+    assert file.basis.populations == {"new": 20, "run in": 40}
+
+
+def charted(means, **more):
+    chart = {"chart": "cusum", "options": {"shift": 1}, "false_alarm_every": 200.0}
+    return trained(means, chart=chart | more).chart
+
+
+def test_the_limit_of_a_chart_is_that_of_scores_in_their_order():
+    drawn = autoregressive(np.random.default_rng(3), (20, 100), 0.9)
+    in_order, shuffled = charted(drawn), charted(np.random.default_rng(4).permuted(drawn, axis=1))
+    assert in_order.limit > 2.0 * shuffled.limit
+    assert in_order.hours == pytest.approx(2000.0 / 3600.0)
+    assert in_order.interval[0] < in_order.mean_time < in_order.interval[1]
+    assert in_order.rests_on == "records"
+
+
+def test_a_long_record_is_cut_into_pieces_for_a_chart():
+    chart = charted(normal(1, 2000))
+    assert chart.rests_on == "pieces"
+    assert chart.mean_time == pytest.approx(200.0, rel=0.2)
+
+
+def test_a_chart_on_scores_that_a_leak_lowers_is_that_of_the_turned_scores():
+    means = normal(20, 100)
+    mirrored = trained(-means, direction="falling", chart={"chart": "ewma", "false_alarm_every": 100.0})
+    straight = trained(means, chart={"chart": "ewma", "false_alarm_every": 100.0})
+    assert mirrored.chart.limit == pytest.approx(straight.chart.limit)
+    assert mirrored.config.chart.options["direction"] == "rising"
+
+
+def test_a_chart_needs_as_many_healthy_hours_as_the_time_between_its_alarms():
+    with pytest.raises(NotStatedError, match=r"needs 24 h of healthy scores, not 0.556 h"):
+        charted(normal(20, 100), false_alarm_every=86400.0)
+
+
+def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
+    drive = np.tile([0.0, 0.0, 5.0, 5.0, 5.0, 5.0, 5.0, 0.0], 60)[None]
+    more = {"channels": {Channel.INPUT_VOLTAGE: drive}}
+    window = {"by": "cycle", "duration": 1.0}
+    file = trained(normal(1, 120), more=more, window=window)
+    assert file.drive == (0.0, 5.0)
+    assert file.channels == (Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE)
+    assert file.basis.n_window == 60
+    with pytest.raises(ConfigError, match="state with --window how much of each cycle is kept"):
+        trained(normal(1, 120), more=more, window={"by": "cycle"})
+    with pytest.raises(NotStatedError, match="input_voltage has no edges"):
+        trained(normal(1, 120), window=window)

@@ -105,7 +105,7 @@ def train(
     """
     from hydrofdi.cli.monitor.training_summary import print_training, training_record
     from hydrofdi.cli.terminal import print_json
-    from hydrofdi.detectors.trained.stating import stated_detector
+    from hydrofdi.detectors.trained.training import stated_detector
     from hydrofdi.pipeline.training import require_place, train_on, write_detector
 
     given: dict[tuple[str, ...], tuple[str, Any]] = {

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from hydrofdi.detectors.healthy_scale import healthy_scale
 from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig
 from hydrofdi.detectors.trained.file import Basis, DetectorFile, Made, Scale
-from hydrofdi.detectors.trained.learned import Learned
-from hydrofdi.detectors.trained.learning import learn
 from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.detectors.trained.setting_charts import chart_in_full, chart_limit
-from hydrofdi.detectors.trained.setting_limits import limits_of
+from hydrofdi.detectors.trained.training.chart_limits import chart_in_full, chart_limit
+from hydrofdi.detectors.trained.training.learned import Learned
+from hydrofdi.detectors.trained.training.learning import learn
+from hydrofdi.detectors.trained.training.limits import limits_of
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.records import RecordSource
 

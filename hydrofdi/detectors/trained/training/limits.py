@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Limits
-from hydrofdi.detectors.trained.learned import Learned
+from hydrofdi.detectors.trained.training.learned import Learned
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.groups import Rule, left_out_outcomes
 from hydrofdi.evaluation.rates import alarm_rate

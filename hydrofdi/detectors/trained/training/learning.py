@@ -10,11 +10,11 @@ import numpy as np
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.cutting import drive_of, pieces_along, windower_of, windows_along
 from hydrofdi.detectors.trained.following import Estimate, Estimator
-from hydrofdi.detectors.trained.learned import Learned, LearnedRecord, ScoreLine
 from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records, without_scale
 from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts, joined, learned_range
+from hydrofdi.detectors.trained.training.cutting import drive_of, pieces_along, windower_of, windows_along
+from hydrofdi.detectors.trained.training.learned import Learned, LearnedRecord, ScoreLine
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.indicators.measuring import output_unit

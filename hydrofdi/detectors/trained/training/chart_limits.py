@@ -13,7 +13,7 @@ from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.trained.charting import standardised
 from hydrofdi.detectors.trained.configuration import ChartConfig
 from hydrofdi.detectors.trained.file import ChartLimit, Scale
-from hydrofdi.detectors.trained.learned import Learned
+from hydrofdi.detectors.trained.training.learned import Learned
 from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.records import Array

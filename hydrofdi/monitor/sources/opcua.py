@@ -68,6 +68,11 @@ class OpcUaSource:
         return {}
 
     @property
+    def may_repeat_all(self) -> bool:
+        """Never: a server keeps nothing."""
+        return False
+
+    @property
     def wants_confirmation(self) -> bool:
         """Never: a server keeps nothing."""
         return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from functools import cached_property
 
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.measuring import feature_of
@@ -36,6 +37,7 @@ class Tally:
         self._windows = windows
         self._outcomes: list[float] = []
         self._groups: list[str] = []
+        self._blocks: list[str] = []
         self._records: dict[tuple[str, str], None] = {}
         self._has_groups = False
 
@@ -51,10 +53,11 @@ class Tally:
             self.unjudged[record] = window.fault.text if window.fault else ""
         if window.fault is not None:
             self.faults[window.fault.kind] += 1
-        if window.alarm is not None:
+        if window.alarm is not None and window.line is not None:
             self.unjudged.pop(record, None)
             self._outcomes.append(float(window.alarm))
             self._groups.append(window.group or " ".join(record))
+            self._blocks.append(str(int(window.line.start / self._duration)))
             self._has_groups |= bool(window.group)
 
     @property
@@ -75,31 +78,43 @@ class Tally:
     @property
     def hours(self) -> float:
         """Time that was judged [h]: of overlapping windows, what each adds."""
-        return self.n_judged * self._seconds / 3600.0
+        return self.n_judged * self._every / 3600.0
 
     @property
     def noun(self) -> str:
         """What is judged."""
         return "estimate" if self.file.config.window.by == "estimate" else "window"
 
-    @property
-    def _seconds(self) -> float:
+    @cached_property
+    def _duration(self) -> float:
+        """Of a window, or from one estimate to the next [s]."""
         frequency = self.file.sampling_frequency
-        if self.file.config.window.by == "estimate":
-            indicator = feature_of(self.file.config).indicator
-            assert isinstance(indicator, RecursiveIndicator)
-            return indicator.samples_per_estimate(frequency) / frequency
-        return min(samples_between(self.file), self.file.n_sample) / frequency
+        if self.file.config.window.by != "estimate":
+            return self.file.n_sample / frequency
+        indicator = feature_of(self.file.config).indicator
+        assert isinstance(indicator, RecursiveIndicator)
+        return indicator.samples_per_estimate(frequency) / frequency
 
     @property
-    def rests_on(self) -> str:
-        """What the interval of the share takes as independent: ``groups``, ``records`` or ``windows``."""
-        if len(set(self._groups)) < 2:
-            return "windows"
-        return "groups" if self._has_groups else "records"
+    def _every(self) -> float:
+        """From one window to the next [s]; at most its duration."""
+        if self.file.config.window.by == "estimate":
+            return self._duration
+        return min(samples_between(self.file) / self.file.sampling_frequency, self._duration)
+
+    @property
+    def rests_on(self) -> str | None:
+        """What the interval of the share takes as independent: ``groups``, ``records``, or ``windows`` of a
+        single record that do not overlap; None where nothing is, as estimates of a single record.
+        """
+        if len(set(self._groups)) > 1:
+            return "groups" if self._has_groups else "records"
+        return "windows" if self.file.config.window.by != "estimate" and self.n_judged else None
 
     @property
     def rate(self) -> Rate:
         """The share of judged windows that are alarms, with its interval."""
-        groups = None if self.rests_on == "windows" else self._groups
+        groups: list[str] | None = self._groups
+        if self.rests_on == "windows":
+            groups = self._blocks if self._every < self._duration else None
         return alarm_rate(self._outcomes, groups=groups, confidence=self.file.config.confidence)

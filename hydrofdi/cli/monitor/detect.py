@@ -76,9 +76,11 @@ def _tell(tally: Tally) -> None:
     parts = [f"judged {windows} of {records}, {_duration(tally.hours)}: {_count(tally.n_alarm, 'alarm')}"]
     if tally.n_judged:
         rate = tally.rate
-        share = f"{100.0 * rate.value:.3g} % ({100.0 * rate.low:.3g} to {100.0 * rate.high:.3g} %"
-        parts.append(f"{share}, {100.0 * rate.confidence:g} % interval over {tally.rests_on})")
-        parts.append(f"{tally.n_alarm / tally.hours:.3g} an hour")
+        share = f"{100.0 * rate.value:.3g} %"
+        if tally.rests_on:
+            ends = f"{100.0 * rate.low:.3g} to {100.0 * rate.high:.3g} %"
+            share += f" ({ends}, {100.0 * rate.confidence:g} % interval over {tally.rests_on})"
+        parts += [share, f"{tally.n_alarm / tally.hours:.3g} an hour"]
     tell(", ".join(parts))
     if tally.faults:
         kinds = ", ".join(f"{kind} {n:,}" for kind, n in tally.faults.most_common())

@@ -87,9 +87,9 @@ def _summary(tally: Tally) -> dict[str, Any]:
         "n_judged": tally.n_judged,
         "n_alarm": tally.n_alarm,
         "alarm_share": rate.value if judged else None,
-        "alarm_share_interval": [rate.low, rate.high] if judged else None,
+        "alarm_share_interval": [rate.low, rate.high] if tally.rests_on else None,
         "confidence": rate.confidence,
-        "interval_rests_on": tally.rests_on if judged else None,
+        "interval_rests_on": tally.rests_on,
         "hours": tally.hours,
         "not_judged": dict(sorted(tally.faults.items())),
     }

@@ -1,0 +1,175 @@
+"""``hydrofdi detect``: a row for each window, those of a monitor, and exit codes that scripts can use."""
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+from hydrofdi.detectors.trained import Judge
+from hydrofdi.detectors.trained.reading import detector_text, load_detector
+from hydrofdi.monitor.line_record import line_record
+from hydrofdi.monitor.lines import WindowLine
+from hydrofdi.monitor.watch import Watch
+from hydrofdi.records import Channel
+from hydrofdi.records.streams import Chunk
+from tests.commands import run_hydrofdi
+from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+
+P1 = Channel.CHAMBER_1_PRESSURE
+N_SAMPLE = 1000
+CONFIG = {"output": "d2", "direction": "rising", "window": {"duration": 1.0, "every": 0.5}}
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """A detector of the noise of P1 in windows of a second, which overlap by half."""
+    healthy = [window(number, 100 + number) for number in range(20)]
+    scores = [verdict.score for verdict in Judge(detector(ranges=healthy, **CONFIG)).judge(healthy)]
+    scale = (float(np.median(scores)), float(np.std(scores)))
+    file = detector(limits=(None, 1.2 * max(scores)), scale=scale, ranges=healthy, **CONFIG)
+    path = tmp_path_factory.mktemp("detector") / "detector.json"
+    path.write_text(detector_text(file), encoding="utf-8")
+    return path
+
+
+def pressure(n_window=5, seed=1, leaking=()):
+    """P1 of so many seconds; in some of them the noise is threefold."""
+    samples = signals(seed, n_window * N_SAMPLE)[P1]
+    noise = np.random.default_rng(seed + 1).standard_normal(samples.size) * 3e4
+    for number in leaking:
+        part = slice(number * N_SAMPLE, (number + 1) * N_SAMPLE)
+        samples[part] += noise[part]
+    return samples
+
+
+def written(path, samples, frequency=FREQUENCY, name="P1 [Pa]"):
+    time = np.arange(samples.size) / frequency
+    rows = zip(time.tolist(), samples.tolist(), strict=True)
+    lines = (f"{instant!r},{value!r}\n" for instant, value in rows)
+    path.write_text("".join([f"time [s],{name}\n", *lines]), encoding="utf-8")
+    return path
+
+
+def detected(trained, *sources):
+    ended = run_hydrofdi("detect", trained, *sources, "--json")
+    return ended, json.loads(ended.stdout)
+
+
+def test_rows_are_those_of_a_monitor_on_the_same_stream(trained, tmp_path):
+    samples = pressure(12, leaking=[7])
+    samples[3000:3005] = np.nan
+    ended, found = detected(trained, written(tmp_path / "long.csv", samples))
+    watch, lines = Watch(load_detector(trained)), []
+    state = watch.start()
+    for first in range(0, samples.size, 777):
+        part = slice(first, first + 777)
+        time = np.arange(samples.size)[part] / FREQUENCY
+        state, more = watch.step(state, Chunk(time, {P1: samples[part]}))
+        lines += [line_record(line, "Pa") for line in more if isinstance(line, WindowLine)]
+    rows = [{key: row[key] for key in lines[0]} for row in found["windows"]]
+    assert rows == lines
+    assert len(rows) == 23
+    assert [row["number"] for row in rows if row["alarm"]] == [13, 14, 15]
+    assert {row["fault"]["kind"] for row in rows if row["fault"]} == {"missing"}
+    assert ended.returncode == 0
+
+
+def test_the_summary_counts_what_the_rows_say(trained, tmp_path):
+    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 3 else [])) for n in range(4)]
+    ended, found = detected(trained, *files)
+    summary, rows = found["summary"], found["windows"]
+    assert summary["n_record"] == 4
+    assert summary["n_judged"] == len(rows) == 28
+    assert summary["n_alarm"] == sum(row["alarm"] for row in rows) == 3
+    assert summary["hours"] == pytest.approx(28 * 0.5 / 3600.0)
+    low, high = summary["alarm_share_interval"]
+    assert 0.0 <= low < 3 / 28 < high <= 1.0
+    assert summary["interval_rests_on"] == "records"
+    assert "judged 28 windows of 4 records, 14 s: 3 alarms, 10.7 % (" in ended.stderr
+
+
+def test_windows_that_overlap_do_not_narrow_the_interval(trained, tmp_path):
+    source = written(tmp_path / "long.csv", pressure(12, leaking=[7]))
+    file, apart = load_detector(trained), tmp_path / "apart.json"
+    window = file.config.window.model_copy(update={"every": 1.0})
+    config = file.config.model_copy(update={"window": window})
+    apart.write_text(detector_text(file.model_copy(update={"config": config})), encoding="utf-8")
+    summaries = [detected(each, source)[1]["summary"] for each in (trained, apart)]
+    assert [each["interval_rests_on"] for each in summaries] == ["windows"] * 2
+    assert [each["n_judged"] for each in summaries] == [23, 12]
+    widths = [np.ptp(each["alarm_share_interval"]) for each in summaries]
+    assert widths[0] > 0.9 * widths[1]
+
+
+def test_an_alarm_is_an_exit_code_on_request_alone(trained, tmp_path):
+    healthy = written(tmp_path / "healthy.csv", pressure())
+    leaking = written(tmp_path / "leaking.csv", pressure(leaking=[3]))
+    codes = [
+        run_hydrofdi("detect", trained, source, *flags).returncode
+        for source in (healthy, leaking)
+        for flags in ([], ["--fail-on-alarm"])
+    ]
+    assert codes == [0, 0, 0, 1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "said", "options"),
+    [
+        ("short_record", "lasts 0.9 s, and a window 1 s", {"samples": pressure()[:900]}),
+        ("other_rate", "is sampled at 500 Hz instead of 1000 Hz", {"frequency": 500.0}),
+        ("missing_channel", "has no chamber_1_pressure", {"name": "P2 [Pa]"}),
+    ],
+)
+def test_a_record_that_cannot_be_judged_says_why(trained, tmp_path, kind, said, options):
+    odd = written(tmp_path / "odd.csv", **{"samples": pressure(), **options})
+    ended, found = detected(trained, written(tmp_path / "healthy.csv", pressure()), odd)
+    assert ended.returncode == 1
+    assert found["windows"][-1]["fault"] == {"kind": kind, "text": said}
+    assert found["summary"]["not_judged"] == {kind: 1}
+    assert f"nothing was judged of odd.csv: {said}" in ended.stderr
+
+
+def test_a_short_record_is_not_judged_beside_its_neighbours(trained, tmp_path):
+    sizes = [900, 1000, 5000]
+    files = [written(tmp_path / f"{size}.csv", pressure()[:size]) for size in sizes]
+    _, found = detected(trained, *files)
+    assert [row["record_id"] for row in found["windows"]] == ["900.csv", "1000.csv", *["5000.csv"] * 9]
+
+
+def test_clipped_and_novel_windows_are_no_alarms(trained, tmp_path):
+    samples = pressure(6)
+    samples[2000:3000] = np.minimum(samples[2000:3000], 9.5e6)
+    samples[4000:] += 20e6
+    ended, found = detected(trained, written(tmp_path / "odd.csv", samples))
+    kinds = [row["fault"] and row["fault"]["kind"] for row in found["windows"]]
+    assert kinds[:3] == [None] * 3
+    assert kinds[4] == "clipped"
+    assert kinds[8:] == ["novel"] * 3
+    assert all((row["score"] is not None) and row["alarm"] is None for row in found["windows"][8:])
+    assert "healthy windows allow" in found["windows"][10]["fault"]["text"]
+    assert "not judged: " in ended.stderr
+
+
+def test_late_alarms_are_in_the_table_and_all_rows_in_csv(trained, tmp_path):
+    source = written(tmp_path / "long.csv", pressure(40, leaking=[38]))
+    shown = run_hydrofdi("detect", trained, source)
+    assert shown.stdout.count("ALARM") == 3
+    assert shown.stdout.count("healthy") == 17
+    assert "20 of 79 rows" in shown.stdout
+    table = run_hydrofdi("detect", trained, source, "--format", "csv").stdout
+    rows = list(csv.DictReader(io.StringIO(table)))
+    assert len(rows) == 79
+    assert [float(row["start_s"]) for row in rows if row["alarm"] == "True"] == [37.5, 38.0, 38.5]
+    assert {row["unit"] for row in rows} == {"Pa"}
+    alarms = [row for row in rows if float(row["score"]) > float(row["high"])]
+    assert len(alarms) == 3
+
+
+def test_what_is_no_detector_is_refused_in_one_line(tmp_path):
+    source = written(tmp_path / "healthy.csv", pressure())
+    ended = run_hydrofdi("detect", source, source)
+    assert ended.returncode == 2
+    assert len(ended.stderr.splitlines()) == 1
+    assert "detector" in ended.stderr

@@ -17,6 +17,7 @@ from hydrofdi.cli.check import check
 from hydrofdi.cli.experiment_folder import collect, rerun, status, verify, why
 from hydrofdi.cli.monitor.detect import detect
 from hydrofdi.cli.monitor.monitor import monitor
+from hydrofdi.cli.monitor.replay import replay
 from hydrofdi.cli.monitor.train import train
 from hydrofdi.cli.plan import plan
 from hydrofdi.cli.records.evaluate import evaluate
@@ -45,7 +46,7 @@ app = typer.Typer(
 )
 for command in (
     simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate,
-    measure, indicators, inspect, evaluate, train, detect, monitor,
+    measure, indicators, inspect, evaluate, train, detect, monitor, replay,
 ):  # fmt: skip
     app.command()(command)
 

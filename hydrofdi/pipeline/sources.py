@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from hydrofdi.errors import ConfigError, DataError, StoreError
@@ -18,7 +18,10 @@ _MEASURED_KEYS = {"files", "channels"}
 
 
 def open_source(
-    path: Path, channels: Collection[Channel] = tuple(Channel), sampling_frequency: float | None = None
+    path: Path,
+    channels: Collection[Channel] = tuple(Channel),
+    sampling_frequency: float | None = None,
+    settings: Sequence[str] = (),
 ) -> RecordSource:
     """Records of a results folder, an experiment, a description of measured files, or one data file.
 
@@ -29,11 +32,14 @@ def open_source(
         What is needed of simulated records; the others are not read.
     sampling_frequency : float, optional
         Of a measured file by itself [Hz].
+    settings : sequence of str
+        ``KEY=VALUE`` of an experiment that is simulated.
 
     Raises
     ------
     ConfigError
-        A YAML file has mistakes, or a sampling frequency is given where the source has its own.
+        A YAML file has mistakes, a sampling frequency is given where the source has its own, or settings
+        where nothing is simulated.
     DataError
         The file cannot be a source.
     StoreError
@@ -43,14 +49,17 @@ def open_source(
         raise DataError(f"{path}: no such file or folder")
     if path.is_dir():
         _refuse_frequency(path, sampling_frequency)
+        _refuse_settings(path, settings)
         return _folder(path, channels)
     head = _head(path)
     if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
         _refuse_frequency(path, sampling_frequency)
+        _refuse_settings(path, settings)
         return _stored(path, channels)
     if path.suffix.lower() in (".yaml", ".yml") or _is_settings(head):
         _refuse_frequency(path, sampling_frequency)
-        return _described(path, channels)
+        return _described(path, channels, settings)
+    _refuse_settings(path, settings)
     from hydrofdi.records.measured import plain_file_source
 
     return plain_file_source(path, sampling_frequency)
@@ -86,23 +95,29 @@ def _is_experiment(path: Path) -> bool:
     return is_experiment_file(path)
 
 
-def _described(path: Path, channels: Collection[Channel]) -> RecordSource:
+def _described(path: Path, channels: Collection[Channel], settings: Sequence[str]) -> RecordSource:
     from hydrofdi.settings.validation import read_yaml
 
     keys = set(read_yaml(path, "a description of measured files or an experiment").data or {})
     if keys & _MEASURED_KEYS:
+        _refuse_settings(path, settings)
         from hydrofdi.records.measured import measured_source
 
         return measured_source(path)
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline.simulated import SimulatedRecords
 
-    return SimulatedRecords(load_experiment(path), str(path), channels)
+    return SimulatedRecords(load_experiment(path, settings), str(path), channels)
 
 
 def _refuse_frequency(path: Path, sampling_frequency: float | None) -> None:
     if sampling_frequency is not None:
         raise ConfigError(f"--sampling-frequency: {path} has its own; the option is for one plain data file")
+
+
+def _refuse_settings(path: Path, settings: Sequence[str]) -> None:
+    if settings:
+        raise ConfigError(f"--set: {path} is not simulated; the option is for the file of an experiment")
 
 
 def _head(path: Path) -> bytes:

@@ -81,6 +81,8 @@ def replay(
     except KeyboardInterrupt:
         tell(f"stopped after {n_sample:,} samples")
         return 0
+    except BrokenPipeError:
+        return 0
     tell(f"played {n_sample:,} samples")
     return 0
 

@@ -1,0 +1,204 @@
+"""``hydrofdi replay``: records as a stream, to the bit, at a steady rate, into pipes and a broker."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
+from hydrofdi.monitor.sources.mqtt import MqttSource
+from hydrofdi.monitor.sources.payload import PayloadReader
+from hydrofdi.pipeline.replaying import Pace
+from hydrofdi.pipeline.sources import open_source
+from tests.commands import COMMAND, run, run_json
+from tests.monitor.brokers import Broker, needs_mosquitto
+from tests.monitor.streams_of_text import joined, read_in_pieces, reader
+
+EXPERIMENT = "record: {duration: 4 s}\nsweep: {grid: {leakage.internal_flow: [0 L/min, 0.5 L/min]}}\n"
+
+
+@pytest.fixture
+def experiment(tmp_path):
+    file = tmp_path / "press.yaml"
+    file.write_text(EXPERIMENT, encoding="utf-8")
+    return file
+
+
+def replayed(*arguments):
+    done = run("replay", *arguments, "--rate", "max", check=0)
+    chunk, events = read_in_pieces(reader(), done.stdout.encode(), range(10_000, len(done.stdout), 9_999))
+    assert events == []
+    return chunk, done
+
+
+def records(file, settings=()):
+    return [
+        (batch.time, {channel: samples[row] for channel, samples in batch.channels.items()})
+        for batch in open_source(Path(file), settings=settings).batches()
+        for row in range(batch.n_record)
+    ]
+
+
+def assert_same(chunk, channels, part=slice(None)):
+    assert set(chunk.channels) == set(channels)
+    for channel, samples in channels.items():
+        assert np.array_equal(chunk.channels[channel][part], samples, equal_nan=True), channel
+
+
+@pytest.mark.parametrize("form", ["csv", "json"])
+def test_samples_are_read_again_to_the_bit(experiment, form):
+    chunk, done = replayed(experiment, "--record", "2", "--format", form)
+    times, channels = records(experiment)[1]
+    assert np.array_equal(chunk.time, times)
+    assert_same(chunk, channels)
+    assert done.stderr == f"played {times.size:,} samples\n"
+
+
+def test_records_follow_each_other_with_a_gap(experiment):
+    chunk, _ = replayed(experiment)
+    (times, first), (_, second) = records(experiment)
+    assert_same(chunk, first, slice(times.size))
+    assert_same(chunk, second, slice(times.size, None))
+    steps = np.diff(chunk.time)
+    assert steps.argmax() == times.size - 1
+    assert steps.max() == pytest.approx(10 * steps.min())
+
+
+def test_missing_samples_of_a_measured_file_stay_missing(tmp_path):
+    file = tmp_path / "run.csv"
+    file.write_text(
+        "time [ms],P1 [bar],x [mm]\n" + "".join(f"{n},{n / 3},{n}\n" for n in range(50)) + "50,,1\n"
+    )
+    for form in ("csv", "json"):
+        chunk, _ = replayed(file, "--format", form)
+        assert_same(chunk, records(file)[0][1])
+        assert np.isnan(chunk.channels["chamber_1_pressure"][-1])
+
+
+def test_settings_change_what_is_simulated(experiment):
+    change = ("leakage.onset=step", "leakage.onset_time=2 s")
+    chunk, _ = replayed(experiment, "--record", "2", "--set", change[0], "--set", change[1])
+    assert_same(chunk, records(experiment, change)[1][1])
+    assert not np.array_equal(
+        chunk.channels["chamber_1_pressure"], records(experiment)[1][1]["chamber_1_pressure"]
+    )
+
+
+def test_time_may_start_now(experiment):
+    before = time.time()
+    chunk, _ = replayed(experiment, "--record", "1", "--now")
+    assert before <= chunk.time[0] <= time.time()
+
+
+def test_nothing_comes_before_it_is_due():
+    pace, begin = Pace(100.0), time.monotonic()
+    assert pace.rate_of(1000.0) == 100.0
+    for n_block in range(1, 6):
+        pace.wait(2, 100.0)
+        assert time.monotonic() - begin >= 0.02 * n_block - 1e-3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--rate", "0Hz"], "--rate: must be above zero"),
+        (["--rate", "3 mm"], "--rate: '3 mm' has the wrong unit"),
+        (["--to", "file.csv"], "--to file.csv: expected '-' for standard output"),
+        (["--to", "mqtt://127.0.0.1:1/x", "--format", "csv"], "--format: is for standard output"),
+        (["--record", "7"], "has no record '7'; it has 2, numbered from 1"),
+        (["--set", "fluid.nothing=1"], "fluid.nothing"),
+    ],
+)
+def test_what_can_be_fixed_is_said_in_a_line(experiment, arguments, said):
+    done = run("replay", experiment, *arguments, check=2)
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+
+
+def test_settings_are_for_what_is_simulated(tmp_path):
+    file = tmp_path / "run.csv"
+    file.write_text("time [s],P1 [bar]\n0,1\n1,2\n")
+    assert "is not simulated" in run("replay", file, "--set", "record.duration=3 s", check=2).stderr
+
+
+def test_channels_without_a_scale_are_refused(tmp_path):
+    file = tmp_path / "run.csv"
+    file.write_text("time [s],P1 [counts]\n0,1\n1,2\n")
+    assert "chamber_1_pressure has no scale" in run("replay", file, check=2).stderr
+
+
+def started(*arguments):
+    return subprocess.Popen(
+        [*COMMAND, "replay", *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ,
+    )  # fmt: skip
+
+
+def test_a_reader_that_leaves_ends_it(experiment):
+    process = started(experiment, "--rate", "max")
+    assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+    process.stdout.close()
+    assert process.wait(60) == 0
+    assert process.stderr.read() == ""
+    process.stderr.close()
+
+
+def test_an_interrupt_ends_it(experiment):
+    process = started(experiment, "--rate", "1Hz")
+    assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors.split(" after ")[0]) == (0, "stopped")
+
+
+@needs_mosquitto
+def test_a_broker_gets_the_samples_to_the_bit(experiment, tmp_path):
+    folder = tmp_path / "broker"
+    folder.mkdir()
+    broker = Broker(folder)
+    broker.start()
+    address = MqttAddress.parse(broker.address())
+    source = MqttSource(address, MqttConfig(), PayloadReader().read, "detector")
+    try:
+        source.open({})
+        while not any(event.kind == "connected" for event in source.read(0.1).events):
+            pass
+        done = run("replay", experiment, "--record", "1", "--rate", "max", "--to", str(address), check=0)
+        assert "played 2,000 samples" in done.stderr
+        times, channels = records(experiment)[0]
+        chunks = []
+        while sum(chunk.n_time for chunk in chunks) < times.size:
+            reading = source.read(0.1)
+            chunks += [reading.chunk] if reading.chunk else []
+            source.confirm()
+    finally:
+        source.close()
+        broker.stop()
+    chunk = joined(chunks)
+    assert np.array_equal(chunk.time, times)
+    assert_same(chunk, channels)
+
+
+def test_a_stream_is_judged_as_the_records_are(tmp_path):
+    """Every window of ``replay | monitor`` is the row that ``detect`` gives on the same file."""
+    healthy, leaking, detector = tmp_path / "healthy.yaml", tmp_path / "leaking.yaml", tmp_path / "d.json"
+    usual = "input: {shape: steps, period: 1 s}\ncontrol: {law: pi, amplitude: 20 mm, feedback: measured}\n"
+    healthy.write_text(usual + "record: {duration: 120 s}\nleakage: {internal_flow: 0 L/min}\n")
+    leaking.write_text(
+        usual + "record: {duration: 21 s}\nleakage: {internal_flow: 1 L/min, onset: step, onset_time: 10 s}\n"
+    )
+    choice = ("--window", "2s", "--every", "1s", "--output", "d2", "--direction", "both")
+    run("train", healthy, "--out", detector, "--false-alarm-rate", "5 %", *choice)
+    rows = run_json("detect", detector, leaking)["windows"]
+    stream = run("replay", leaking, "--rate", "max", check=0).stdout
+    done = run("monitor", detector, "-", "--json", input=stream, check=0)
+    lines = [line for line in map(json.loads, done.stdout.splitlines()) if line["line"] == "window"]
+    assert len(lines) == len(rows) >= 20
+    for line, row in zip(lines, rows, strict=True):
+        assert (line["score"], line["alarm"], line["fault"]) == (row["score"], row["alarm"], row["fault"])

@@ -7,11 +7,20 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.detectors.trained.wording import readable
+
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
     from hydrofdi.pipeline.training import Training
 
 _HOUR = 3600.0
+_MOST_NAMED = 5
+
+_RESTS = {
+    "windows": "windows taken as independent",
+    "records": "each record met the limits of the others",
+    "groups": "each group met the limits of the others",
+}
 
 
 def training_record(training: Training, out: Path) -> dict[str, Any]:
@@ -19,84 +28,144 @@ def training_record(training: Training, out: Path) -> dict[str, Any]:
     return {
         "out": str(out),
         "detector": training.file.model_dump(mode="json", by_alias=True),
-        "left_out": asdict(training.left_out),
         "false_alarms_per_hour": _per_hour(training.file),
+        "left_out": asdict(training.left_out),
+        "is_unlabelled": training.is_unlabelled,
         "summary": list(sentences(training)),
     }
 
 
 def print_training(training: Training, out: Path) -> None:
-    """Print the sentences."""
+    """Print the sentences below the name of the file."""
     from hydrofdi.cli.terminal import terminal
 
     console = terminal()
     console.print(f"{out}: {training.file.config.indicator}.{training.file.config.output}")
     for sentence in sentences(training):
-        console.print(f"  {sentence}")
+        console.print(sentence)
 
 
 def sentences(training: Training) -> Iterator[str]:
     """What the detector judges, what it promises, and what that rests on."""
     file = training.file
-    yield f"Judges {_what(file)} of {' and '.join(file.channels)} at {file.sampling_frequency:g} Hz."
-    yield f"Raises an alarm {_limits(file)}."
-    yield _promise(file)
+    channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
+    yield f"It judges {_what(file)} at {file.sampling_frequency:g} Hz and needs {channels}."
+    yield f"A score {_limits(file)} is an alarm."
+    yield from _promise(file)
     yield from _basis(training)
+    yield from _doubts(training)
     yield from _chart(file)
 
 
 def _what(file: DetectorFile) -> str:
     window = file.config.window
-    if window.by == "estimate":
-        return "each estimate"
-    if window.by == "cycle":
-        return f"the first {window.duration:g} s of each cycle of {window.channel}"
     duration, every = window.duration or 0.0, window.every or 0.0
-    overlap = "" if every >= duration else f", one every {every:g} s,"
-    return f"windows of {duration:g} s{overlap}"
+    if window.by == "estimate":
+        return f"each estimate of {file.config.indicator}"
+    if window.by == "cycle":
+        return f"the first {duration:g} s of each cycle of {window.channel}"
+    return f"windows of {duration:g} s" + ("" if every == duration else f", one every {every:g} s,")
 
 
 def _limits(file: DetectorFile) -> str:
-    from hydrofdi.detectors.trained.wording import readable
-
     limits = file.limits
     low = "" if limits.low is None else f"below {readable(limits.low, file.unit)}"
     high = "" if limits.high is None else f"above {readable(limits.high, file.unit)}"
     return " or ".join(part for part in (low, high) if part)
 
 
-def _promise(file: DetectorFile) -> str:
-    limits = file.limits
-    low, high = (f"{100 * share:.3g} %" for share in limits.interval)
-    rests = {
-        "windows": "taking windows as independent",
-        "records": "where each record met the limits of the others",
-        "groups": "where each group met the limits of the others",
-    }
-    return (
-        f"Promises {100 * limits.false_alarm_rate:.3g} % of false alarms; the true rate lies within {low} and"
-        f" {high} ({100 * limits.confidence:.4g} % confidence, {rests[limits.interval_rests_on]})."
+def _promise(file: DetectorFile) -> Iterator[str]:
+    limits, what = file.limits, "windows" if file.n_sample else "estimates"
+    rate = f"{_percent(limits.false_alarm_rate)} of healthy {what}"
+    set_for = f"at most {rate}" if limits.method == "tolerance limit" else rate
+    low, high = map(_percent, limits.interval)
+    yield (
+        f"It is set for false alarms in {set_for}; the true share lies within {low} and {high}"
+        f" ({100.0 * limits.confidence:.4g} % confidence; {_RESTS[limits.interval_rests_on]})."
     )
+    if per_hour := _per_hour(file):
+        least, most = per_hour["interval"]
+        overlap = "" if not _overlap(file) else "; they come in rows because windows overlap"
+        yield f"That is {per_hour['wanted']:.2g} false alarms an hour ({least:.2g} to {most:.2g}){overlap}."
+    if not file.n_sample:
+        yield (
+            "Estimates follow each other closely, so false alarms come in rows; a chart counts their times."
+        )
 
 
 def _basis(training: Training) -> Iterator[str]:
     basis, left = training.file.basis, training.left_out
-    what = "estimates" if not training.file.n_sample else "windows that do not overlap"
+    what = "windows that do not overlap" if training.file.n_sample else "estimates"
     groups = f" in {basis.n_group:,} groups" if basis.n_group else ""
-    yield f"Rests on {basis.n_window:,} {what}, of {basis.n_record:,} healthy records{groups}."
+    source = f"{_records(basis.n_record)}{groups}"
+    yield f"It rests on {basis.n_window:,} {what}, from {source}: {_named(training)}."
+    if basis.not_judged:
+        faults = ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items())
+        yield f"Healthy {what} that taught nothing: {faults}."
+    if left.n_leaking:
+        yield f"{left.n_leaking:,} records were left out because they are not healthy ones to train on."
+    if left.n_unlabelled:
+        yield f"{left.n_unlabelled:,} records without a label were left out."
+
+
+def _named(training: Training) -> str:
+    basis = training.file.basis
+    names = [f"{label} ({count:,})" for label, count in basis.populations.items()] or [*basis.sources]
+    more = f" and {len(names) - _MOST_NAMED:,} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(names[:_MOST_NAMED]) + more
+
+
+def _doubts(training: Training) -> Iterator[str]:
+    file, basis = training.file, training.file.basis
+    if training.is_unlabelled:
+        yield "No record has a label: all of them are taken as healthy."
     if basis.n_record == 1:
         yield "One record: nothing is known of other days or machines."
-    if training.is_unlabelled:
-        yield "No record has a label: all are taken as healthy."
-    if left.n_leaking:
-        yield f"{left.n_leaking:,} records are left out because they are not known to be healthy."
+    elif basis.n_group == 1:
+        yield "One group: nothing is known of others."
+    if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
+        yield "What follows each other in a record may be alike; the interval is too short then."
 
 
 def _chart(file: DetectorFile) -> Iterator[str]:
-    if file.chart is not None and file.config.chart is not None:
-        yield f"{file.config.chart.chart}: limit {file.chart.limit:.4g} on {file.chart.hours:.3g} h."
+    chart, config = file.chart, file.config.chart
+    if chart is None or config is None:
+        return
+    mean = "no false alarm" if chart.mean_time is None else f"a false alarm every {_time(chart.mean_time)}"
+    least, most = chart.interval
+    ends = f"{_time(least)} to {_time(most)}" if most is not None else f"at least {_time(least)}"
+    rests = {"pieces": "pieces of records", "records": "records", "groups": "groups"}[chart.rests_on]
+    yield (
+        f"The chart {config.chart} has the limit {chart.limit:.4g}: {mean} ({ends}), set for"
+        f" {_time(config.false_alarm_every)}, from {_time(chart.hours * _HOUR)} of healthy scores ({rests}"
+        " drawn and joined)."
+    )
 
 
-def _per_hour(file: DetectorFile) -> list[float] | None:
-    every = file.config.window.every
-    return None if every is None else [share * _HOUR / every for share in file.limits.interval]
+def _per_hour(file: DetectorFile) -> dict[str, Any] | None:
+    """Alarms of healthy windows per hour of operation; None where windows do not come by time."""
+    every, limits = file.config.window.every, file.limits
+    if file.config.window.by != "time" or every is None:
+        return None
+    windows = _HOUR / every
+    return {
+        "wanted": limits.false_alarm_rate * windows,
+        "interval": [share * windows for share in limits.interval],
+    }
+
+
+def _overlap(file: DetectorFile) -> bool:
+    return (file.config.window.every or 0.0) < (file.config.window.duration or 0.0)
+
+
+def _records(count: int) -> str:
+    return f"{count:,} healthy record{'s' if count != 1 else ''}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.3g} %"
+
+
+def _time(duration: float) -> str:
+    size, unit = (_HOUR, "h") if duration >= _HOUR else (60.0, "min") if duration >= 60.0 else (1.0, "s")
+    return f"{duration / size:.3g} {unit}"

@@ -33,7 +33,7 @@ def server():
 
 @contextmanager
 def opened(url, config=FAST, channels=CHANNELS):
-    source = OpcUaSource(url, config, channels, RATE)
+    source = OpcUaSource(url, config, channels, RATE, first_wait=0.1)
     source.open({})
     try:
         yield source

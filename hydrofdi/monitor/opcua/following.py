@@ -22,7 +22,7 @@ from hydrofdi.monitor.opcua.reasons import LostError, plain_reasons
 from hydrofdi.monitor.opcua.values import NoNumberError, changes_of, has_overflowed, node_values
 from hydrofdi.records.batch import Array
 
-_FIRST_DELAY, _LONGEST_DELAY = 1.0, 120.0
+_LONGEST_WAIT = 120.0
 
 
 class ServerFollower:
@@ -35,6 +35,8 @@ class ServerFollower:
         Node ids.
     period : float
         Sampling period [s].
+    first_wait : float
+        Before the second attempt to connect [s]; it doubles up to two minutes.
     put : callable
         Takes instants (n_time,) [s] and samples (n_time, n_node), in the units of the nodes.
     say : callable
@@ -51,12 +53,13 @@ class ServerFollower:
         server: Server,
         nodes: Sequence[str],
         period: float,
+        first_wait: float,
         put: Callable[[Array, Array], None],
         say: Callable[[Event], None],
     ) -> None:
         for node in nodes:
             node_id(node)
-        self._server, self._nodes, self._period = server, nodes, period
+        self._server, self._nodes, self._period, self._first_wait = server, nodes, period, first_wait
         self._put, self._say = put, say
         self._joiner = Joiner(len(nodes), period, server.config.wait)
         self._said: set[str] = set()
@@ -83,7 +86,7 @@ class ServerFollower:
                 self._loop.call_soon_threadsafe(self._task.cancel)
 
     async def _keep_following(self) -> None:
-        delay = _FIRST_DELAY
+        wait = self._first_wait
         while True:
             began = time.monotonic()
             try:
@@ -94,10 +97,10 @@ class ServerFollower:
                 if self._is_stopped:
                     raise
                 self._lost("the connection was lost")
-            if time.monotonic() - began > _LONGEST_DELAY:
-                delay = _FIRST_DELAY
-            await asyncio.sleep(delay)
-            delay = min(2 * delay, _LONGEST_DELAY)
+            if time.monotonic() - began > _LONGEST_WAIT:
+                wait = self._first_wait
+            await asyncio.sleep(wait)
+            wait = min(2 * wait, _LONGEST_WAIT)
 
     async def _follow(self) -> None:
         async with session(self._server) as client:

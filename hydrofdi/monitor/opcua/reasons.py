@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from asyncua import ua
 from asyncua.ua.uaerrors import UaStatusCodeError
+
+from hydrofdi.monitor.network_reasons import network_reason
 
 _REASONS = {
     "BadUserAccessDenied": "it refuses the user name or password",
@@ -50,16 +51,8 @@ def reason_of(error: BaseException) -> str:
     if isinstance(error, UaStatusCodeError):
         status = ua.StatusCode(error.code)
         return _REASONS.get(status.name, f"{status.doc.rstrip('.')} ({status.name})")
-    if isinstance(error, TimeoutError):
-        return "no answer in time"
-    if isinstance(error, ConnectionRefusedError):
-        return "nothing listens there (connection refused)"
-    if isinstance(error, socket.gaierror):
-        return "its name is not known"
-    if isinstance(error, ConnectionError):
-        return str(error) or "the connection was lost"
     if isinstance(error, OSError):
-        return error.strerror or "the network fails"
+        return network_reason(error)
     text = " ".join(str(error).split())
     if "No matching endpoints" in text:
         return "it does not offer this security policy with signing and encrypting"

@@ -35,6 +35,8 @@ class OpcUaSource:
         `column` is the node id; the unit has to be given.
     sampling_frequency : float
         Of the detector [Hz].
+    first_wait : float
+        Before the second attempt to connect [s]; it doubles up to two minutes.
 
     Raises
     ------
@@ -48,13 +50,15 @@ class OpcUaSource:
         config: OpcUaConfig,
         channels: Mapping[Channel, ChannelConfig],
         sampling_frequency: float,
+        *,
+        first_wait: float = 1.0,
     ) -> None:
         self._name = server_url(url)
         if not channels:
             raise ConfigError("an OPC UA server needs 'channels': which node is which channel")
         self._columns = [_column(*item, position) for position, item in enumerate(channels.items())]
         self._queue = SampleQueue(tuple(channels), max(2, round(config.queue * sampling_frequency)))
-        self._follower = self._made_follower(config, sampling_frequency)
+        self._follower = self._made_follower(config, sampling_frequency, first_wait)
         self._thread = Thread(target=self._run, name="opcua", daemon=True)
 
     @property
@@ -94,7 +98,9 @@ class OpcUaSource:
         if self._thread.is_alive():
             self._thread.join()
 
-    def _made_follower(self, config: OpcUaConfig, sampling_frequency: float) -> ServerFollower:
+    def _made_follower(
+        self, config: OpcUaConfig, sampling_frequency: float, first_wait: float
+    ) -> ServerFollower:
         try:
             from hydrofdi.monitor.opcua.connection import Server
             from hydrofdi.monitor.opcua.files import key_files
@@ -105,7 +111,7 @@ class OpcUaSource:
             raise ConfigError("OPC UA needs the extra: pip install 'hydrofdi[monitor]'") from None
         server = Server(self._name, config, credentials(config), key_files(config))
         nodes = [column.title for column in self._columns]
-        return ServerFollower(server, nodes, 1 / sampling_frequency, self._put, self._queue.say)
+        return ServerFollower(server, nodes, 1 / sampling_frequency, first_wait, self._put, self._queue.say)
 
     def _run(self) -> None:
         try:

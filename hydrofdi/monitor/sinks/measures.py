@@ -1,0 +1,120 @@
+"""What is measured of a monitor, under the names that Prometheus sees."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+
+from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info
+
+import hydrofdi
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
+from hydrofdi.records.streams import Chunk
+
+_EARLIEST = 1e9
+"""Stream times above it are taken as seconds since 1970 (it is in 2001) [s]."""
+
+
+class Measures:
+    """Counters and gauges of one monitor, in a registry of their own.
+
+    Parameters
+    ----------
+    file : DetectorFile
+    """
+
+    def __init__(self, file: DetectorFile) -> None:
+        self.registry = CollectorRegistry()
+        self._describe(file)
+        self._judged = self._counter("windows_judged", "Windows that were judged", ["alarm"])
+        self._not_judged = self._counter("windows_not_judged", "Windows that were not judged", ["reason"])
+        self._alarms = self._counter("alarms", "Alarms that were raised")
+        self._samples = self._counter("samples", "Samples that arrived")
+        self._events = self._counter("events", "Events, each repetition counted", ["kind"])
+        self._condition = Enum(
+            "hydrofdi_condition",
+            "What the actuator is taken for",
+            states=[condition.value for condition in Condition],
+            registry=self.registry,
+        )
+        self._score = self._gauge("score", f"Score of the last window that has one, in {file.unit}")
+        self._margin = self._gauge("margin", "Distance of this score to its limit, in healthy spreads")
+        self._statistic = self._gauge("chart_statistic", "Statistic of the control chart, in healthy spreads")
+        for unknown in (self._score, self._margin, self._statistic):
+            unknown.set(math.nan)
+        self._window = self._gauge(
+            "last_window_timestamp_seconds",
+            "When the last window came, at first the start of the monitor (Unix time)",
+        )
+        self._window.set(time.time())
+        self._sample = self._gauge(
+            "last_sample_time_seconds", "Time stamp of the last sample, on the clock of the stream"
+        )
+        self._lag: Gauge | None = None
+        self._latest = math.nan
+
+    def count(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
+        """Take the samples of a reading and the lines that came of it."""
+        if chunk is not None and chunk.n_time:
+            self._count_samples(chunk)
+        for line in lines:
+            if isinstance(line, WindowLine):
+                self._count_window(line)
+            else:
+                self._count_event(line)
+
+    def _describe(self, file: DetectorFile) -> None:
+        Info("hydrofdi_monitor", "Version and detector", registry=self.registry).info(
+            {
+                "version": hydrofdi.__version__,
+                "indicator": file.config.indicator,
+                "output": file.config.output,
+            }
+        )
+        threshold = self._gauge("threshold", f"Limits of the score, in {file.unit}", ["side"])
+        for side, limit in (("low", file.limits.low), ("high", file.limits.high)):
+            if limit is not None:
+                threshold.labels(side).set(limit)
+        if file.chart is not None:
+            height = self._gauge("chart_limit", "Limit of the control chart, in healthy spreads")
+            height.set(file.chart.limit)
+
+    def _count_samples(self, chunk: Chunk) -> None:
+        self._samples.inc(chunk.n_time)
+        latest = float(chunk.time[-1])
+        if not math.isfinite(latest):
+            return
+        self._latest = latest
+        self._sample.set(latest)
+        if self._lag is None and latest > _EARLIEST:
+            self._lag = self._gauge("lag_seconds", "Wall clock minus the time stamp of the last sample")
+            self._lag.set_function(lambda: time.time() - self._latest)
+
+    def _count_window(self, line: WindowLine) -> None:
+        verdict = line.verdict
+        self._window.set(time.time())
+        self._condition.state(line.condition.value)
+        if verdict.alarm is None:
+            self._not_judged.labels(verdict.fault.kind if verdict.fault else "unknown").inc()
+        else:
+            self._judged.labels(str(verdict.alarm).lower()).inc()
+        if verdict.score is not None:
+            self._score.set(verdict.score)
+            self._margin.set(math.nan if verdict.margin is None else verdict.margin)
+        if line.chart is not None and line.chart.statistic is not None:
+            self._statistic.set(line.chart.statistic)
+
+    def _count_event(self, line: Event) -> None:
+        if line.is_end:
+            return
+        self._events.labels(line.kind.value).inc(line.count)
+        if line.kind is EventKind.ALARM_RAISED:
+            self._alarms.inc()
+
+    def _counter(self, name: str, text: str, labels: Sequence[str] = ()) -> Counter:
+        return Counter(f"hydrofdi_{name}", text, labels, registry=self.registry)
+
+    def _gauge(self, name: str, text: str, labels: Sequence[str] = ()) -> Gauge:
+        return Gauge(f"hydrofdi_{name}", text, labels, registry=self.registry)

@@ -1,0 +1,97 @@
+"""Where events are posted to."""
+
+from __future__ import annotations
+
+import os
+import socket
+from pathlib import Path
+from typing import Annotated
+from urllib.parse import urlsplit
+
+from pydantic import Field
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.lines import EventKind
+from hydrofdi.settings.quantities import SI, Section
+
+TOKEN = "HYDROFDI_WEBHOOK_TOKEN"
+_THIS_MACHINE = ("localhost", "127.0.0.1", "::1")
+
+
+class WebhookConfig(Section):
+    """Events as JSON, posted to an address."""
+
+    url: str = ""
+    """``https://…``. An address that is itself a secret belongs here, not on the command line."""
+
+    events: tuple[EventKind, ...] = (EventKind.ALARM_RAISED, EventKind.ALARM_CLEARED)
+    """Kinds of events that are posted."""
+
+    machine: str = Field(default_factory=socket.gethostname, max_length=200)
+    """Name of the machine in each post; the name of the computer where left out."""
+
+    token_file: Path | None = None
+    """File that holds the secret of ``Authorization: Bearer`` alone, readable by its owner only; else the
+    environment variable HYDROFDI_WEBHOOK_TOKEN."""
+
+    ca_file: Path | None = None
+    """Certificates (PEM) that sign the server's; those of the operating system where left out."""
+
+    timeout: Annotated[float, SI("s", above=0.0, most=300.0)] = 10.0
+    """How long an answer is waited for [s]."""
+
+
+def checked_url(config: WebhookConfig) -> str:
+    """The address.
+
+    Raises
+    ------
+    ConfigError
+        It is none, or holds credentials; the message does not repeat it.
+    """
+    try:
+        parts = urlsplit(config.url)
+        host, _ = parts.hostname, parts.port
+    except ValueError:
+        host = None
+    if not host or parts.scheme not in ("http", "https") or not config.url.isprintable() or " " in config.url:
+        raise ConfigError("webhook: the address is written https://host/path")
+    if "@" in parts.netloc:
+        raise ConfigError(f"webhook: no credentials in an address; use 'webhook.token_file' or {TOKEN}")
+    if parts.scheme == "http" and host not in _THIS_MACHINE and bearer_token(config):
+        raise ConfigError("webhook: the secret would be sent unencrypted; use https://")
+    return config.url
+
+
+def shown_url(url: str) -> str:
+    """The address without its path, which may be a secret."""
+    parts = urlsplit(url)
+    return f"{parts.scheme}://{parts.netloc}"
+
+
+def bearer_token(config: WebhookConfig) -> str:
+    """The secret; empty where there is none.
+
+    Raises
+    ------
+    ConfigError
+        Its file cannot be read, or holds something else than one line.
+    """
+    file = config.token_file
+    token = os.environ.get(TOKEN, "") if file is None else _token_in(file)
+    if not token.isascii() or not token.isprintable():
+        raise ConfigError("webhook: the secret has letters that a header cannot hold")
+    return token
+
+
+def _token_in(path: Path) -> str:
+    where = f"webhook.token_file: {path}"
+    try:
+        token = path.read_text(encoding="utf-8").rstrip("\r\n")
+    except OSError as error:
+        raise ConfigError(f"{where}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{where}: is not a text file in UTF-8") from None
+    if not token or "\n" in token:
+        raise ConfigError(f"{where}: must hold one line, the secret")
+    return token

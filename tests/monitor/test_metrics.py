@@ -1,0 +1,116 @@
+import math
+import socket
+import time
+import urllib.request
+
+import numpy as np
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+
+import hydrofdi
+from hydrofdi.detectors.trained import Verdict
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.lines import ChartReading, Condition, Event, EventKind, WindowLine
+from hydrofdi.monitor.sinks.metrics import MetricsSink
+from hydrofdi.records.streams import Chunk, WindowFault
+from tests.detectors.trained.made import detector
+
+
+@pytest.fixture
+def sink(closing):
+    return closing(MetricsSink("127.0.0.1:0", detector(limits=(None, 5.0))))
+
+
+def served(sink):
+    """Name and labels → value, over HTTP."""
+    with urllib.request.urlopen(sink.url, timeout=30) as answer:
+        families = [*text_string_to_metric_families(answer.read().decode())]
+    assert all(family.documentation for family in families)
+    samples = [sample for family in families for sample in family.samples]
+    return {(sample.name, *sample.labels.values()): sample.value for sample in samples}
+
+
+def window(alarm, score=2.0, fault=None, condition=Condition.HEALTHY):
+    verdict = Verdict(score, alarm, 3.0, fault)
+    return WindowLine(0, 0.0, 1.0, verdict, ChartReading(1.5, 8.0, False), condition)
+
+
+def test_windows_are_counted_by_what_is_said_of_them(sink):
+    stuck = WindowFault("stuck", "P1 does not move")
+    sink.put(None, [window(False), window(False), window(True), window(None, None, stuck)])
+    values = served(sink)
+    assert values["hydrofdi_windows_judged_total", "false"] == 2
+    assert values["hydrofdi_windows_judged_total", "true"] == 1
+    assert values["hydrofdi_windows_not_judged_total", "stuck"] == 1
+    assert values["hydrofdi_score",] == 2.0
+    assert values["hydrofdi_margin",] == 3.0
+    assert values["hydrofdi_chart_statistic",] == 1.5
+    assert values["hydrofdi_threshold", "high"] == 5.0
+    assert ("hydrofdi_threshold", "low") not in values
+
+
+def test_one_condition_holds(sink):
+    sink.put(None, [window(True, condition=Condition.ALARM)])
+    values = served(sink)
+    assert [values["hydrofdi_condition", each.value] for each in Condition] == [0.0, 0.0, 1.0]
+
+
+def test_events_are_counted_with_their_repetitions_and_without_their_ends(sink):
+    gap = Event(EventKind.GAP, "a gap", count=3)
+    more = Event(EventKind.GAP, "", count=2, is_silent=True)
+    end = Event(EventKind.GAP, "", count=5, is_end=True)
+    sink.put(None, [gap, more, end, Event(EventKind.ALARM_RAISED, "alarm")])
+    values = served(sink)
+    assert values["hydrofdi_events_total", "gap"] == 5
+    assert values["hydrofdi_alarms_total",] == 1
+
+
+def test_samples_are_counted_and_the_lag_is_that_of_the_wall_clock(sink):
+    sink.put(Chunk(np.array([0.0, 0.5]), {}), [])
+    values = served(sink)
+    assert values["hydrofdi_samples_total",] == 2
+    assert values["hydrofdi_last_sample_time_seconds",] == 0.5
+    assert ("hydrofdi_lag_seconds",) not in values
+    sink.put(Chunk(np.array([time.time() - 1000.0]), {}), [])
+    assert 1000.0 <= served(sink)["hydrofdi_lag_seconds",] < 1100.0
+
+
+def test_before_the_first_window_nothing_is_made_up(sink):
+    values = served(sink)
+    assert math.isnan(values["hydrofdi_score",])
+    assert math.isnan(values["hydrofdi_margin",])
+    assert values["hydrofdi_condition", "unknown"] == 1.0
+    (info,) = (key for key in values if key[0] == "hydrofdi_monitor_info")
+    assert {hydrofdi.__version__, "dwt"} <= set(info)
+
+
+def test_the_address_is_said_once(sink):
+    (event,) = sink.put(None, [])
+    assert sink.url in event.text
+    assert sink.put(None, []) == ()
+
+
+def test_nothing_listens_after_the_end():
+    sink = MetricsSink("127.0.0.1:0", detector())
+    port = int(sink.url.rpartition(":")[2].partition("/")[0])
+    sink.close()
+    with socket.socket() as probe:
+        assert probe.connect_ex(("127.0.0.1", port)) != 0
+
+
+@pytest.mark.parametrize("address", ["", "9100", "host", "host:", ":9100", "host:99999", "::1:9100"])
+def test_what_is_no_address_is_refused(address):
+    with pytest.raises(ConfigError, match="is not host:port"):
+        MetricsSink(address, detector())
+
+
+def test_an_address_in_use_is_refused_in_one_line(sink):
+    address = sink.url.removeprefix("http://").removesuffix("/metrics")
+    with pytest.raises(ConfigError, match="in use"):
+        MetricsSink(address, detector())
+
+
+def test_two_monitors_in_one_process_do_not_mix(sink, closing):
+    other = closing(MetricsSink("127.0.0.1:0", detector()))
+    sink.put(None, [window(True)])
+    assert ("hydrofdi_windows_judged_total", "true") not in served(other)

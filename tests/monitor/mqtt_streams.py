@@ -33,12 +33,13 @@ def blocks_of(n_block, n_sample=100):
     ]
 
 
-def source_at(address, config=None, detector="detector.json", **options):
+def source_at(address, config=None, detector="detector.json", is_open=True, **options):
     address = MqttAddress.parse(address)
     source = MqttSource(
         address, config or MqttConfig(), PayloadReader().read, detector, first_wait=SOON, **options
     )
-    source.open({})
+    if is_open:
+        source.open({})
     return source
 
 

@@ -138,7 +138,7 @@ def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing)
     source.confirm()
     malformed = events(readings, EventKind.MALFORMED)
     assert sum(event.count for event in malformed) == 5
-    assert [event.is_silent for event in malformed] == [False, True, True, True, True]
+    assert [event.is_silent for event in malformed] == [False, *[True] * (len(malformed) - 1)]
     source.close()
     wait_for(lambda: f"{source._connection._session.client_id} disconnected" in broker.log)
     again = closing(source_at(broker.address(), largest=10_000))
@@ -155,7 +155,7 @@ def test_a_message_larger_than_allowed_says_so(broker, closing):
     client = client_at(broker)
     published(client, TOPIC, b"7" * 2000)
     readings = until(source, lambda readings: events(readings, EventKind.MALFORMED))
-    assert "2000 bytes is larger than 1000" in events(readings, EventKind.MALFORMED)[0].text
+    assert "is larger than 1,000 bytes" in events(readings, EventKind.MALFORMED)[0].text
     client.disconnect()
     client.loop_stop()
 

@@ -12,6 +12,7 @@ from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig, MqttConnection
 from hydrofdi.monitor.mqtt.session import Session
 from hydrofdi.monitor.sources.contract import Position, Reading
 from hydrofdi.monitor.sources.joining import joined
+from hydrofdi.monitor.sources.malformed import Malformed
 from hydrofdi.monitor.sources.mqtt_deliveries import MOST_UNACKNOWLEDGED, Deliveries, Delivery
 from hydrofdi.monitor.sources.payload import PayloadError
 from hydrofdi.records.streams import Chunk
@@ -27,8 +28,8 @@ CONFIRM_WITHIN = 1.0
 
 _MOST_SAMPLES = 65_536
 _MOST_MESSAGES = 1000
-_SAID_AGAIN = 3600.0
-"""What goes on is said once in this time [s]."""
+_SAID_AGAIN = 60.0
+"""Losses are said again after so long without any [s]."""
 
 
 class MqttSource:
@@ -70,7 +71,8 @@ class MqttSource:
         )
         self._connection = MqttConnection(address, config, session, self._deliveries, first_wait)
         self._unconfirmed_since = 0.0
-        self._said_at: dict[EventKind, float] = {}
+        self._dropped_at = -_SAID_AGAIN
+        self._malformed = Malformed("message")
 
     @property
     def name(self) -> str:
@@ -90,21 +92,18 @@ class MqttSource:
     def read(self, timeout: float) -> Reading:
         """The samples of the messages that have come."""
         chunks: list[Chunk] = []
-        events: list[Event] = []
         n_sample = n_message = 0
         delivery = self._deliveries.take(timeout)
         while delivery is not None:
-            chunk = self._samples(delivery, events)
+            chunk = self._samples(delivery)
             if chunk is not None:
                 chunks.append(chunk)
                 n_sample += chunk.n_time
             n_message += 1
             full = n_sample >= _MOST_SAMPLES or n_message >= _MOST_MESSAGES
             delivery = None if full else self._deliveries.take(0.0)
-        if n_dropped := self._deliveries.take_dropped():
-            text = "the monitor is slower than the stream: messages of quality of service 0 are lost"
-            events.append(self._event(EventKind.DROPPED, text, n_dropped))
-        return Reading(joined(chunks) if chunks else None, (*self._connection.take_events(), *events))
+        events = (*self._connection.take_events(), *self._malformed.events(n_sample), *self._losses())
+        return Reading(joined(chunks) if chunks else None, events)
 
     @property
     def position(self) -> Position:
@@ -131,24 +130,26 @@ class MqttSource:
         """End the connection; the broker keeps the session."""
         self._connection.close()
 
-    def _samples(self, delivery: Delivery, events: list[Event]) -> Chunk | None:
+    def _samples(self, delivery: Delivery) -> Chunk | None:
         if self._deliveries.n_read == 1:
             self._unconfirmed_since = time.monotonic()
         try:
-            if not delivery.fault:
-                return self._read_payload(delivery.payload)
-            fault = delivery.fault
+            if delivery.fault:
+                raise PayloadError(delivery.fault)
+            return self._read_payload(delivery.payload)
         except PayloadError as error:
-            fault = f"a message {error}"
-        events.append(self._event(EventKind.MALFORMED, f"{self._address}: {fault}", 1))
-        return None
+            self._malformed.note(delivery.payload[:60].decode(errors="replace"), str(error))
+            return None
 
-    def _event(self, kind: EventKind, text: str, count: int) -> Event:
+    def _losses(self) -> list[Event]:
+        n_dropped = self._deliveries.take_dropped()
+        if not n_dropped:
+            return []
         now = time.monotonic()
-        is_silent = now - self._said_at.get(kind, -_SAID_AGAIN) < _SAID_AGAIN
-        if not is_silent:
-            self._said_at[kind] = now
-        return Event(kind, text, None, count, is_silent)
+        is_silent = now - self._dropped_at < _SAID_AGAIN
+        self._dropped_at = now
+        text = "the monitor is slower than the stream: messages of quality of service 0 are lost"
+        return [Event(EventKind.DROPPED, text, None, n_dropped, is_silent)]
 
 
 def _client_id(address: MqttAddress, detector: str) -> str:

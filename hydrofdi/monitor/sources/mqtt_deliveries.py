@@ -16,6 +16,9 @@ MOST_UNACKNOWLEDGED = 64
 MOST_WAITING = 32 << 20
 """Bytes of messages of quality of service 0 that wait to be read."""
 
+_SHOWN = 60
+"""Bytes of what is unfit that are kept."""
+
 
 @dataclass
 class Delivery:
@@ -24,7 +27,7 @@ class Delivery:
     Attributes
     ----------
     payload : bytes
-        Empty where it was read, or is unfit.
+        Its beginning where it is unfit.
     fault : str
         Why it is unfit; empty where it is not.
     number : int
@@ -88,7 +91,7 @@ class Deliveries:
                     client.ack(known.number, 1)
                 return
             fault = self._fault(message)
-            payload = b"" if fault else bytes(message.payload)
+            payload = bytes(message.payload[:_SHOWN] if fault else message.payload)
             delivery = Delivery(payload, fault, message.mid if message.qos else 0, digest, client)
             if message.qos:
                 self._remember(delivery)
@@ -132,11 +135,11 @@ class Deliveries:
 
     def _fault(self, message: MQTTMessage) -> str:
         if len(message.payload) > self._largest:
-            return f"a message of {len(message.payload)} bytes is larger than {self._largest}"
+            return f"is larger than {self._largest:,} bytes"
         try:
-            return "" if message.topic == self._topic else "a message belongs to another topic"
+            return "" if message.topic == self._topic else "belongs to another topic"
         except UnicodeDecodeError:
-            return "a message belongs to another topic"
+            return "belongs to another topic"
 
     def _remember(self, delivery: Delivery) -> None:
         self._known[delivery.number] = delivery

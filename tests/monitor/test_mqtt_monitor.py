@@ -1,0 +1,152 @@
+"""A monitor of a stream over MQTT: its windows are those of the undisturbed stream, whatever breaks."""
+
+import json
+import random
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from itertools import count
+
+import pytest
+
+from hydrofdi.monitor.loop import monitor
+from hydrofdi.monitor.sinks.log import WindowLog
+from hydrofdi.monitor.state import StateFile
+from hydrofdi.monitor.watch import Watch
+from tests.monitor.brokers import needs_mosquitto
+from tests.monitor.mqtt_streams import connected, publisher_at, source_at, wait_for
+from tests.monitor.streams import N_SAMPLE, Samples, made_detector, part, stream
+
+pytestmark = needs_mosquitto
+
+N_WINDOW, N_BLOCK = 40, 100
+FILE = made_detector()
+MADE = stream(N_WINDOW, leaking=[12, 13, 30], stuck=[20, 21])
+BLOCKS = [part(MADE, first, first + N_BLOCK) for first in range(0, N_WINDOW * N_SAMPLE, N_BLOCK)]
+
+CONCERNS_CONNECTIONS = {"started", "resumed", "stopped", "connected", "disconnected"}
+
+
+class Killed(BaseException):
+    """The process ends here."""
+
+
+class KilledAt:
+    """A sink that ends the process at its n-th reading with samples, between the log and the state."""
+
+    def __init__(self, reading):
+        self._left = reading
+
+    def put(self, chunk, lines):
+        self._left -= chunk is not None
+        if self._left == 0:
+            raise Killed
+        return ()
+
+    def close(self):
+        pass
+
+
+def run(folder, source, sinks=(), stop=lambda: False):
+    """One life of a monitor."""
+    state_file = StateFile(folder / "state", FILE, source.name)
+    log = WindowLog(folder / "log.jsonl", FILE.unit)
+    monitor(Watch(FILE), source, sinks, state_file=state_file, log=log, stop=stop)
+
+
+def logged(folder):
+    records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
+    return [each for each in records if each.get("event") not in CONCERNS_CONNECTIONS]
+
+
+def n_logged(folder):
+    """Whole lines about windows."""
+    log = folder / "log.jsonl"
+    return log.read_text().count('"window"') if log.exists() else 0
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("undisturbed")
+    run(folder, Samples(MADE))
+    return logged(folder)
+
+
+@pytest.fixture
+def subscribed(broker):
+    """The broker knows the monitor, and keeps messages for it."""
+    source = source_at(broker.address())
+    connected(source)
+    source.close()
+    return broker
+
+
+def send(broker, blocks):
+    publisher = publisher_at(broker.address())
+    try:
+        for block in blocks:
+            while not publisher.send(block):
+                pass
+        assert publisher.flush(60.0)
+    finally:
+        publisher.close()
+
+
+def source_of(broker):
+    """A source that the monitor opens."""
+    return source_at(broker.address(), is_open=False)
+
+
+def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path):
+    draw = random.Random(5)
+    with ThreadPoolExecutor(1) as pool:
+        sending = pool.submit(send, subscribed, BLOCKS)
+        for life in count():
+            try:
+                sinks = [KilledAt(draw.randint(1, 12))] if life < 12 else []
+                run(tmp_path, source_of(subscribed), sinks, lambda: n_logged(tmp_path) == N_WINDOW)
+                break
+            except Killed:
+                continue
+        sending.result()
+    assert logged(tmp_path) == undisturbed
+
+
+def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, undisturbed, tmp_path):
+    def restart():
+        for number in (8, 20):
+            wait_for(lambda number=number: n_logged(tmp_path) >= number)
+            subscribed.stop()
+            subscribed.start()
+
+    with ThreadPoolExecutor(2) as pool:
+        others = pool.submit(send, subscribed, BLOCKS), pool.submit(restart)
+        run(tmp_path, source_of(subscribed), stop=lambda: n_logged(tmp_path) == N_WINDOW)
+        for other in others:
+            other.result()
+    assert logged(tmp_path) == undisturbed
+
+
+LIFE = """
+import sys
+from pathlib import Path
+from tests.monitor.mqtt_streams import source_at
+from tests.monitor.test_mqtt_monitor import run
+run(Path(sys.argv[2]), source_at(sys.argv[1], is_open=False))
+"""
+
+
+@pytest.mark.long
+def test_sigkill_and_broken_brokers_change_no_window(subscribed, undisturbed, tmp_path):
+    with ThreadPoolExecutor(1) as pool:
+        sending = pool.submit(send, subscribed, BLOCKS)
+        for number in (3, 9, 15, 22, 31, N_WINDOW):
+            command = [sys.executable, "-c", LIFE, subscribed.address(), str(tmp_path)]
+            with subprocess.Popen(command) as life:
+                wait_for(lambda number=number: n_logged(tmp_path) >= number, timeout=120.0)
+                life.kill()
+            if number in (9, 22):
+                subscribed.stop()
+                subscribed.start()
+        sending.result()
+    assert logged(tmp_path) == undisturbed

@@ -97,18 +97,20 @@ def source_of(broker):
     return source_at(broker.address(), is_open=False)
 
 
-def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path):
+def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path, monkeypatch):
+    monkeypatch.setattr("hydrofdi.monitor.sources.mqtt.MOST_UNACKNOWLEDGED", 8)
     draw = random.Random(5)
     with ThreadPoolExecutor(1) as pool:
         sending = pool.submit(send, subscribed, BLOCKS)
         for life in count():
             try:
-                sinks = [KilledAt(draw.randint(1, 12))] if life < 12 else []
+                sinks = [KilledAt(draw.randint(1, 7))] if life < 12 else []
                 run(tmp_path, source_of(subscribed), sinks, lambda: n_logged(tmp_path) == N_WINDOW)
                 break
             except Killed:
                 continue
         sending.result()
+    assert life == 12
     assert logged(tmp_path) == undisturbed
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 
@@ -14,6 +13,12 @@ from hydrofdi.settings.mistakes import nearest
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
 _KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT"
+
+
+_SCHEMES = ("mqtt", "mqtts", "opc.tcp")
+_MEANT = {"opc": "opc.tcp", "opcua": "opc.tcp", "tcp": "mqtt", "ssl": "mqtts", "tls": "mqtts"}
+_RECORDS = (".h5", ".hdf5", ".mat", ".npz", ".parquet", ".yaml", ".yml")
+"""Suffixes of files that hold records, but no lines of text."""
 
 
 def open_stream(
@@ -60,26 +65,29 @@ def open_stream(
 def _hint(kind: str, text: str) -> str:
     if kind == "file":
         return f"; did you mean {text[len('file:') :].replace('//', '', 1)!r}?"
-    same = {"opc": "opc.tcp", "opcua": "opc.tcp", "tcp": "mqtt", "ssl": "mqtts"}
-    if kind in same:
-        return f"; did you mean '{same[kind]}://'?"
-    close = nearest(kind, ("mqtt", "mqtts", "opc.tcp"))
-    return close if "did you mean" in close else f"; give {_KINDS}"
+    if meant := _MEANT.get(kind):
+        return f"; did you mean '{meant}://'?"
+    close = nearest(kind, _SCHEMES) if kind[0] in "mo" else ""
+    return close if "did you mean" in close else f"; a source is {_KINDS}"
 
 
 def _text(
     text: str, config: MonitorConfig, sampling_frequency: float | None, is_followed: bool
 ) -> StreamSource:
+    from hydrofdi.monitor.sources.growing_file import GrowingFile
     from hydrofdi.monitor.sources.standard_input import StandardInput
 
+    path = Path(text)
+    if text != "-" and (path.is_dir() or path.suffix.lower() in _RECORDS):
+        raise ConfigError(
+            f"{text}: is no stream of text; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
+        )
     form = config.text
     if sampling_frequency is not None:
         form = form.model_copy(update={"sampling_frequency": sampling_frequency})
     if text == "-":
         return StandardInput(config.channels, form)
-    if not Path(text).is_file():
-        raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
-    return StandardInput(config.channels, form, os.open(text, os.O_RDONLY))
+    return GrowingFile(path, config.channels, form, is_followed)
 
 
 def _mqtt(text: str, config: MonitorConfig, detector: str) -> StreamSource:

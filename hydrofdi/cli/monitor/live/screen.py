@@ -34,7 +34,16 @@ def screen_lines(watched: Watched, page: Page) -> list[Text]:
     n_signal, n_score = _heights(page.height - len(head) - len(foot) - 4, len(watched.channels))
     plots = [*signal_lines(watched, page, n_signal), *score_lines(watched, page, n_score)]
     above = [*head, *plots, heading("Counts and promise", page), *foot]
-    return [*above, *_events(watched, page, page.height - len(above))]
+    lines = [*above, *_events(watched, page, page.height - len(above))]
+    return [_fitting(line, page) for line in lines[: page.height]]
+
+
+def _fitting(line: Text, page: Page) -> Text:
+    """A line that the terminal can show: not wider, and with its characters."""
+    if page.plain:
+        line = Text(line.plain.encode("ascii", "replace").decode(), spans=line.spans)
+    line.truncate(page.width)
+    return line
 
 
 def _heights(free: int, n_channel: int) -> tuple[int, int]:
@@ -46,7 +55,11 @@ def _heights(free: int, n_channel: int) -> tuple[int, int]:
 def _title(watched: Watched, page: Page) -> Text:
     flow = flow_text(watched)
     room = page.width - len(flow) - 2
-    source = watched.source if len(watched.source) <= room else f"…{watched.source[1 - room :]}"
+    source = (
+        watched.source
+        if len(watched.source) <= room
+        else f"…{watched.source[max(len(watched.source) + 1 - room, 0) :]}"
+    )
     return Text.assemble((source, "bold"), " " * max(page.width - len(source) - len(flow), 1), flow)
 
 

@@ -57,6 +57,4 @@ class LiveView:
         page = Page(console.width, console.height, options.ascii_only)
         with self._lock:
             lines = screen_lines(self.watched, page)
-        for line in lines:
-            line.no_wrap, line.overflow = True, "crop"
         yield Group(*lines)

@@ -53,11 +53,9 @@ def _silence_text(watched: Watched) -> str:
 
 
 def flow_text(watched: Watched) -> str:
-    """Samples in a second, how late they are, and how long the view is open."""
-    parts = [f"{watched.arrivals.rate:,.0f} samples/s"]
-    if watched.arrivals.lag is not None:
-        parts.append(f"lag {duration_text(watched.arrivals.lag)}")
-    return ", ".join(parts)
+    """Samples in a second, and how late they are."""
+    rate = f"{watched.arrivals.rate:,.0f} samples/s"
+    return rate if watched.time is None else f"{rate}, lag {duration_text(watched.arrivals.lag)}"
 
 
 def reading_text(watched: Watched) -> str:

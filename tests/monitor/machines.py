@@ -1,0 +1,65 @@
+"""A machine that begins to leak, as a stream of text, and a detector trained on it while it was healthy."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.config import load_experiment
+from hydrofdi.pipeline import simulate_nominal
+from tests.commands import run
+
+START, ONSET, END = 2.0, 22.0, 42.0
+"""The start of the motion is left out; a leak sets in at the onset [s]."""
+WINDOW = 2.0
+_LEAK = ("leakage.internal_coefficient=2e-8", "leakage.onset=step", f"leakage.onset_time={ONSET} s")
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Files of a machine that begins to leak at `ONSET`."""
+
+    detector: Path
+    stream: Path
+
+    @property
+    def lines(self) -> list[str]:
+        """The stream, line by line, its header first."""
+        return self.stream.read_text().splitlines(keepends=True)
+
+    @property
+    def n_window(self) -> int:
+        """Windows of the stream."""
+        return round((END - START) / WINDOW)
+
+
+def make_machine(folder: Path) -> Machine:
+    """Simulate it twice, and train a detector on the healthy record."""
+    healthy, leaking = folder / "healthy.csv", folder / "leaking.csv"
+    _write(healthy)
+    _write(leaking, *_LEAK)
+    detector = folder / "detector.json"
+    options = ("--output", "d2", "--direction", "falling", "--false-alarm-rate", "10 %")
+    run("train", healthy, *options, "--window", f"{WINDOW} s", "--out", detector, check=0)
+    _lower(detector)
+    return Machine(detector, leaking)
+
+
+def _lower(detector: Path) -> None:
+    """Healthy windows stay clear of the limit; those of a leak do not."""
+    file = json.loads(detector.read_text())
+    file["limits"]["low"] *= 0.95
+    detector.write_text(json.dumps(file))
+
+
+def _write(path: Path, *settings: str) -> None:
+    common = (f"record.duration={END} s", "pressure_1_sensor.noise=20 kPa")
+    columns: Any = simulate_nominal(load_experiment(settings=[*common, *settings])).columns
+    data = np.column_stack([np.ravel(columns["time"]), np.ravel(columns["chamber_1_pressure"]) / 1e5])
+    np.savetxt(
+        path, data[data[:, 0] >= START], delimiter=",", header="time [s],P1 [bar]", comments="", fmt="%.9g"
+    )

@@ -1,0 +1,225 @@
+"""`hydrofdi monitor` as a command: processes, signals, a growing file, a terminal, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import threading
+import time
+from fcntl import ioctl
+
+import pytest
+
+from tests.commands import COMMAND, run, run_hydrofdi, run_process
+from tests.monitor.machines import ONSET, make_machine
+
+PATIENCE = 120.0
+"""Longest time that anything is waited for [s]."""
+
+
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory):
+    return make_machine(tmp_path_factory.mktemp("machine"))
+
+
+def records(text):
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def windows(text):
+    return [record for record in records(text) if record["line"] == "window"]
+
+
+def events(text):
+    return [record["event"] for record in records(text) if record["line"] == "event"]
+
+
+def start(*arguments, **options):
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen([*COMMAND, "monitor", *map(str, arguments)], text=True, **pipes | options)
+
+
+def wait_until(is_so, process=None):
+    end = time.monotonic() + PATIENCE
+    while not is_so():
+        assert process is None or process.poll() is None, "it ended"
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.05)
+
+
+def test_a_leak_that_sets_in_raises_an_alarm_within_two_windows(machine):
+    done = run_process("monitor", machine.detector, "-", input=machine.stream.read_text())
+    assert done.returncode == 0, done.stderr
+    assert len(windows(done.stdout)) == machine.n_window
+    (raised,) = [record for record in records(done.stdout) if record.get("event") == "alarm_raised"]
+    assert ONSET < raised["time"] < ONSET + 4.1
+    assert windows(done.stdout)[-1]["condition"] == "alarm"
+    assert events(done.stdout)[0] == "started"
+    assert events(done.stdout)[-1] == "stopped"
+    assert done.stderr.count("--state") == 1
+
+
+def test_a_growing_file_gives_the_windows_of_the_whole_one_and_ends_on_sigterm(machine, tmp_path):
+    growing, lines = tmp_path / "growing.csv", machine.lines
+    with open(tmp_path / "out", "w+") as out, start(machine.detector, growing, stdout=out) as process:
+        for first, last in ((0, 3000), (3000, 3001), (3001, len(lines))):
+            with open(growing, "a") as file:
+                file.writelines(lines[first:last])
+            n_whole = (last - 1) // 1000
+            wait_until(lambda n=n_whole: out_text(out).count('"window"') == n, process)
+        process.terminate()
+        assert process.wait(PATIENCE) == 0
+        text = out_text(out)
+    whole = run("monitor", machine.detector, machine.stream, "--no-follow", check=0)
+    assert windows(text) == windows(whole.stdout)
+    assert events(text)[-1] == "stopped"
+
+
+def out_text(file):
+    file.seek(0)
+    return file.read()
+
+
+def test_after_sigterm_it_goes_on_where_it_was_and_the_log_has_each_window_once(machine, tmp_path):
+    growing, log = tmp_path / "growing.csv", tmp_path / "log"
+    options = (machine.detector, growing, "--state", tmp_path / "state", "--log", log)
+    lines = machine.lines
+    growing.write_text("".join(lines[:5500]))
+    with start(*options) as process:
+        wait_until(lambda: log.exists() and log.read_text().count('"window"') == 5, process)
+        process.terminate()
+        assert process.wait(PATIENCE) == 0
+    growing.write_text("".join(lines))
+    done = run("monitor", *options, "--no-follow", check=0)
+    whole = run("monitor", machine.detector, machine.stream, "--no-follow", check=0)
+    assert windows(log.read_text()) == windows(whole.stdout)
+    assert "resumed" in events(done.stdout)
+    assert "--state" not in done.stderr
+
+
+def test_ctrl_c_is_exit_code_130_after_a_last_line(machine):
+    with start(machine.detector, "-") as process:
+        process.stdin.write("".join(machine.lines[:1200]))
+        process.stdin.flush()
+        lines = [process.stdout.readline() for _ in range(2)]
+        process.send_signal(signal.SIGINT)
+        text = "".join([*lines, process.stdout.read()])
+        assert process.wait(PATIENCE) == 130
+    assert events(text)[-1] == "stopped"
+    assert len(windows(text)) == 1
+
+
+def test_a_reader_that_leaves_early_is_no_fault(machine):
+    with start(machine.detector, machine.stream, "--no-follow") as process:
+        process.stdout.readline()
+        process.stdout.close()
+        errors = process.stderr.read()
+        assert process.wait(PATIENCE) == 0
+    assert "Traceback" not in errors
+
+
+@pytest.mark.parametrize(
+    ("source", "options", "message"),
+    [
+        ("http://host/x", (), "unknown kind of source 'http'; a source is '-'"),
+        ("mqqt://host/x", (), "did you mean 'mqtt'?"),
+        ("opcua://host", (), "did you mean 'opc.tcp://'?"),
+        ("file:///data/x.csv", (), "did you mean '/data/x.csv'?"),
+        ("results.h5", (), "'hydrofdi detect' judges it"),
+        ("nothing.csv", ("--no-follow",), "no such file"),
+        ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), "is for text"),
+        ("-", ("--sampling-frequency", "1 kg"), "--sampling-frequency"),
+        ("-", ("--config", "absent.yaml"), "absent.yaml: No such file"),
+        ("-", ("--events", "ftp://host/x"), "--events"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_a_sentence(machine, source, options, message, tmp_path):
+    done = run_hydrofdi("monitor", machine.detector, source, *options, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert windows(done.stdout) == []
+
+
+def test_what_is_no_detector_is_refused_with_its_name(machine, tmp_path):
+    (tmp_path / "empty.json").write_text("{}")
+    for name in ("absent.json", "empty.json", machine.stream):
+        done = run_hydrofdi("monitor", name, "-", cwd=tmp_path)
+        assert done.returncode == 2
+        assert str(name) in done.stderr
+
+
+def test_mistakes_of_a_configuration_are_told_with_their_lines(machine, tmp_path):
+    (tmp_path / "monitor.yaml").write_text(
+        "channels: {P1: x}\nmqtt:\n  keepalive: 3 m\nlimits: {payloads: 1}\n"
+    )
+    done = run_hydrofdi("monitor", machine.detector, "-", "--config", "monitor.yaml", cwd=tmp_path)
+    assert done.returncode == 2
+    for line, key in ((1, "channels"), (3, "mqtt.keepalive"), (4, "limits.payloads")):
+        assert f"monitor.yaml:{line}: {key}" in done.stderr
+    assert "did you mean 'payload'?" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("library", "arguments"),
+    [
+        ("paho", ("mqtt://127.0.0.1/x",)),
+        ("paho", ("-", "--events", "mqtt://127.0.0.1/x")),
+    ],
+)
+def test_an_extra_that_is_not_installed_is_named(machine, library, arguments, monkeypatch, tmp_path):
+    for name in [*(name for name in sys.modules if name.split(".")[0] == library), library]:
+        monkeypatch.setitem(sys.modules, name, None)
+    done = run_hydrofdi("monitor", machine.detector, *arguments, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert "pip install 'hydrofdi[monitor]'" in done.stderr
+
+
+class Terminal:
+    """A terminal of 80 columns and 24 lines, and what was written to it."""
+
+    def __init__(self):
+        self._own, self.descriptor = pty.openpty()
+        ioctl(self.descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+        self.text = ""
+        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread.start()
+
+    def _read(self):
+        while True:
+            try:
+                data = os.read(self._own, 65_536)
+            except OSError:
+                return
+            self.text += re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", data.decode(errors="replace"))
+
+
+def test_on_a_terminal_a_leak_is_seen_when_it_sets_in(machine):
+    terminal = Terminal()
+    environment = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "COLUMNS")}
+    lines = machine.lines
+    with start(
+        machine.detector, "-", stdout=terminal.descriptor, stderr=terminal.descriptor,
+        env=environment | {"TERM": "xterm-256color", "LC_ALL": "C.UTF-8"},
+    ) as process:  # fmt: skip
+        wait_until(lambda: "waiting for samples" in terminal.text, process)
+        process.stdin.writelines(lines[:9000])
+        process.stdin.flush()
+        wait_until(lambda: " HEALTHY " in terminal.text, process)
+        assert " ALARM " not in terminal.text
+        process.stdin.writelines(lines[9000:])
+        process.stdin.flush()
+        wait_until(lambda: " ALARM " in terminal.text, process)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(PATIENCE) == 130
+    assert '"line"' not in terminal.text
+    assert "MPa" in terminal.text
+    summary = f"{machine.n_window} windows judged"
+    wait_until(lambda: summary in terminal.text.rpartition("standard input, watched for")[2])

@@ -1,0 +1,149 @@
+"""The live view as text: what it says in each state, and that it fits."""
+
+from __future__ import annotations
+
+from io import StringIO
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from hydrofdi.cli.monitor.live import LiveView
+from hydrofdi.cli.monitor.live.character_plots import draw, envelope
+from hydrofdi.cli.monitor.live.page import Page
+from hydrofdi.cli.monitor.live.screen import screen_lines
+from hydrofdi.cli.monitor.live.watched import Watched
+from hydrofdi.cli.monitor.live.wording import duration_text, instant_text
+from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.watch import Watch
+from tests.monitor.streams import made_detector, part, stream
+
+FILE, CHART = made_detector(), made_detector(chart="cusum")
+LEAKING = stream(24, leaking=range(12, 24))
+
+
+def watched(n_window=24, file=FILE, chunk=LEAKING):
+    """What a view knows after so many windows of a stream that leaks in its second half."""
+    seen, watch = Watched(file, "mqtts://broker.example/hall-2/press-1"), Watch(file)
+    state = watch.start()
+    for first in range(0, n_window * 1000, 1000):
+        some = part(chunk, first, first + 1000)
+        state, lines = watch.step(state, some)
+        seen.take(some, lines)
+    return seen
+
+
+def text_of(seen, width=80, height=24, *, plain=False):
+    return "\n".join(line.plain for line in screen_lines(seen, Page(width, height, plain)))
+
+
+def test_before_the_first_sample_it_waits_and_states_limit_and_promise():
+    text = text_of(Watched(FILE, "standard input"))
+    assert " NO DATA  waiting for samples" in text
+    assert "alarm above" in text
+    promise = "Promise: 1 % of healthy windows raise an alarm (0 to 5 %), from 99 healthy windows"
+    assert promise in " ".join(text.split())
+
+
+def test_health_and_alarm_are_said_in_words_with_the_instant_of_the_change():
+    assert " HEALTHY  since 1.0 s" in text_of(watched(10))
+    text = text_of(watched())
+    assert " ALARM  since 13.0 s" in text
+    assert "24 windows judged, 12 alarms" in text
+    assert "13.0 s  the score is" in text
+
+
+def test_alarms_and_windows_that_are_not_judged_have_marks_under_their_scores():
+    chunk = stream(24, leaking=range(12, 20), stuck=range(20, 24))
+    (marks,) = [line for line in text_of(watched(chunk=chunk)).splitlines() if set(line) <= set(" ^?")]
+    assert marks[10:] == " " * 12 + "^" * 8 + "?" * 4
+    assert "4 not judged (stuck 4)" in text_of(watched(chunk=chunk))
+
+
+def test_with_a_chart_its_statistic_decides_and_is_drawn():
+    text = text_of(watched(file=CHART))
+    assert "cusum, last 24 windows" in text
+    assert "limit 8 " in text
+    assert "ALARM" in text
+    n_alarm = sum(line.chart.alarm for line in watched(file=CHART).windows)
+    assert f"24 windows judged, {n_alarm} alarm" in text
+
+
+def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were():
+    seen = watched(10)
+    seen.take(None, [Event(EventKind.DISCONNECTED, "the broker is gone; trying again")])
+    text = text_of(seen)
+    assert " NO DATA  disconnected, no samples for" in text
+    assert "last condition: healthy" in text
+    assert "the broker is gone" in text
+    assert " HEALTHY " not in text
+    seen.take(part(LEAKING, 10_000, 10_100), [])
+    assert " HEALTHY " in text_of(seen)
+
+
+SEEN = [Watched(FILE, "-"), watched(1), watched(), watched(file=CHART)]
+
+
+@given(st.sampled_from(SEEN), st.integers(20, 250), st.integers(4, 90), st.booleans())
+def test_it_fits_every_terminal(seen, width, height, plain):
+    lines = text_of(seen, width, height, plain=plain).splitlines()
+    assert len(lines) <= height
+    assert max(map(len, lines)) <= width
+
+
+def test_without_unicode_it_is_ascii():
+    assert text_of(watched(), plain=True).isascii()
+
+
+def test_it_knows_no_more_after_a_million_windows_than_after_a_thousand():
+    seen = Watched(FILE, "-")
+    (line,) = watched(1).windows
+    for _ in range(3):
+        seen.take(None, [line, Event(EventKind.GAP, "a gap", 1.0)] * 1000)
+    assert seen.n_window == 3000
+    assert len(seen.windows) <= 1000
+    assert len(seen.events) <= 1000
+
+
+def test_a_closed_view_leaves_a_summary_on_the_terminal():
+    console = Console(file=StringIO(), force_terminal=True, width=80, height=24)
+    view = LiveView(FILE, "standard input", console)
+    view.put(part(LEAKING, 0, 1000), [])
+    view.close()
+    text = console.file.getvalue()
+    assert "standard input, watched for" in text.rpartition("\x1b[?1049l")[2]
+
+
+@given(st.lists(st.floats(-1e9, 1e9) | st.just(np.nan), min_size=1, max_size=400), st.integers(1, 60))
+def test_an_envelope_holds_every_sample(values, n_column):
+    samples = np.array(values)
+    low, high = envelope(samples, n_column)
+    assert low.shape == high.shape == (n_column,)
+    finite = samples[~np.isnan(samples)]
+    if finite.size and samples.size >= n_column:
+        assert (np.nanmin(low), np.nanmax(high)) == (finite.min(), finite.max())
+
+
+@pytest.mark.parametrize("plain", [False, True])
+def test_a_rising_line_is_drawn_from_the_lower_left_to_the_upper_right(plain):
+    low, high = envelope(np.arange(100.0), 20)
+    lines = draw(low, high, (0.0, 99.0), 3, plain=plain)
+    assert [len(line) for line in lines] == [10, 10, 10]
+    assert lines[-1][0] != " "
+    assert lines[0][-1] != " "
+    assert lines[0][0] == lines[-1][-1] == " "
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.0, "0 s"), (0.25, "0.2 s"), (9.96, "10 s"), (200, "3 min 20 s"), (3600, "1 h"), (356400, "4 d 3 h")],
+)
+def test_durations_are_written_in_units_that_a_person_reads(seconds, text):
+    assert duration_text(seconds) == text
+
+
+def test_a_clock_that_counts_from_1970_is_shown_as_date_and_time():
+    assert instant_text(12.34) == "12.3 s"
+    assert instant_text(1.7e9).startswith("2023-11-1")

@@ -54,12 +54,8 @@ def _heights(free: int, n_channel: int) -> tuple[int, int]:
 
 def _title(watched: Watched, page: Page) -> Text:
     flow = flow_text(watched)
-    room = page.width - len(flow) - 2
-    source = (
-        watched.source
-        if len(watched.source) <= room
-        else f"…{watched.source[max(len(watched.source) + 1 - room, 0) :]}"
-    )
+    source, room = watched.source, max(page.width - len(flow) - 2, 2)
+    source = source if len(source) <= room else f"…{source[1 - room :]}"
     return Text.assemble((source, "bold"), " " * max(page.width - len(source) - len(flow), 1), flow)
 
 

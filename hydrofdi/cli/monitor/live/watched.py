@@ -68,7 +68,8 @@ class Watched:
     def _take_samples(self, chunk: Chunk) -> None:
         self.time = float(chunk.time[-1])
         self.arrivals.add(chunk.n_time, self.time)
-        self.is_connected = self.is_connected is not None or None
+        if self.is_connected is not None:
+            self.is_connected = True
         for channel, tail in self._tails.items():
             if channel in chunk.channels:
                 tail.extend(chunk.channels[channel][-(tail.maxlen or 0) :].tolist())

@@ -7,9 +7,12 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import Field
 
+from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.mqtt.configuration import MqttConfig
+from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 from hydrofdi.monitor.sources.text_config import TextConfig
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.description.checks import channel_mistakes
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.schema import described_schema
@@ -29,12 +32,14 @@ class MonitorConfig(Section):
     """A monitor beside its detector and its source."""
 
     channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
-    """Channel → column of a text, or key of a JSON object. Text and JSON need none
+    """Channel → column of a text, key of a JSON object, or node of an OPC UA server. Text and JSON need none
     where names and units say enough."""
 
     text: TextConfig = TextConfig()
 
     mqtt: MqttConfig = MqttConfig()
+
+    opcua: OpcUaConfig = OpcUaConfig()
 
     limits: LimitsConfig = LimitsConfig()
 
@@ -51,7 +56,10 @@ def load_monitor_config(path: Path | None) -> MonitorConfig:
         return MonitorConfig()
     source = read_yaml(path, "a configuration of a monitor")
     source.data = source.data or {}
-    return _placed(validated(MonitorConfig, source), path.parent)
+    config = validated(MonitorConfig, source)
+    if mistakes := list(channel_mistakes(config.channels, source)):
+        raise ConfigError(mistakes)
+    return _placed(config, path.parent)
 
 
 def _placed(section: Placed, folder: Path) -> Placed:

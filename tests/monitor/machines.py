@@ -16,7 +16,7 @@ from tests.commands import run
 START, ONSET, END = 2.0, 22.0, 42.0
 """The start of the motion is left out; a leak sets in at the onset [s]."""
 WINDOW = 2.0
-_LEAK = ("leakage.internal_coefficient=2e-8", "leakage.onset=step", f"leakage.onset_time={ONSET} s")
+_LEAK = ("leakage.internal_coefficient=5e-9", "leakage.onset=step", f"leakage.onset_time={ONSET} s")
 
 
 @dataclass(frozen=True)

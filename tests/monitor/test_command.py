@@ -165,6 +165,9 @@ def test_mistakes_of_a_configuration_are_told_with_their_lines(machine, tmp_path
     for line, key in ((1, "channels"), (3, "mqtt.keepalive"), (4, "limits.payloads")):
         assert f"monitor.yaml:{line}: {key}" in done.stderr
     assert "did you mean 'payload'?" in done.stderr
+    (tmp_path / "monitor.yaml").write_text("channels:\n  piston_position: {column: x, unit: bar}\n")
+    done = run_hydrofdi("monitor", machine.detector, "-", "--config", "monitor.yaml", cwd=tmp_path)
+    assert "monitor.yaml:2: channels.piston_position.unit: bar is not convertible to m" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -172,11 +175,13 @@ def test_mistakes_of_a_configuration_are_told_with_their_lines(machine, tmp_path
     [
         ("paho", ("mqtt://127.0.0.1/x",)),
         ("paho", ("-", "--events", "mqtt://127.0.0.1/x")),
+        ("asyncua", ("opc.tcp://127.0.0.1", "--config", "monitor.yaml")),
     ],
 )
 def test_an_extra_that_is_not_installed_is_named(machine, library, arguments, monkeypatch, tmp_path):
     for name in [*(name for name in sys.modules if name.split(".")[0] == library), library]:
         monkeypatch.setitem(sys.modules, name, None)
+    (tmp_path / "monitor.yaml").write_text("channels: {chamber_1_pressure: {column: 'ns=2;s=P1', unit: bar}}")
     done = run_hydrofdi("monitor", machine.detector, *arguments, cwd=tmp_path)
     assert done.returncode == 2, done.stderr
     assert "pip install 'hydrofdi[monitor]'" in done.stderr

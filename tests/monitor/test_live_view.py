@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import StringIO
 
 import numpy as np
@@ -18,6 +19,7 @@ from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, instant_text
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.watch import Watch
+from hydrofdi.records.streams import WindowFault
 from tests.monitor.streams import made_detector, part, stream
 
 FILE, CHART = made_detector(), made_detector(chart="cusum")
@@ -60,6 +62,14 @@ def test_alarms_and_windows_that_are_not_judged_have_marks_under_their_scores():
     (marks,) = [line for line in text_of(watched(chunk=chunk)).splitlines() if set(line) <= set(" ^?")]
     assert marks[10:] == " " * 12 + "^" * 8 + "?" * 4
     assert "4 not judged (stuck 4)" in text_of(watched(chunk=chunk))
+
+
+def test_a_window_that_is_not_judged_says_why_and_whether_its_score_is_beyond_the_limit():
+    seen = watched()
+    (last,) = list(seen.windows)[-1:]
+    fault = WindowFault("novel", "the pressure is higher than ever")
+    seen.take(None, [replace(last, verdict=replace(last.verdict, alarm=None, fault=fault))])
+    assert ", beyond its limit; not judged, novel: the pressure is higher than ever" in text_of(seen, 120)
 
 
 def test_with_a_chart_its_statistic_decides_and_is_drawn():

@@ -55,11 +55,11 @@ def open_stream(
     if scheme is None:
         return _text(text, config, sampling_frequency, is_followed)
     kind = scheme[1].lower()
-    if kind not in ("mqtt", "mqtts"):
+    if kind not in _SCHEMES:
         raise ConfigError(f"{text}: unknown kind of source {kind!r}{_hint(kind, text)}")
     if sampling_frequency is not None:
         raise ConfigError("--sampling-frequency: is for text; other samples need a time of their own")
-    return _mqtt(text, config, detector)
+    return _opcua(text, config, file) if kind == "opc.tcp" else _mqtt(text, config, detector)
 
 
 def _hint(kind: str, text: str) -> str:
@@ -98,3 +98,9 @@ def _mqtt(text: str, config: MonitorConfig, detector: str) -> StreamSource:
     largest = config.limits.payload
     reader = PayloadReader(config.channels, largest=largest)
     return MqttSource(MqttAddress.parse(text), config.mqtt, reader.read, detector, largest)
+
+
+def _opcua(text: str, config: MonitorConfig, file: DetectorFile) -> StreamSource:
+    from hydrofdi.monitor.sources.opcua import OpcUaSource
+
+    return OpcUaSource(text, config.opcua, config.channels, file.sampling_frequency)

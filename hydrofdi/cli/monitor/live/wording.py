@@ -63,12 +63,18 @@ def reading_text(watched: Watched) -> str:
     if not watched.windows:
         return f"{score_name(watched.file)}: {limits_text(watched.file)}"
     line, file = watched.windows[-1], watched.file
-    verdict = line.verdict
-    score = "no score" if verdict.score is None else readable(verdict.score, file.unit)
+    verdict, name = line.verdict, score_name(watched.file)
+    score = "has no number" if verdict.score is None else readable(verdict.score, file.unit)
     if verdict.fault is not None:
-        return f"{score_name(file)} {score}; not judged, {verdict.fault.kind}: {verdict.fault.text}"
+        beyond = ", beyond its limit" if _is_beyond(verdict.score, file) else ""
+        return f"{name} {score}{beyond}; not judged, {verdict.fault.kind}: {verdict.fault.text}"
     margin = "" if verdict.margin is None else f", margin {signed(verdict.margin)} spreads"
-    return f"{score_name(file)} {score}; {limits_text(file)}{margin}{chart_text(line)}"
+    return f"{name} {score}; {limits_text(file)}{margin}{chart_text(line)}"
+
+
+def _is_beyond(score: float | None, file: DetectorFile) -> bool:
+    low, high = file.limits.low, file.limits.high
+    return score is not None and ((low is not None and score < low) or (high is not None and score > high))
 
 
 def score_name(file: DetectorFile) -> str:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from hydrofdi.errors import Mistake
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_units import is_counts, known_unit, unit_remedy
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.ranges import plausible_range
+from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.naming import OWN_NAMES, fields_of, path_pattern
 from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.yaml_source import Source
@@ -20,7 +21,7 @@ from hydrofdi.units import parse_unit
 def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
     """Mistakes that concern more than one key, with their lines."""
     yield from _sampling(config, source)
-    yield from _units(config, source)
+    yield from channel_mistakes(config.channels, source)
     yield from _needed_channels(config, source)
     yield from _names(config, source)
     yield from _labels(config, source)
@@ -38,22 +39,9 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
         yield source.mistake(("format", "delimiter"), f"{delimiter!r} is the decimal sign as well")
 
 
-def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
-    if config.time is None and config.sampling_frequency is None:
-        message = "is missing; give 'sampling_frequency: 1 kHz', or 'time: {column: …, unit: s}'"
-        yield source.mistake(("sampling_frequency",), message)
-    if config.time is not None and config.sampling_frequency is not None:
-        yield source.mistake(("sampling_frequency",), "is given beside 'time'; give one of them")
-    if config.resample is not None and config.time is None:
-        yield source.mistake(("resample",), "needs a column of 'time'")
-    if config.time is not None and config.time.unit:
-        unit = known_unit(config.time.unit)
-        if unit is None or unit.exponents != parse_unit("s").exponents:
-            yield source.mistake(("time", "unit"), f"{config.time.unit!r} is no unit of time")
-
-
-def _units(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
-    for channel, column in config.channels.items():
+def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) -> Iterator[Mistake]:
+    """Units, ranges and gains of columns that cannot be, with their lines."""
+    for channel, column in channels.items():
         path, unit = ("channels", channel.value), known_unit(column.unit)
         if column.unit and not is_counts(column.unit):
             if unit is None:
@@ -68,6 +56,20 @@ def _units(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
             yield source.mistake((*path, "range"), str(error))
         if column.gain == 0.0:
             yield source.mistake((*path, "gain"), "must not be zero")
+
+
+def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+    if config.time is None and config.sampling_frequency is None:
+        message = "is missing; give 'sampling_frequency: 1 kHz', or 'time: {column: …, unit: s}'"
+        yield source.mistake(("sampling_frequency",), message)
+    if config.time is not None and config.sampling_frequency is not None:
+        yield source.mistake(("sampling_frequency",), "is given beside 'time'; give one of them")
+    if config.resample is not None and config.time is None:
+        yield source.mistake(("resample",), "needs a column of 'time'")
+    if config.time is not None and config.time.unit:
+        unit = known_unit(config.time.unit)
+        if unit is None or unit.exponents != parse_unit("s").exponents:
+            yield source.mistake(("time", "unit"), f"{config.time.unit!r} is no unit of time")
 
 
 def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:

@@ -1,4 +1,4 @@
-"""Windows that are clipped, or unlike all that a detector was trained on."""
+"""Windows that are stuck, clipped, or unlike all that a detector was trained on."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _QUANTITIES = {
 
 
 def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[WindowFault | None]:
-    """Clipped, novel, or None, of each window.
+    """Stuck, clipped, novel, or None, of each window.
 
     Parameters
     ----------
@@ -34,12 +34,17 @@ def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> li
 def _finding(
     row: int, facts: Mapping[Channel, ChannelFacts], ranges: Mapping[Channel, ChannelRange]
 ) -> WindowFault | None:
-    for kind, found in (("clipped", _clipped), ("novel", _novel)):
+    for kind, found in (("stuck", _stuck), ("clipped", _clipped), ("novel", _novel)):
         texts = [text for channel in facts for text in found(row, channel, facts[channel], ranges[channel])]
         if texts:
             more = f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""
             return WindowFault(kind, texts[0] + more)
     return None
+
+
+def _stuck(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    if facts.lowest[row] == facts.highest[row] and healthy.at_end < 1.0:
+        yield f"{channel} never changes; in healthy windows it did"
 
 
 def _clipped(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:

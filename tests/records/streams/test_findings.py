@@ -107,6 +107,13 @@ def test_after_the_first_new_sample_of_a_restart_findings_come_again():
     assert sorted(each.kind for each in findings) == ["gap", "time_ran_back"]
 
 
+def test_a_clock_may_be_set_back_after_the_stream_came_again():
+    stream, time = EvenStream(10.0, (P1,)), 7200.0 + np.arange(100) / 10.0
+    state, _, _ = _stream(time[:50])
+    state, _, _ = _stream(time, state=stream.resumed(state))
+    assert [piece.time[0] for piece in _stream(np.arange(1000) / 10.0, state=state)[1]] == [59.9]
+
+
 def test_a_source_that_only_goes_on_may_have_its_clock_set_back_while_the_monitor_was_down():
     stream, time = EvenStream(10.0, (P1,)), np.arange(1000) / 10.0
     state, _, _ = _stream(7200.0 + time)

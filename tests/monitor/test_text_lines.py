@@ -84,6 +84,14 @@ def test_a_malformed_line_is_said_with_its_reason():
     assert (event.time, event.count) == (5.0, 1)
 
 
+def test_decimal_commas_are_named_where_nobody_said_so():
+    _, [event] = read_in_pieces(reader(), b"time [s];P1 [Pa]\n0;1\n0,1;2\n")
+    assert event.text.endswith(
+        "'0,1' is not a number; if commas are decimal signs, write"
+        " 'text: {decimal: \",\"}' in the file of --config"
+    )
+
+
 def test_malformed_json_lines_are_counted():
     good = b'{"time": 1, "P1 [Pa]": 2}\n'
     text = good + b'{"time": 2, "P1 [Pa]": "2"}\n{"time": 3,\n[1]\nhello\n' + good + b'{"a": 1}\n'
@@ -110,7 +118,7 @@ def test_a_line_without_end_is_left_out_with_bounded_memory():
     [
         (b"1,2\n", "the stream: begins with '1,2', which is no header"),
         (b"hello\n1\n", "the stream: nothing is named like a channel; found 'hello'"),
-        (b"time [s],P1\n1,2\n", "the stream: 'P1': has no unit"),
+        (b"time [s],P1\n1,2\n", "the stream: 'P1': has no unit; write it like 'P1 [bar]'"),
         (b"time [s],P1 [counts]\n1,2\n", "the stream: 'P1 [counts]': is in counts"),
         (
             b"P1 [bar]\n1\n",

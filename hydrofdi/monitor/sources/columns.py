@@ -20,6 +20,8 @@ from hydrofdi.records.measured.formats.table import find_column, split_title
 Channels = Mapping[Channel, ChannelConfig]
 """Channel → column, as in descriptions of measured files. Empty where names and units say it."""
 
+_USUAL = {"Pa": "bar", "m": "mm", "m/s": "mm/s", "V": "V"}
+
 
 @dataclass(frozen=True)
 class Column:
@@ -150,6 +152,8 @@ def _column(
     title = titles[position]
     where = f"{place}: {title[:60]!r}"
     header = units[position] or (channel.unit if title == channel.value and not config.unit else "")
+    if not (header or config.unit):
+        raise DataError(f"{where}: has no unit; write it like '{channel.symbol} [{_USUAL[channel.unit]}]'")
     unit = agreed_unit(config, header, where)
     if is_counts(unit) and not config.unit:
         raise DataError(f"{where}: is in counts; write 'gain' and 'unit' of {channel} in the configuration")

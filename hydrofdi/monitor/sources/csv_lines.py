@@ -14,8 +14,10 @@ from hydrofdi.monitor.sources.text_config import TextConfig
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.formats.text_cells import blank_divided, delimiter_of
-from hydrofdi.records.measured.formats.text_numbers import column_numbers, is_number
+from hydrofdi.records.measured.formats.text_numbers import CellError, column_numbers, is_number
 from hydrofdi.records.streams import Chunk
+
+_COMMA_HINT = "; if commas are decimal signs, write 'text: {decimal: \",\"}' in the file of --config"
 
 
 class CsvLines:
@@ -73,9 +75,11 @@ class CsvLines:
                 for channel, column in columns.channels.items()
             }
             return Chunk(self._times(columns, cells, width, len(lines)), values)
+        except CellError as error:
+            self._reason = error.message + (_COMMA_HINT if error.is_decimal_comma else "")
         except (ValueError, OverflowError, csv.Error) as error:
             self._reason = str(error)
-            return None
+        return None
 
     def _cells(self, lines: Sequence[str]) -> tuple[list[str], int]:
         """All cells of lines that have equally many, and how many."""

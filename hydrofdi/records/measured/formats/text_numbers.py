@@ -22,11 +22,15 @@ class CellError(ValueError):
     ----------
     row : int
         Its row.
+    message : str
+        What is wrong with it.
+    is_decimal_comma : bool
+        Whether it is a number if its comma is a decimal sign.
     """
 
-    def __init__(self, row: int, message: str) -> None:
-        self.row = row
-        super().__init__(message)
+    def __init__(self, row: int, message: str, hint: str = "", *, is_decimal_comma: bool = False) -> None:
+        self.row, self.message, self.is_decimal_comma = row, message, is_decimal_comma
+        super().__init__(message + hint)
 
 
 def column_numbers(cells: Sequence[str], decimal: str = ".", missing: Collection[str] = ()) -> Array:
@@ -69,11 +73,13 @@ def _number(row: int, cell: str, decimal: str, missing: Collection[str]) -> floa
             raise ValueError
         return float(text if decimal == "." else text.replace(",", "."))
     except ValueError:
-        raise CellError(row, f"{text[:40]!r} is not a number{_hint(text, decimal)}") from None
+        is_comma = decimal == "." and _COMMA_INSIDE.fullmatch(text) is not None
+        message = f"{text[:40]!r} is not a number"
+        raise CellError(row, message, _hint(text, decimal, is_comma), is_decimal_comma=is_comma) from None
 
 
-def _hint(text: str, decimal: str) -> str:
-    if decimal == "." and _COMMA_INSIDE.fullmatch(text):
+def _hint(text: str, decimal: str, is_decimal_comma: bool) -> str:
+    if is_decimal_comma:
         return (
             "; if commas are decimal signs, write 'format: {decimal: \",\"}' in the YAML that describes"
             " the file (docs/measured.md)"

@@ -98,7 +98,7 @@ def source_of(broker):
 
 
 def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path, monkeypatch):
-    monkeypatch.setattr("hydrofdi.monitor.sources.mqtt.MOST_UNACKNOWLEDGED", 8)
+    monkeypatch.setattr("hydrofdi.monitor.sources.mqtt._MOST_MESSAGES", 4)
     draw = random.Random(5)
     with ThreadPoolExecutor(1) as pool:
         sending = pool.submit(send, subscribed, BLOCKS)

@@ -128,6 +128,7 @@ class MqttSource:
 
     def close(self) -> None:
         """End the connection; the broker keeps the session."""
+        self._deliveries.close()
         self._connection.close()
 
     def _samples(self, delivery: Delivery) -> Chunk | None:
@@ -136,7 +137,8 @@ class MqttSource:
         try:
             if delivery.fault:
                 raise PayloadError(delivery.fault)
-            return self._read_payload(delivery.payload)
+            payload, delivery.payload = delivery.payload, b""
+            return self._read_payload(payload)
         except PayloadError as error:
             self._malformed.note(delivery.payload[:60].decode(errors="replace"), str(error))
             return None

@@ -11,10 +11,17 @@ if TYPE_CHECKING:
     from paho.mqtt.client import Client, MQTTMessage
 
 MOST_UNACKNOWLEDGED = 64
-"""Messages that the broker sends before it waits; most brokers have a lower limit, such as 20."""
+"""Messages that the broker is asked to send before it waits. mosquitto 2.0.11 sends many more as soon as the
+first are acknowledged."""
 
-MOST_WAITING = 32 << 20
-"""Bytes of messages of quality of service 0 that wait to be read."""
+MOST_WAITING = 1000
+"""Messages that wait to be read."""
+
+MOST_BYTES = 32 << 20
+"""The same in bytes."""
+
+_REMEMBERED = 4 * MOST_WAITING
+"""Messages that are recognised when they come again: waiting, read and lately acknowledged ones."""
 
 _SHOWN = 60
 """Bytes of what is unfit that are kept."""
@@ -51,9 +58,9 @@ class Delivery:
 class Deliveries:
     """The queue between the thread of the network and the monitor.
 
-    At quality of service 1 it never overflows: the broker sends no more than a few messages without an
-    acknowledgement. What it sends again after a new connection is recognised. At 0, messages that find it
-    full are lost, and all that follow until it is empty: one long gap instead of many short ones.
+    At quality of service 1 nothing is lost: while it is full, no more is read from the network. What the
+    broker sends again after a new connection is recognised. At 0, messages that find it full are lost, and
+    all that follow until it is empty: one long gap instead of many short ones.
 
     Parameters
     ----------
@@ -69,7 +76,7 @@ class Deliveries:
         self._read: list[Delivery] = []
         self._changed = Condition()
         self._n_bytes = self._n_dropped = 0
-        self._is_dropping = False
+        self._is_dropping = self._is_closed = False
 
     def connected(self, client: Client, had_session: bool) -> None:
         """Without the session of before, numbers mean other messages."""
@@ -94,13 +101,14 @@ class Deliveries:
             payload = bytes(message.payload[:_SHOWN] if fault else message.payload)
             delivery = Delivery(payload, fault, message.mid if message.qos else 0, digest, client)
             if message.qos:
+                self._changed.wait_for(self._has_room)
                 self._remember(delivery)
-            elif self._overflows(len(payload)):
+            elif self._overflows():
                 self._n_dropped += 1
                 return
             self._n_bytes += len(payload)
             self._waiting.append(delivery)
-            self._changed.notify()
+            self._changed.notify_all()
 
     def take(self, timeout: float) -> Delivery | None:
         """The next message, waited for."""
@@ -112,6 +120,7 @@ class Deliveries:
             self._is_dropping = self._is_dropping and bool(self._waiting)
             if delivery.number:
                 self._read.append(delivery)
+            self._changed.notify_all()
             return delivery
 
     @property
@@ -126,6 +135,12 @@ class Deliveries:
                 delivery.is_confirmed = True
                 delivery.client.ack(delivery.number, 1)
             self._read.clear()
+
+    def close(self) -> None:
+        """Hold the network up no more."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify_all()
 
     def take_dropped(self) -> int:
         """Messages that were lost since the last call."""
@@ -144,9 +159,12 @@ class Deliveries:
     def _remember(self, delivery: Delivery) -> None:
         self._known[delivery.number] = delivery
         self._known.move_to_end(delivery.number)
-        while len(self._known) > 2 * MOST_UNACKNOWLEDGED:
+        while len(self._known) > _REMEMBERED:
             self._known.popitem(last=False)
 
-    def _overflows(self, n_bytes: int) -> bool:
-        self._is_dropping = self._is_dropping or self._n_bytes + n_bytes > MOST_WAITING
+    def _has_room(self) -> bool:
+        return self._is_closed or (len(self._waiting) < MOST_WAITING and self._n_bytes < MOST_BYTES)
+
+    def _overflows(self) -> bool:
+        self._is_dropping = self._is_dropping or not self._has_room()
         return self._is_dropping

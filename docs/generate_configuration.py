@@ -144,7 +144,7 @@ def _default(info: FieldInfo) -> str:
             for key, item in value.items()
         )
     if isinstance(value, tuple | list):
-        return ", ".join(f"`{_shown(item, quantity.unit)}`" for item in value)
+        return ", ".join(f"`{item if quantity is None else _shown(item, quantity.unit)}`" for item in value)
     return f"`{value if quantity is None else _shown(float(value), quantity.unit)}`"
 
 

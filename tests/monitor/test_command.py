@@ -14,6 +14,8 @@ import termios
 import threading
 import time
 from fcntl import ioctl
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from urllib.request import urlopen
 
 import pytest
 
@@ -137,7 +139,8 @@ def test_a_reader_that_leaves_early_is_no_fault(machine):
         ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), "is for text"),
         ("-", ("--sampling-frequency", "1 kg"), "--sampling-frequency"),
         ("-", ("--config", "absent.yaml"), "absent.yaml: No such file"),
-        ("-", ("--events", "ftp://host/x"), "--events"),
+        ("-", ("--events", "ftp://host/x"), "--events: 'ftp': give mqtt://"),
+        ("-", ("--metrics", "here"), "--metrics: 'here' is not host:port"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_a_sentence(machine, source, options, message, tmp_path):
@@ -175,6 +178,7 @@ def test_mistakes_of_a_configuration_are_told_with_their_lines(machine, tmp_path
     [
         ("paho", ("mqtt://127.0.0.1/x",)),
         ("paho", ("-", "--events", "mqtt://127.0.0.1/x")),
+        ("prometheus_client", ("-", "--metrics", "127.0.0.1:0")),
         ("asyncua", ("opc.tcp://127.0.0.1", "--config", "monitor.yaml")),
     ],
 )
@@ -185,6 +189,44 @@ def test_an_extra_that_is_not_installed_is_named(machine, library, arguments, mo
     done = run_hydrofdi("monitor", machine.detector, *arguments, cwd=tmp_path)
     assert done.returncode == 2, done.stderr
     assert "pip install 'hydrofdi[monitor]'" in done.stderr
+
+
+def test_metrics_and_a_webhook_speak_of_the_same_alarm(machine, tmp_path):
+    posts, shown = [], []
+
+    class Receiver(BaseHTTPRequestHandler):
+        def do_POST(self):
+            posts.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+            self.send_response(204)
+            self.end_headers()
+
+        def log_message(self, *message):
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Receiver) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        hook = f"http://127.0.0.1:{server.server_port}/hook"
+        with start(machine.detector, "-", "--metrics", "127.0.0.1:0", "--events", hook) as process:
+            process.stdin.writelines(machine.lines)
+            process.stdin.flush()
+            while not shown:
+                text = json.loads(process.stdout.readline()).get("text", "")
+                shown += re.findall(r"http://127.0.0.1:\d+/metrics", text)
+            n_sample = len(machine.lines) - 1
+            wait_until(lambda: metric(shown[0], "hydrofdi_samples_total") == n_sample, process)
+            assert metric(shown[0], "hydrofdi_alarms_total") == 1.0
+            wait_until(lambda: posts, process)
+            process.stdin.close()
+            assert process.wait(PATIENCE) == 0
+        server.shutdown()
+    assert [post["event"] for post in posts] == ["alarm_raised"]
+
+
+def metric(url, name):
+    with urlopen(url, timeout=PATIENCE) as answer:
+        lines = answer.read().decode().splitlines()
+    (value,) = [line.split()[1] for line in lines if line.startswith(f"{name} ")]
+    return float(value)
 
 
 class Terminal:

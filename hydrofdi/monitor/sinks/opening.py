@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.mqtt.address import MqttAddress, is_mqtt
 from hydrofdi.monitor.sinks.contract import Sink
+from hydrofdi.monitor.sinks.metrics import MetricsSink
+from hydrofdi.monitor.sinks.mqtt import MqttSink
+from hydrofdi.monitor.sinks.webhook import WebhookSink
 
 
 def open_sinks(
@@ -30,12 +34,27 @@ def open_sinks(
     ConfigError
         One of them cannot be used, or an extra is not installed.
     """
-    return [*(_events(text, config, file) for text in events)]
+    with ExitStack() as stack:
+        sinks: list[Sink] = []
+        for sink in _sinks(config, file, metrics, events):
+            stack.callback(sink.close)
+            sinks.append(sink)
+        stack.pop_all()
+    return sinks
 
 
-def _events(text: str, config: MonitorConfig, file: DetectorFile) -> Sink:
-    if is_mqtt(text):
-        from hydrofdi.monitor.sinks.mqtt import MqttSink
-
-        return MqttSink(MqttAddress.parse(text), config.mqtt, file.unit)
-    raise ConfigError(f"--events: {text}: give mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or https://…")
+def _sinks(
+    config: MonitorConfig, file: DetectorFile, metrics: str | None, events: Sequence[str]
+) -> Iterator[Sink]:
+    if metrics is not None:
+        yield MetricsSink(metrics, file)
+    if config.webhook.url:
+        yield WebhookSink(config.webhook)
+    for text in events:
+        if is_mqtt(text):
+            yield MqttSink(MqttAddress.parse(text), config.mqtt, file.unit)
+        elif text.partition("://")[0].lower() in ("http", "https"):
+            yield WebhookSink(config.webhook.model_copy(update={"url": text}))
+        else:
+            given = text.partition("://")[0]
+            raise ConfigError(f"--events: {given!r}: give mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or https://…")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import uuid
 from collections import deque
 from collections.abc import Sequence
@@ -70,7 +71,7 @@ class WebhookSink:
     def _queued(self, event: Event) -> bool:
         if len(self._waiting) >= self._capacity:
             return False
-        document = {"machine": self._config.machine, **line_record(event)}
+        document = {"machine": self._config.machine or socket.gethostname(), **line_record(event)}
         text = json.dumps(document, ensure_ascii=False, allow_nan=False)
         self._waiting.append((str(uuid.uuid4()), text.encode()))
         return True

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import socket
 from pathlib import Path
 from typing import Annotated
 from urllib.parse import urlsplit
@@ -27,7 +26,7 @@ class WebhookConfig(Section):
     events: tuple[EventKind, ...] = (EventKind.ALARM_RAISED, EventKind.ALARM_CLEARED)
     """Kinds of events that are posted."""
 
-    machine: str = Field(default_factory=socket.gethostname, max_length=200)
+    machine: Annotated[str, Field(max_length=200)] = ""
     """Name of the machine in each post; the name of the computer where left out."""
 
     token_file: Path | None = None

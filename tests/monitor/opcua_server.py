@@ -54,6 +54,13 @@ class LoopbackServer:
         finally:
             self._end()
 
+    def vanish(self):
+        """Close every connection, and listen no more."""
+        self.do(self._server.bserver.stop())
+
+    def appear(self):
+        self.do(self._server.bserver.start())
+
     def do(self, coroutine):
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(60)
 

@@ -15,11 +15,11 @@ from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 
 @dataclass(frozen=True)
 class KeyFiles:
-    """Contents of the files, and the application URI that the certificate of this monitor states."""
+    """Contents of the files (certificates in DER), and the application URI that the own one states."""
 
-    certificate: CertProperties
+    certificate: bytes
     private_key: CertProperties
-    server_certificate: CertProperties
+    server_certificate: bytes
     application_uri: str
 
 
@@ -35,9 +35,9 @@ def key_files(config: OpcUaConfig) -> KeyFiles | None:
         return None
     certificate = _certificate(config.certificate)
     return KeyFiles(
-        CertProperties(certificate.public_bytes(Encoding.DER), "der"),
+        certificate.public_bytes(Encoding.DER),
         _private_key(config.key, certificate),
-        CertProperties(_certificate(config.server_certificate).public_bytes(Encoding.DER), "der"),
+        _certificate(config.server_certificate).public_bytes(Encoding.DER),
         _application_uri(certificate, config.certificate),
     )
 

@@ -10,15 +10,10 @@ from contextlib import suppress
 from asyncua import ua
 
 from hydrofdi.monitor.lines import Event, EventKind
-from hydrofdi.monitor.opcua.connection import (
-    FIRST_HANDLE,
-    Server,
-    Subscription,
-    node_id,
-    session,
-)
 from hydrofdi.monitor.opcua.joining import Joiner, NodeValue
 from hydrofdi.monitor.opcua.reasons import LostError, plain_reasons
+from hydrofdi.monitor.opcua.session import Server, session
+from hydrofdi.monitor.opcua.subscription import FIRST_HANDLE, Subscription, node_id
 from hydrofdi.monitor.opcua.values import NoNumberError, changes_of, has_overflowed, node_values
 from hydrofdi.records.batch import Array
 

@@ -102,9 +102,9 @@ class OpcUaSource:
         self, config: OpcUaConfig, sampling_frequency: float, first_wait: float
     ) -> ServerFollower:
         try:
-            from hydrofdi.monitor.opcua.connection import Server
             from hydrofdi.monitor.opcua.files import key_files
             from hydrofdi.monitor.opcua.following import ServerFollower
+            from hydrofdi.monitor.opcua.session import Server
         except ModuleNotFoundError as error:
             if error.name != "asyncua":
                 raise

@@ -1,55 +1,29 @@
-"""One connection to an OPC UA server: session, subscription, messages."""
+"""Changes of nodes, as an OPC UA server sends them."""
 
 from __future__ import annotations
 
 import asyncio
-import logging
-from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
+from collections.abc import Sequence
 from math import ceil
 
 from asyncua import ua
 from asyncua.client.client import Client
-from asyncua.crypto import security_policies
 from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.uaerrors import UaError
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig
-from hydrofdi.monitor.opcua.files import KeyFiles
+from hydrofdi.monitor.opcua.browsing import nearest_nodes
 from hydrofdi.monitor.opcua.reasons import LostError, plain_reasons
+from hydrofdi.monitor.opcua.session import KEEP_ALIVE, LIFETIME
 
-logging.getLogger("asyncua").addHandler(logging.NullHandler())
-
-_TIMEOUT = 10.0
-_FAREWELL = 2.0
-_KEEP_ALIVE = 5.0
-_SILENCE = 4 * _KEEP_ALIVE
-_LIFETIME = 60.0
-_HELD = 10.0
-"""What the server shall hold beside a publishing interval while the network is slow [s]."""
 FIRST_HANDLE = 1
 """Client handle of the first node; some servers take 0 for none."""
 
+_HELD = 10.0
+"""What the server shall hold beside a publishing interval while the network is slow [s]."""
 
-@dataclass(frozen=True)
-class Server:
-    """What is needed to reach a server.
-
-    Attributes
-    ----------
-    url : str
-    config : OpcUaConfig
-    credentials : tuple of (str, str), optional
-    files : KeyFiles, optional
-        Where the connection is encrypted.
-    """
-
-    url: str
-    config: OpcUaConfig
-    credentials: tuple[str, str] | None
-    files: KeyFiles | None
+_SILENCE = 4 * KEEP_ALIVE
+_UNKNOWN = ("BadNodeIdUnknown", "BadNodeIdInvalid", "BadAttributeIdInvalid")
 
 
 def node_id(text: str) -> ua.NodeId:
@@ -64,43 +38,6 @@ def node_id(text: str) -> ua.NodeId:
         return ua.NodeId.from_string(text)
     except (UaError, ValueError):
         raise ConfigError(f"{text!r} is no node id; write such as 'ns=2;s=P1' or 'ns=2;i=1001'") from None
-
-
-@asynccontextmanager
-async def session(server: Server) -> AsyncIterator[Client]:
-    """A session, which ends with the block.
-
-    Raises
-    ------
-    LostError
-        There is none.
-    """
-    client = Client(server.url, timeout=_TIMEOUT, watchdog_intervall=_KEEP_ALIVE)
-    client.name = client.description = "hydrofdi"
-    client.session_timeout = int(1000 * _LIFETIME)
-    if server.credentials is not None:
-        client.set_user(server.credentials[0])
-        client.set_password(server.credentials[1])
-    try:
-        with plain_reasons():
-            if server.files is not None:
-                await _encrypt(client, server.config.security, server.files)
-            await client.connect()
-        yield client
-    finally:
-        with suppress(Exception):
-            await asyncio.wait_for(client.disconnect(), _FAREWELL)
-        client.disconnect_socket()
-
-
-async def _encrypt(client: Client, policy: str, files: KeyFiles) -> None:
-    client.application_uri = files.application_uri
-    await client.set_security(
-        getattr(security_policies, f"SecurityPolicy{policy}"),
-        files.certificate,
-        files.private_key,
-        server_certificate=files.server_certificate,
-    )
 
 
 class Subscription:
@@ -144,17 +81,19 @@ class Subscription:
         self._client.connection_lost_callback = self._results.put
         request = ua.CreateSubscriptionParameters(
             RequestedPublishingInterval=1000 * publishing_interval,
-            RequestedLifetimeCount=ceil(_LIFETIME / publishing_interval),
-            RequestedMaxKeepAliveCount=max(1, ceil(_KEEP_ALIVE / publishing_interval)),
+            RequestedLifetimeCount=ceil(LIFETIME / publishing_interval),
+            RequestedMaxKeepAliveCount=max(1, ceil(KEEP_ALIVE / publishing_interval)),
         )
         created = await self._client.uaclient.create_subscription(request, self._results.put)
         self.publishing_interval = created.RevisedPublishingInterval / 1000
         items = [self._item(position, period) for position in range(len(self._nodes))]
         wanted = ua.CreateMonitoredItemsParameters(created.SubscriptionId, ua.TimestampsToReturn.Both, items)
-        for node, result in zip(
-            self._nodes, await self._client.uaclient.create_monitored_items(wanted), strict=True
-        ):
-            self._check(node, result)
+        results = await self._client.uaclient.create_monitored_items(wanted)
+        for node, result in zip(self._nodes, results, strict=True):
+            if result.StatusCode.name in _UNKNOWN:
+                raise LostError(f"it has no variable {node}{await nearest_nodes(self._client, node)}")
+            result.StatusCode.check()
+            self.sampling_interval = max(self.sampling_interval, result.RevisedSamplingInterval / 1000)
 
     async def result(self) -> ua.PublishResult:
         """The next message of the server.
@@ -181,9 +120,3 @@ class Subscription:
         )
         read = ua.ReadValueId(node_id(self._nodes[position]), AttributeIds.Value)
         return ua.MonitoredItemCreateRequest(read, ua.MonitoringMode.Reporting, parameters)
-
-    def _check(self, node: str, result: ua.MonitoredItemCreateResult) -> None:
-        if result.StatusCode.name in ("BadNodeIdUnknown", "BadNodeIdInvalid", "BadAttributeIdInvalid"):
-            raise LostError(f"it has no variable {node}")
-        result.StatusCode.check()
-        self.sampling_interval = max(self.sampling_interval, result.RevisedSamplingInterval / 1000)

@@ -1,0 +1,161 @@
+"""Encrypted connections to a server that trusts one certificate and knows one user."""
+
+import datetime
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from asyncua import ua
+from asyncua.common.utils import ServiceError
+from asyncua.crypto.permission_rules import User, UserRole
+from asyncua.crypto.uacrypto import der_from_x509
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import rsa
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+from cryptography.x509.oid import NameOID
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.lines import EventKind
+from hydrofdi.monitor.opcua.configuration import OpcUaConfig
+from hydrofdi.monitor.sources.opcua import OpcUaSource
+from tests.monitor.opcua_server import LoopbackServer
+from tests.monitor.opcua_streams import CHANNELS, NODES, P1, RATE, Reader, connected, opened
+
+PASSWORD = "hunter2-of-the-press"
+
+
+@dataclass
+class Identity:
+    certificate: Path
+    key: Path
+
+
+def identity(folder, name, form=Encoding.PEM):
+    key = rsa.generate_private_key(65537, 2048)
+    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+    uri = x509.UniformResourceIdentifier(f"urn:hydrofdi:{name}")
+    now = datetime.datetime.now(datetime.UTC)
+    signed = (
+        x509.CertificateBuilder(subject, subject, key.public_key(), x509.random_serial_number())
+        .not_valid_before(now - datetime.timedelta(days=1))
+        .not_valid_after(now + datetime.timedelta(days=1))
+        .add_extension(x509.SubjectAlternativeName([uri]), critical=False)
+        .sign(key, hashes.SHA256())
+    )
+    made = Identity(folder / f"{name}.crt", folder / f"{name}.key")
+    made.certificate.write_bytes(signed.public_bytes(form))
+    made.key.write_bytes(key.private_bytes(form, PrivateFormat.PKCS8, NoEncryption()))
+    return made
+
+
+class OneUser:
+    def get_user(self, iserver, username=None, password=None, certificate=None):
+        return User(role=UserRole.User) if (username, password) == ("press", PASSWORD) else None
+
+
+@pytest.fixture(scope="module")
+def identities(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("identities")
+    names = {"server": Encoding.DER, "monitor": Encoding.PEM, "stranger": Encoding.DER}
+    return {name: identity(folder, name, form) for name, form in names.items()}
+
+
+@pytest.fixture(scope="module")
+def server(identities):
+    trusted = x509.load_pem_x509_certificate(identities["monitor"].certificate.read_bytes())
+
+    async def only_the_monitor(certificate, description):
+        if der_from_x509(certificate) != der_from_x509(trusted):
+            raise ServiceError(ua.StatusCodes.BadCertificateUntrusted)
+
+    async def set_up(server):
+        server.set_security_policy([ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt])
+        server.set_identity_tokens([ua.UserNameIdentityToken])
+        server.set_certificate_validator(only_the_monitor)
+        await server.load_certificate(identities["server"].certificate)
+        await server.load_private_key(identities["server"].key)
+
+    with LoopbackServer(NODES, set_up=set_up, user_manager=OneUser()) as running:
+        yield running
+
+
+@pytest.fixture
+def config(identities, tmp_path):
+    password = tmp_path / "password"
+    password.write_text(PASSWORD + "\n")
+
+    def made(own="monitor", pinned="server", key=None, **more):
+        files = {
+            "certificate": identities[own].certificate,
+            "key": identities[key or own].key,
+            "server_certificate": identities[pinned].certificate,
+        }
+        user = {"username": "press", "password_file": password}
+        policy = {"security": "Basic256Sha256", "publishing_interval": 0.05}
+        return OpcUaConfig.model_validate(policy | files | user | more)
+
+    return made
+
+
+def reason(server, config):
+    with opened(server.url, config) as source:
+        return Reader(source).has(EventKind.DISCONNECTED).said(EventKind.DISCONNECTED)[0]
+
+
+def test_samples_come_encrypted_from_the_server_that_is_meant(server, config):
+    with opened(server.url, config()) as source:
+        reader = connected(source)
+        for name in NODES:
+            server.write(name, [1.0, 2.0], [0.0, 0.01])
+        reader.samples(2)
+    assert reader.channel(P1).tolist() == [1e5, 2e5]
+    assert "not encrypted" not in reader.said(EventKind.CONNECTED)[0]
+
+
+def test_another_server_certificate_than_the_given_one_is_refused(server, config):
+    assert "another certificate" in reason(server, config(pinned="stranger"))
+
+
+def test_a_server_that_does_not_trust_the_monitor_is_said_so(server, config):
+    assert "does not trust the certificate" in reason(server, config(own="stranger"))
+
+
+def test_a_wrong_password_is_said_so_and_shown_nowhere(server, config, tmp_path, caplog, capfd):
+    wrong = tmp_path / "wrong"
+    wrong.write_text("not-" + PASSWORD)
+    said = reason(server, config(password_file=wrong))
+    assert "refuses the user name or password" in said
+    assert PASSWORD not in said + caplog.text + "".join(capfd.readouterr())
+
+
+def test_a_policy_that_the_server_lacks_is_said_so(server, config):
+    assert "does not offer" in reason(server, config(security="Aes256Sha256RsaPss"))
+
+
+def refused(config, message):
+    with pytest.raises(ConfigError, match=message) as error:
+        OpcUaSource("opc.tcp://127.0.0.1", config, CHANNELS, RATE)
+    assert PASSWORD not in str(error.value)
+
+
+def test_files_that_cannot_be_used_are_named(config, tmp_path):
+    refused(config(certificate=tmp_path / "none"), "none: No such file")
+    empty = tmp_path / "empty"
+    empty.write_bytes(b"")
+    refused(config(server_certificate=empty), "empty is no certificate")
+    refused(config(key="stranger"), "does not belong to the certificate")
+
+
+def test_a_password_is_never_sent_unencrypted(monkeypatch):
+    monkeypatch.setitem(os.environ, "HYDROFDI_OPCUA_PASSWORD", PASSWORD)
+    refused(OpcUaConfig(username="press"), "would send the password unencrypted")
+    refused(OpcUaConfig(), "no user name")
+
+
+def test_half_of_the_security_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="needs key, server_certificate as well"):
+        OpcUaConfig(security="Basic256Sha256", certificate=tmp_path)
+    with pytest.raises(ValueError, match="without a policy"):
+        OpcUaConfig(certificate=tmp_path)

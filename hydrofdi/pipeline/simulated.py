@@ -113,10 +113,16 @@ class _Simulated:
         )
 
 
+_MOST_SAMPLES_AT_ONCE = 4_000_000
+"""Samples of each channel that records of a batch have together, where they are long: about 0.3 GB."""
+
+
 def _alike(runs: Sequence[RunSpec], rows: Sequence[int]) -> list[RunSpec]:
-    """The first of some runs, as many as fit into one batch."""
+    """The first of some runs, as many as fit into one batch; long ones still fill the lanes of the kernel."""
     lead = runs[rows[0]].parameters
-    length = max(batch_length(lead.record.n_sample) // WIDTH * WIDTH, 1)
+    n_sample = lead.record.n_sample
+    least = WIDTH if WIDTH * n_sample <= _MOST_SAMPLES_AT_ONCE else 1
+    length = max(batch_length(n_sample) // WIDTH * WIDTH, least)
     alike = []
     for run in (runs[row] for row in rows[:length]):
         if (run.parameters.record.time_axis, _period(run.parameters)) != (

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import findings as words
+from hydrofdi.records.streams.beginning import Beginning
 from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.findings import Finding, Kind
 from hydrofdi.records.streams.order import Order, put_in_order
@@ -44,13 +45,14 @@ class EvenStream:
         self.channels = tuple(channels)
         self._period = 1.0 / sampling_frequency
         self._patience = max(_FEWEST, round(_PATIENCE * sampling_frequency))
+        self._beginning = Beginning(self.channels, self._patience)
 
     def start(self) -> State:
         """The state before the first sample: its size never changes."""
         false, none = np.array(False), np.array(0)
         return {
             "last": np.array(-np.inf), "n_earlier": none, "n_gap": none, "said": np.full(_N_KIND, np.nan),
-            "is_silent": false, "may_repeat": false,
+            "is_silent": false, "may_repeat": false, **self._beginning.start(),
         }  # fmt: skip
 
     def resumed(self, state: State, *, may_repeat: bool = True) -> State:
@@ -60,19 +62,23 @@ class EvenStream:
         ----------
         state : State
         may_repeat : bool
-            Whether all of the stream may come again, however long it is. A clock that was set back meanwhile
-            is not found then; state False for a source that only goes on.
+            Whether all of the stream may come again, however long it is: it does if its first minute is that
+            of the run before. Otherwise a minute of earlier samples is a clock that was set back.
         """
-        return {**state, "is_silent": np.array(True), "may_repeat": np.array(may_repeat)}
+        return {
+            **state, **self._beginning.resumed(state), "n_earlier": np.array(0),
+            "is_silent": np.array(True), "may_repeat": np.array(may_repeat),
+        }  # fmt: skip
 
     def step(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
         """The state behind a chunk, the samples that were accepted, and what is wrong."""
         if not chunk.n_time:
             return state, [], []
+        beginning = self._beginning.step(state, chunk)
         if self._is_sound(state, chunk.time):
-            after = {**self.start(), "said": state["said"], "last": np.array(chunk.time[-1])}
+            after = {**self.start(), "said": state["said"], "last": np.array(chunk.time[-1]), **beginning}
             return after, [whole(chunk, self.channels)], []
-        return self._checked(state, chunk)
+        return self._checked({**state, **beginning}, chunk)
 
     def _is_sound(self, state: State, time: Array) -> bool:
         """Whether a chunk goes on without any irregularity, as nearly all do."""
@@ -82,8 +88,9 @@ class EvenStream:
         return bool((time[1:] - time[:-1]).max(initial=0.0) <= longest)
 
     def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
-        last, n_earlier, may_repeat = float(state["last"]), int(state["n_earlier"]), bool(state["may_repeat"])
-        order = put_in_order(chunk.time, last, n_earlier, self._patience, may_repeat)
+        comes_again = bool(state["may_repeat"]) and self._beginning.comes_again(state)
+        n_earlier = 0 if comes_again else int(state["n_earlier"])
+        order = put_in_order(chunk.time, float(state["last"]), n_earlier, self._patience, comes_again)
         accepted = np.flatnonzero(order.is_accepted)
         is_gap = order.stamps[accepted] - order.before[accepted] > _GAP * self._period
         anew = accepted[is_gap | order.is_set_back[accepted]]
@@ -91,10 +98,10 @@ class EvenStream:
         loud = int(accepted[0]) if accepted.size else chunk.n_time
         found, said = self._findings(state, order, accepted, n_gaps, loud if state["is_silent"] else 0)
         after = {
-            "last": order.last, "n_earlier": order.n_earlier, "said": said,
+            **state, "last": order.last, "n_earlier": order.n_earlier, "said": said,
             "n_gap": n_gaps[-1] if accepted.size else state["n_gap"],
             "is_silent": state["is_silent"] and not accepted.size,
-            "may_repeat": may_repeat and not accepted.size,
+            "may_repeat": state["may_repeat"] and not accepted.size,
         }  # fmt: skip
         pieces = pieces_of(chunk, self.channels, accepted, anew)
         return {name: np.array(value) for name, value in after.items()}, pieces, found

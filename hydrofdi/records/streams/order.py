@@ -44,7 +44,7 @@ class Order:
         return float((self.stamps if self.is_accepted[-1] else self.before)[-1])
 
 
-def put_in_order(time: Array, last: float, n_earlier: int, patience: int, may_repeat: bool) -> Order:
+def put_in_order(time: Array, last: float, n_earlier: int, patience: int, comes_again: bool) -> Order:
     """Samples later than those before, and where the clock was set back.
 
     Parameters
@@ -57,8 +57,8 @@ def put_in_order(time: Array, last: float, n_earlier: int, patience: int, may_re
         Earlier samples since.
     patience : int
         So many earlier samples without a later one say that the clock was set back.
-    may_repeat : bool
-        Whether samples before the first later one are not counted, for the stream may come again.
+    comes_again : bool
+        Whether the stream comes again: samples before the first later one are not counted then.
     """
     stamps = np.where(np.isfinite(time), time, -np.inf)
     before = np.empty_like(stamps)
@@ -67,23 +67,23 @@ def put_in_order(time: Array, last: float, n_earlier: int, patience: int, may_re
     while first < stamps.size:
         latest = np.maximum.accumulate(np.concatenate([[last], stamps[first:]]))
         before[first:] = latest[:-1]
-        counts = _counts(stamps[first:], before[first:], n_earlier, may_repeat)
+        counts = _counts(stamps[first:], before[first:], n_earlier, comes_again)
         n_earlier = int(counts[-1])
         over = np.flatnonzero(counts >= patience)
         if not over.size:
             break
         place = first + int(over[0])
         is_set_back[place] = True
-        first, last, n_earlier, may_repeat = place + 1, float(stamps[place]), 0, False
+        first, last, n_earlier, comes_again = place + 1, float(stamps[place]), 0, False
     is_earlier = np.isfinite(stamps) & (stamps < before) & ~is_set_back
     return Order(stamps, before, (stamps > before) | is_set_back, is_earlier, is_set_back, n_earlier)
 
 
-def _counts(stamps: Array, before: Array, n_earlier: int, may_repeat: bool) -> NDArray[np.intp]:
+def _counts(stamps: Array, before: Array, n_earlier: int, comes_again: bool) -> NDArray[np.intp]:
     """Earlier samples since the last accepted one, behind each sample."""
     is_earlier = np.isfinite(stamps) & (stamps < before)
     is_later = stamps > before
-    if may_repeat:
+    if comes_again:
         is_earlier &= np.logical_or.accumulate(is_later)
     counts = n_earlier + np.cumsum(is_earlier)
     since: NDArray[np.intp] = counts - np.maximum.accumulate(np.where(is_later, counts, 0))

@@ -115,10 +115,12 @@ def test_a_stream_that_comes_again_after_a_restart_gives_the_same_windows(
     stream, windowing, sizes, stop, again
 ):
     frequency, time, channels = stream
-    assume(frequency == 100.0)  # so that no clock is set back
+    if frequency < 100.0:  # a minute is as few as ten samples: all of the stream comes again
+        again = 0.0
     stream = EvenStream(frequency, (P1, U))
     windower = _windower(windowing, frequency)
     _, expected, said, _ = run(stream, windower, chunks(time, channels, sizes))
+    assume(not any("set back" in finding.text for finding in said))
     stop = int(stop * time.size)
     rest = slice(int(again * stop), None)
     _, first, before, states = run(stream, windower, chunks(time[:stop], _part(channels, slice(stop)), sizes))

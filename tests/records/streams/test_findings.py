@@ -114,12 +114,28 @@ def test_a_clock_may_be_set_back_after_the_stream_came_again():
     assert [piece.time[0] for piece in _stream(np.arange(1000) / 10.0, state=state)[1]] == [59.9]
 
 
-def test_a_source_that_only_goes_on_may_have_its_clock_set_back_while_the_monitor_was_down():
+@pytest.mark.parametrize("may_repeat", [True, False])
+def test_a_clock_that_began_anew_while_the_monitor_was_down_is_believed_after_a_minute(may_repeat):
     stream, time = EvenStream(10.0, (P1,)), np.arange(1000) / 10.0
     state, _, _ = _stream(7200.0 + time)
-    only_on, again = stream.resumed(state, may_repeat=False), stream.resumed(state)
-    assert [piece.time[0] for piece in _stream(time, state=only_on)[1]] == [time[599]]
-    assert _stream(time, state=again)[1] == []
+    _, pieces, findings = _stream(time, state=stream.resumed(state, may_repeat=may_repeat))
+    assert [piece.time[0] for piece in pieces] == [time[599]]
+    assert [each.text for each in findings] == [
+        "the clock was set back from 7299.9 s; the stream begins anew at 59.9 s"
+    ]
+
+
+def test_a_logger_whose_clock_begins_at_zero_again_is_told_from_a_stream_that_comes_again():
+    stream, time = EvenStream(10.0, (P1,)), np.arange(3000) / 10.0
+    channels = {P1: np.sin(time)}
+    state, _, _ = stream.step(stream.start(), Chunk(time, channels))
+    for _ in range(2):  # killed during the repetition, and once more
+        state, pieces, findings = stream.step(
+            stream.resumed(state), Chunk(time[:900], {P1: np.sin(time[:900])})
+        )
+        assert (pieces, findings) == ([], [])
+    _, pieces, _ = stream.step(stream.resumed(state), Chunk(time, {P1: np.cos(time)}))
+    assert [piece.time[0] for piece in pieces] == [time[599]]
 
 
 def test_a_step_leaves_its_state_as_it_was():

@@ -1,4 +1,4 @@
-"""A detector of a small population keeps its promise on other healthy machines, finds leaks, and knows its limits."""
+"""A detector keeps its promise on other healthy machines, finds leaks, and says where it knows nothing."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 
 
 def population(folder, name, seed, n_record, more="", study=""):
-    """Machines at work of which nobody knows more than the data sheet; one of them is of the other healthy group."""
+    """Machines at work of which nobody knows more than the data sheet."""
     path = folder / f"{name}.yaml"
     path.write_text(
         f"""

@@ -115,6 +115,18 @@ def test_a_file_that_was_renamed_in_the_meantime_is_found_again(log):
     assert follower.times == [1.0, 2.0, 3.0]
 
 
+def test_the_end_of_a_renamed_file_is_not_the_end_of_the_stream(log):
+    append(log, HEADER + "1,10\n")
+    follower = Follower(log)
+    follower.read()
+    log.rename(log.with_name("old"))
+    append(log, HEADER + "2,20\n")
+    follower.options["follow"] = False
+    follower.restart()
+    assert follower.read().is_over
+    assert follower.times == [1.0, 2.0]
+
+
 def test_a_file_that_was_cut_is_read_from_its_beginning(log):
     append(log, HEADER + "1,10\n2,")
     follower = Follower(log)

@@ -185,9 +185,11 @@ def test_a_broker_gets_the_samples_to_the_bit(experiment, tmp_path):
     assert_same(chunk, channels)
 
 
-def test_a_stream_is_judged_as_the_records_are(tmp_path):
-    """Every window of ``replay | monitor`` is the row that ``detect`` gives on the same file."""
-    healthy, leaking, detector = tmp_path / "healthy.yaml", tmp_path / "leaking.yaml", tmp_path / "d.json"
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """A detector, an experiment with a leak, and the rows that ``detect`` gives on it."""
+    folder = tmp_path_factory.mktemp("trained")
+    healthy, leaking, detector = folder / "healthy.yaml", folder / "leaking.yaml", folder / "detector.json"
     usual = "input: {shape: steps, period: 1 s}\ncontrol: {law: pi, amplitude: 20 mm, feedback: measured}\n"
     healthy.write_text(usual + "record: {duration: 120 s}\nleakage: {internal_flow: 0 L/min}\n")
     leaking.write_text(
@@ -196,9 +198,54 @@ def test_a_stream_is_judged_as_the_records_are(tmp_path):
     choice = ("--window", "2s", "--every", "1s", "--output", "d2", "--direction", "both")
     run("train", healthy, "--out", detector, "--false-alarm-rate", "5 %", *choice)
     rows = run_json("detect", detector, leaking)["windows"]
+    assert len(rows) >= 40
+    assert any(row["alarm"] for row in rows)
+    return detector, leaking, [judged(row) for row in rows]
+
+
+def judged(line):
+    return line["score"], line["alarm"], line["fault"]
+
+
+def windows(text):
+    return [line for line in map(json.loads, text.splitlines()) if line["line"] == "window"]
+
+
+def test_a_stream_is_judged_as_the_records_are(trained):
+    """Every window of ``replay | monitor`` is the row that ``detect`` gives on the same file."""
+    detector, leaking, rows = trained
     stream = run("replay", leaking, "--rate", "max", check=0).stdout
     done = run("monitor", detector, "-", "--json", input=stream, check=0)
-    lines = [line for line in map(json.loads, done.stdout.splitlines()) if line["line"] == "window"]
-    assert len(lines) == len(rows) >= 20
-    for line, row in zip(lines, rows, strict=True):
-        assert (line["score"], line["alarm"], line["fault"]) == (row["score"], row["alarm"], row["fault"])
+    assert [judged(line) for line in windows(done.stdout)] == rows
+
+
+@pytest.mark.long
+def test_a_growing_file_is_judged_as_the_records_are_over_kills_and_renaming(trained, tmp_path):
+    detector, leaking, rows = trained
+    lines = run("replay", leaking, "--rate", "max", check=0).stdout.splitlines(keepends=True)
+    file, log, state = (tmp_path / name for name in ("press.csv", "log.jsonl", "state.json"))
+    arguments = ("monitor", detector, file, "--json", "--log", log, "--state", state)
+
+    def begun():
+        return log.read_text().count('"window"') if log.exists() else 0
+
+    for number, first in enumerate(range(0, len(lines), 6000)):
+        if number == 2:
+            file.rename(tmp_path / "press.old")
+            file.write_text(lines[0])
+        process = subprocess.Popen(
+            [*COMMAND, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        seen, end = begun(), time.monotonic() + 120
+        with open(file, "a") as writer:
+            writer.write("".join(lines[first : first + 6000])[:-7])
+            writer.flush()
+            while begun() == seen and time.monotonic() < end:
+                time.sleep(0.01)
+            process.kill()
+            process.wait()
+            writer.write("".join(lines[first : first + 6000])[-7:])
+    run(*arguments, "--no-follow", check=0)
+    found = windows(log.read_text())
+    assert [line["number"] for line in found] == list(range(len(rows)))
+    assert [judged(line) for line in found] == rows

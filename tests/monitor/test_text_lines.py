@@ -100,6 +100,24 @@ def test_malformed_json_lines_are_counted():
     assert [event.count for event in events] == [5]
 
 
+def test_a_blank_line_is_no_sample_of_a_single_column():
+    chunk, _ = read_in_pieces(reader(sampling_frequency=1), b"P1 [Pa]\n1\n\n \r\n2\n")
+    assert samples(chunk) == {"time": [0.0, 1.0], "P1": [1.0, 2.0]}
+
+
+@pytest.mark.parametrize("good", [b"time [s],P1 [Pa]\n1,2\n", b'{"time": 1, "P1 [Pa]": 2}\n'])
+@given(
+    noise=st.lists(st.sampled_from([b"\n", b",", b'"', b"1", b"#", b"{", b"}", b"time", b"\xff", b"\r"])),
+    cuts=st.lists(st.integers(0, 200), max_size=5),
+)
+def test_noise_neither_ends_a_stream_nor_depends_on_its_pieces(good, noise, cuts):
+    data = good + b"".join(noise) + b"\n" + good
+    whole, in_pieces = (read_in_pieces(reader(), data, places) for places in ((), cuts))
+    assert samples(whole[0]) == samples(in_pieces[0])
+    assert sum(event.count for event in whole[1]) == sum(event.count for event in in_pieces[1])
+    assert whole[0].time[-1] == 1.0
+
+
 def test_a_line_without_end_is_left_out_with_bounded_memory():
     lines = reader()
     lines.read(b"time [s],P1 [Pa]\n1,2\n")

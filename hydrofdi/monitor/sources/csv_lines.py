@@ -99,9 +99,12 @@ class CsvLines:
         return list(chain.from_iterable(rows)), _only({len(row) for row in rows})
 
     def _check_width(self, cells: Sequence[str], width: int) -> None:
-        extra = chain.from_iterable(cells[column::width] for column in range(len(self._titles), width))
-        if width < len(self._titles) or any(not cell.isspace() for cell in extra if cell):
-            raise ValueError(f"has {width} cells under {len(self._titles)} column names")
+        n_title = len(self._titles)
+        extra = chain.from_iterable(cells[column::width] for column in range(n_title, width))
+        if width < n_title or any(not cell.isspace() for cell in extra if cell):
+            raise ValueError(f"has {width} cells under {n_title} column names")
+        if width == 1 and not all(map(str.strip, cells)):
+            raise ValueError("is blank")
 
     def _numbers(self, cells: Sequence[str]) -> Array:
         return column_numbers(cells, self._config.decimal, self._config.missing)

@@ -147,9 +147,6 @@ class GrowingFile:
     def _read(self, file: FollowedFile) -> Chunk | None:
         if data := file.read(BLOCK):
             return self._parsed(data)
-        if not self._follow:
-            self._is_over = True
-            return self._parsed(b"", is_end=True)
         if file.was_truncated():
             self._say("became shorter; it is read from its beginning")
             self._text.forget_unfinished()
@@ -160,6 +157,9 @@ class GrowingFile:
             self._file = FollowedFile(self._path)
             self._say("is a new file; the old one was read to its end")
             file.close()
+            return self._parsed(b"", is_end=True)
+        elif not self._follow:
+            self._is_over = True
             return self._parsed(b"", is_end=True)
         return None
 

@@ -115,6 +115,23 @@ def test_a_file_that_was_renamed_in_the_meantime_is_found_again(log):
     assert follower.times == [1.0, 2.0, 3.0]
 
 
+def test_files_that_were_renamed_in_the_meantime_are_read_in_their_order(log):
+    """Whatever their names say of their order."""
+    append(log, HEADER + "1,10\n")
+    follower = Follower(log)
+    follower.read()
+    for number, time in enumerate([2, 3, 4]):
+        append(log, f"{time},0\n")
+        os.utime(log, (1e9 + time, 1e9 + time))
+        log.rename(f"{log}.{(5 - number) % 4}")
+        append(log, HEADER)
+    append(log, "5,50\n")
+    log.with_name("press.csv.8.gz").touch()
+    follower.restart()
+    follower.read()
+    assert follower.times == [1.0, 2.0, 3.0, 4.0, 5.0]
+
+
 def test_the_end_of_a_renamed_file_is_not_the_end_of_the_stream(log):
     append(log, HEADER + "1,10\n")
     follower = Follower(log)
@@ -206,8 +223,8 @@ def test_nothing_is_lost_or_read_twice(operations):
                 append(log, "5\n")
                 half = False
             elif operation == "rename" and not half:
-                follower.read()
-                log.rename(log.with_name(f"log.{number}"))
+                os.utime(log, (1e9 + number, 1e9 + number))
+                log.rename(f"{log}.{number}")
                 append(log, HEADER)
             elif operation == "read":
                 follower.read()

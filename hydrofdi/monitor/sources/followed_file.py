@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from glob import escape
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,11 @@ class FollowedFile:
         self._file.seek(0)
         self.offset, self._head = 0, b""
 
+    @property
+    def modified(self) -> int:
+        """When it was written last [ns]."""
+        return os.fstat(self._file.fileno()).st_mtime_ns
+
     def is_at(self, position: Position) -> bool:
         """Whether it still begins as it did when a position was stored, and goes as far."""
         offset = int(position["offset"])
@@ -89,6 +95,24 @@ def found_again(path: Path, position: Position) -> FollowedFile | None:
             return file
         file.close()
     return None
+
+
+def following(path: Path, file: FollowedFile) -> Path:
+    """The file that was begun after one was renamed: another one that was renamed since, or that of the name.
+
+    Renamed files are those beside it whose names begin with its name, as logrotate calls them.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be read.
+    """
+    later = [
+        (found.stat().st_mtime_ns, found)
+        for found in path.parent.glob(f"{escape(path.name)}?*")
+        if found.suffix.lower() != ".gz" and found.is_file() and found.stat().st_ino != file.inode
+    ]
+    return min([each for each in later if each[0] > file.modified], default=(0, path))[1]
 
 
 def _digest(head: bytes) -> str:

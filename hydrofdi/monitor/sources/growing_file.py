@@ -11,7 +11,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources.columns import Channels
 from hydrofdi.monitor.sources.contract import Position, Reading
-from hydrofdi.monitor.sources.followed_file import FollowedFile, found_again
+from hydrofdi.monitor.sources.followed_file import FollowedFile, following, found_again
 from hydrofdi.monitor.sources.standard_input import BLOCK
 from hydrofdi.monitor.sources.text_config import TextConfig
 from hydrofdi.monitor.sources.text_lines import TextLines
@@ -154,7 +154,7 @@ class GrowingFile:
         elif self._is_replaced(file):
             if data := file.read(BLOCK):
                 return self._parsed(data)
-            self._file = FollowedFile(self._path)
+            self._file = FollowedFile(following(self._path, file))
             self._say("is a new file; the old one was read to its end")
             file.close()
             return self._parsed(b"", is_end=True)

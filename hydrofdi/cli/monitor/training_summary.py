@@ -86,7 +86,8 @@ def _promise(file: DetectorFile) -> Iterator[str]:
     if per_hour := _per_hour(file):
         least, most = per_hour["interval"]
         overlap = "" if not _overlap(file) else "; they come in rows because windows overlap"
-        yield f"That is {per_hour['wanted']:.2g} false alarms an hour ({least:.2g} to {most:.2g}){overlap}."
+        alarms = f"{_count(per_hour['wanted'])} false alarms an hour ({_count(least)} to {_count(most)})"
+        yield f"That is {alarms}{overlap}."
     if not file.n_sample:
         yield (
             "Estimates follow each other closely, so false alarms come in rows; a chart counts their times."
@@ -136,7 +137,7 @@ def _chart(file: DetectorFile) -> Iterator[str]:
     ends = f"{_time(least)} to {_time(most)}" if most is not None else f"at least {_time(least)}"
     rests = {"pieces": "pieces of records", "records": "records", "groups": "groups"}[chart.rests_on]
     yield (
-        f"The chart {config.chart} has the limit {chart.limit:.4g}: {mean} ({ends}), set for"
+        f"The chart {config.chart} has the limit {chart.limit:.4g} healthy spreads: {mean} ({ends}), set for"
         f" {_time(config.false_alarm_every)}, from {_time(chart.hours * _HOUR)} of healthy scores ({rests}"
         " drawn and joined)."
     )
@@ -160,6 +161,10 @@ def _overlap(file: DetectorFile) -> bool:
 
 def _records(count: int) -> str:
     return f"{count:,} healthy record{'s' if count != 1 else ''}"
+
+
+def _count(number: float) -> str:
+    return f"{number:,.0f}" if number >= 9.95 else f"{number:.2g}"
 
 
 def _percent(share: float) -> str:

@@ -13,11 +13,14 @@ from hydrofdi.records import Array, Channel
 _TAIL = 0.01
 """Share of samples below the low quantile, and above the high one."""
 
-_MARGIN, _OF_SPAN = 0.5, 0.1
-"""A range is widened by so many of its widths, and by this share of what the channel spans."""
+_MARGIN, _OF_SPAN = 0.25, 0.05
+"""Of many windows: widths that a range is widened by, and the share of what the channel spans."""
 
-_ACTIVITY = 2.0
+_ACTIVITY = 1.5
 """Activity may be so many times less or more."""
+
+_FEW = 30
+"""Margins of so many windows are twice as wide, because few windows show little of the range."""
 
 _PILE, _PILE_LEAST = 2.0, 0.02
 """A window is clipped where so many times the healthy share lies at an end, and this share more."""
@@ -85,12 +88,12 @@ def learned_range(channel: Channel, facts: ChannelFacts) -> ChannelRange:
     facts : ChannelFacts
         Of all of them.
     """
-    span = float(facts.high.max() - facts.low.min())
-    piled = float(facts.at_end.max())
+    span, wider = float(facts.high.max() - facts.low.min()), 1.0 + _FEW / facts.low.size
+    piled, factor = float(facts.at_end.max()), _ACTIVITY**wider
     return ChannelRange(
-        low=_widened(facts.low, span),
-        high=_widened(facts.high, span),
-        activity=(float(facts.activity.min()) / _ACTIVITY, float(facts.activity.max()) * _ACTIVITY),
+        low=_widened(facts.low, span, wider),
+        high=_widened(facts.high, span, wider),
+        activity=(float(facts.activity.min()) / factor, float(facts.activity.max()) * factor),
         at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * piled + _PILE_LEAST),
     )
 
@@ -101,7 +104,7 @@ def joined(facts: Sequence[ChannelFacts]) -> ChannelFacts:
     return ChannelFacts(*(np.concatenate([getattr(each, name) for each in facts]) for name in names))
 
 
-def _widened(values: Array, span: float) -> tuple[float, float]:
+def _widened(values: Array, span: float, wider: float) -> tuple[float, float]:
     low, high = float(values.min()), float(values.max())
-    margin = _MARGIN * (high - low) + _OF_SPAN * span
+    margin = wider * (_MARGIN * (high - low) + _OF_SPAN * span)
     return low - margin, high + margin

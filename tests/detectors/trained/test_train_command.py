@@ -75,7 +75,7 @@ def test_labelled_records_teach_where_their_label_is_healthy(hydrofdi, measured)
     )
     assert "12 records were left out because they are not healthy ones to train on." in told
     assert "each group met the limits of the others" in told
-    assert "That is 3.6e+02 false alarms an hour" in told
+    assert "That is 360 false alarms an hour" in told
 
 
 def test_records_that_repeat_the_samples_of_another_teach_once(hydrofdi, measured):

@@ -1,5 +1,6 @@
 """What the documentation says is run."""
 
+import json
 import os
 import re
 import shutil
@@ -54,6 +55,17 @@ def test_the_cluster_on_one_machine_runs(tmp_path):
     done = run_shell(f"set -m\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n{patient}", tmp_path)
     assert done.returncode == 0, done.stderr
     assert "4 computed" in done.stderr
+
+
+@pytest.mark.long
+def test_the_five_minutes_of_monitoring_find_the_leak(tmp_path):
+    (block,) = shell_blocks(ROOT / "docs" / "monitoring.md")
+    done = run_shell(block.replace("2kHz", "max"), tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith('{"line"')]
+    raised = [line["time"] for line in lines if line.get("event") == "alarm_raised"]
+    assert 40.0 < raised[-1] < 46.0
+    assert [line["condition"] for line in lines if line["line"] == "window"][-1] == "alarm"
 
 
 def test_every_command_has_help_and_stands_in_the_documentation():

@@ -54,7 +54,7 @@ def test_health_and_alarm_are_said_in_words_with_the_instant_of_the_change():
     text = text_of(watched())
     assert " ALARM  since 13.0 s" in text
     assert "24 windows judged, 12 alarms" in text
-    assert "13.0 s  the score is" in text
+    assert "13.0 s  ALARM: the score is" in text
 
 
 def test_alarms_and_windows_that_are_not_judged_have_marks_under_their_scores():

@@ -43,6 +43,9 @@ class MqttConfig(Section):
     """File that holds the password alone, readable by its owner only; else the environment variable
     HYDROFDI_MQTT_PASSWORD."""
 
+    windows: bool = False
+    """Whether ``--events`` sends windows to a topic beside events."""
+
     @model_validator(mode="after")
     def _has_both(self) -> Self:
         if (self.certificate is None) != (self.key is None):

@@ -52,7 +52,8 @@ def _sinks(
         yield WebhookSink(config.webhook)
     for text in events:
         if is_mqtt(text):
-            yield MqttSink(MqttAddress.parse(text), config.mqtt, file.unit)
+            address, with_windows = MqttAddress.parse(text), config.mqtt.windows
+            yield MqttSink(address, config.mqtt, file.unit, with_windows=with_windows)
         elif text.partition("://")[0].lower() in ("http", "https"):
             yield WebhookSink(config.webhook.model_copy(update={"url": text}))
         else:

@@ -7,10 +7,12 @@ from datetime import datetime
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import readable
-from hydrofdi.monitor.lines import Event, WindowLine
+from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 
 _FIRST_DATE = 1e9
 """Clocks of streams beyond it count from 1970 [s]; those below start when the machine does."""
+
+_PREFIXES = {EventKind.ALARM_RAISED: "ALARM: ", EventKind.ALARM_CLEARED: "alarm cleared: "}
 
 
 def instant_text(time: float) -> str:
@@ -104,4 +106,5 @@ def signed(value: float) -> str:
 
 def event_text(event: Event) -> str:
     """An event as a line."""
-    return event.text if event.time is None else f"{instant_text(event.time)}  {event.text}"
+    instant = "" if event.time is None else f"{instant_text(event.time)}  "
+    return f"{instant}{_PREFIXES.get(event.kind, '')}{event.text}"

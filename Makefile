@@ -13,7 +13,7 @@ PYTEST = $(BIN)/pytest --numprocesses 2 --dist loadscope
 CHECKED = $(INSTALL) --require-hashes --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help install table3 test test-long test-all check bench bench-runner torture constraints docs clean
+.PHONY: help install table3 test test-long test-all check bench bench-runner bench-monitor torture constraints docs clean
 
 help:  ## list the targets
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,6 +47,9 @@ bench: .venv/installed-bench  ## measure kernel, sweep and start-up (two minutes
 
 bench-runner: .venv/installed-test  ## measure sweeps of 100,000 runs and of stored signals (about four minutes; quiet machine)
 	$(BIN)/python benchmarks/runner.py
+
+bench-monitor: .venv/installed-test  ## measure the monitor: times real time, latency, memory (two minutes; on a quiet machine)
+	$(BIN)/python benchmarks/monitor.py
 
 torture: .venv/installed-test  ## kill sweeps at random moments and compare the bits (minutes)
 	PYTHONPATH=tests $(BIN)/python -m runner.torture

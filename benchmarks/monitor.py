@@ -2,7 +2,7 @@
 
     python benchmarks/monitor.py [INDICATOR ...]
 
-Four channels at 1 kHz, windows of 10 s side by side, one core. The monitor writes JSON lines, log and state.
+Five channels at 1 kHz, windows of 10 s side by side, one core. The monitor writes JSON lines, log and state.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ CHANNELS = (
     Channel.CHAMBER_1_PRESSURE,
     Channel.CHAMBER_2_PRESSURE,
     Channel.PISTON_POSITION,
+    Channel.SPOOL_POSITION,
     Channel.INPUT_VOLTAGE,
 )
 N_AT_ONCE = 65_536
@@ -58,9 +59,10 @@ def signals(n_sample: int, seed: int) -> dict[Channel, Array]:
     draw = np.random.default_rng(seed)
     drive = np.sign(np.sin(2.0 * np.pi * 0.5 * np.arange(n_sample) / FREQUENCY + 0.1))
     swing = np.convolve(drive, np.exp(-np.arange(200) / 40.0) / 40.0)[:n_sample]
-    noise = draw.standard_normal((4, n_sample))
+    noise = draw.standard_normal((3, n_sample))
     position = 0.3 + 0.05 * np.cumsum(swing) / FREQUENCY + 1e-5 * noise[2]
-    rows = (9e6 + 2e6 * swing + 2e4 * noise[0], 8e6 - 2e6 * swing + 2e4 * noise[1], position, 5.0 * drive)
+    pressures = 9e6 + 2e6 * swing + 2e4 * noise[0], 8e6 - 2e6 * swing + 2e4 * noise[1]
+    rows = (*pressures, position, 1e-4 * drive, 5.0 * drive)
     return dict(zip(CHANNELS, rows, strict=True))
 
 

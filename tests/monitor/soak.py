@@ -94,17 +94,18 @@ def soak(folder: Path, n_minute: int, n_kill: int, seed: int = 0, longest: float
     command = [*COMMAND, "monitor", detector, growing, "--state", folder / "state", "--log", folder / "log"]
     content = whole.read_bytes()
     bounds = sorted(chance.sample(range(len(content)), 2 * n_kill))
-    with open(growing, "ab", buffering=0) as file, open(folder / "out", "ab", buffering=0) as out:
+    errors = open(folder / "errors", "ab")  # noqa: SIM115 (closed below)
+    with errors, open(growing, "ab", buffering=0) as file, open(folder / "out", "ab", buffering=0) as out:
         for life, (first, stop) in enumerate(zip(bounds[::2], bounds[1::2], strict=True)):
             file.write(content[bounds[2 * life - 1] if life else 0 : first])
-            with subprocess.Popen(command, stdout=out, stderr=subprocess.DEVNULL) as process:
+            with subprocess.Popen(command, stdout=out, stderr=errors) as process:
                 if chance.random() < 0.9:
                     _wait_for_more(folder / "out", process)
                     _write_slowly(file, content[first:stop], chance.uniform(0.0, longest))
                 else:
                     time.sleep(chance.uniform(0.0, longest))
                     file.write(content[first:stop])
-                assert process.poll() is None, "it ended by itself"
+                assert process.poll() is None, (folder / "errors").read_text()
                 process.kill()
             out.write(b"\n")
         file.write(content[bounds[-1] :])

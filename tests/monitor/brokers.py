@@ -7,11 +7,15 @@ import shutil
 import socket
 import subprocess
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 PROGRAM = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/usr/local/sbin")
+
+SECRET = "hunter2-of-the-press"
+"""A password."""
 
 needs_mosquitto = pytest.mark.skipif(PROGRAM is None, reason="mosquitto is not installed")
 
@@ -73,3 +77,12 @@ def free_port() -> int:
 def answers(port: int) -> bool:
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def running(broker: Broker) -> Iterator[Broker]:
+    """The broker while it runs; it is ended whatever happens."""
+    try:
+        broker.start()
+        yield broker
+    finally:
+        broker.stop()

@@ -1,21 +1,32 @@
 """A broker for a test, and things that are closed behind it."""
 
+import shutil
+import subprocess
 from contextlib import ExitStack
 
 import pytest
 
-from tests.monitor.brokers import Broker
+from tests.monitor.brokers import SECRET, Broker, running
 
 
 @pytest.fixture
 def broker(tmp_path):
     """mosquitto, which listens."""
-    broker = Broker(tmp_path)
-    try:
-        broker.start()
-        yield broker
-    finally:
-        broker.stop()
+    yield from running(Broker(tmp_path))
+
+
+@pytest.fixture
+def guarded(tmp_path):
+    """A broker that asks for a password: user ``press`` may read nothing but ``press/#``."""
+    file, rules = tmp_path / "passwords", tmp_path / "rules"
+    program = shutil.which("mosquitto_passwd")
+    if program is None:
+        pytest.skip("mosquitto_passwd is not installed")
+    subprocess.run([program, "-b", "-c", file, "press", SECRET], check=True, capture_output=True)
+    rules.write_text("user press\ntopic readwrite press/#\n")
+    for each in (file, rules):
+        each.chmod(0o644)
+    yield from running(Broker(tmp_path, f"password_file {file}", f"acl_file {rules}", anonymous=False))
 
 
 @pytest.fixture

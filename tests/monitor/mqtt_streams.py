@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
 import time
+from contextlib import contextmanager
 
 import numpy as np
 from paho.mqtt.client import Client
@@ -67,6 +69,16 @@ def wait_for(condition, timeout=30.0):
     while not condition():
         assert time.monotonic() < end, "nothing happened"
         time.sleep(0.01)
+
+
+@contextmanager
+def killed(command, **options):
+    """A process that is killed at the end."""
+    with subprocess.Popen(command, **options) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def until(source, condition, *, confirms=True, timeout=30.0):

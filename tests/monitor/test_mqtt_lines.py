@@ -1,7 +1,6 @@
 """Lines and samples that are sent over MQTT: at least once, and without holding anybody up."""
 
 import json
-import subprocess
 import sys
 from dataclasses import replace
 
@@ -14,7 +13,7 @@ from hydrofdi.monitor.mqtt.publisher import AHEAD, payload_of
 from hydrofdi.monitor.sinks.mqtt import MqttSink
 from hydrofdi.monitor.sources.payload import PayloadReader
 from tests.monitor.brokers import Broker, needs_mosquitto
-from tests.monitor.mqtt_streams import P1, SOON, blocks_of, client_at, publisher_at, sent, wait_for
+from tests.monitor.mqtt_streams import P1, SOON, blocks_of, client_at, killed, publisher_at, sent, wait_for
 
 pytestmark = needs_mosquitto
 
@@ -124,10 +123,9 @@ time.sleep(60)
 
 def test_the_broker_says_when_a_monitor_is_killed(broker, closing):
     status = f"{TOPIC}/status"
-    with subprocess.Popen([sys.executable, "-c", SENDER, broker.address(TOPIC)]) as sender:
+    with killed([sys.executable, "-c", SENDER, broker.address(TOPIC)]):
         listener = closing(Listener(broker))
         wait_for(lambda: listener.payloads(status) == [b"online"])
-        sender.kill()
     wait_for(lambda: listener.payloads(status) == [b"online", b"offline"])
     late = closing(Listener(broker))
     wait_for(lambda: late.payloads(status) == [b"offline"])

@@ -2,8 +2,8 @@
 
 import json
 import random
-import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
 
@@ -14,7 +14,7 @@ from hydrofdi.monitor.sinks.log import WindowLog
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
 from tests.monitor.brokers import needs_mosquitto
-from tests.monitor.mqtt_streams import connected, publisher_at, source_at, wait_for
+from tests.monitor.mqtt_streams import connected, killed, publisher_at, source_at, wait_for
 from tests.monitor.streams import N_SAMPLE, Samples, made_detector, part, stream
 
 pytestmark = needs_mosquitto
@@ -57,6 +57,17 @@ def run(folder, source, sinks=(), stop=lambda: False):
 def logged(folder):
     records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
     return [each for each in records if each.get("event") not in CONCERNS_CONNECTIONS]
+
+
+def is_complete(folder):
+    """Asks whether all windows are there; not for ever."""
+    end = time.monotonic() + 60.0
+
+    def ask():
+        assert time.monotonic() < end, f"{n_logged(folder)} windows"
+        return n_logged(folder) == N_WINDOW
+
+    return ask
 
 
 def n_logged(folder):
@@ -105,7 +116,7 @@ def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturb
         for life in count():
             try:
                 sinks = [KilledAt(draw.randint(1, 7))] if life < 12 else []
-                run(tmp_path, source_of(subscribed), sinks, lambda: n_logged(tmp_path) == N_WINDOW)
+                run(tmp_path, source_of(subscribed), sinks, is_complete(tmp_path))
                 break
             except Killed:
                 continue
@@ -123,7 +134,7 @@ def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, 
 
     with ThreadPoolExecutor(2) as pool:
         others = pool.submit(send, subscribed, BLOCKS), pool.submit(restart)
-        run(tmp_path, source_of(subscribed), stop=lambda: n_logged(tmp_path) == N_WINDOW)
+        run(tmp_path, source_of(subscribed), stop=is_complete(tmp_path))
         for other in others:
             other.result()
     assert logged(tmp_path) == undisturbed
@@ -144,9 +155,8 @@ def test_sigkill_and_broken_brokers_change_no_window(subscribed, undisturbed, tm
         sending = pool.submit(send, subscribed, BLOCKS)
         for number in (3, 9, 15, 22, 31, N_WINDOW):
             command = [sys.executable, "-c", LIFE, subscribed.address(), str(tmp_path)]
-            with subprocess.Popen(command) as life:
+            with killed(command):
                 wait_for(lambda number=number: n_logged(tmp_path) >= number, timeout=120.0)
-                life.kill()
             if number in (9, 22):
                 subscribed.stop()
                 subscribed.start()

@@ -11,25 +11,9 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
 from hydrofdi.monitor.mqtt.security import credentials_of
-from tests.monitor.brokers import Broker, needs_mosquitto
+from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.certificates import Authority
 from tests.monitor.mqtt_streams import connected, events, source_at, until
-
-SECRET = "hunter2-of-the-press"
-
-
-@pytest.fixture
-def guarded(tmp_path):
-    """A broker that asks for a password: user ``press`` may read nothing but ``press/#``."""
-    file, rules = tmp_path / "passwords", tmp_path / "rules"
-    program = shutil.which("mosquitto_passwd")
-    if program is None:
-        pytest.skip("mosquitto_passwd is not installed")
-    subprocess.run([program, "-b", "-c", file, "press", SECRET], check=True, capture_output=True)
-    rules.write_text("user press\ntopic readwrite press/#\n")
-    for each in (file, rules):
-        each.chmod(0o644)
-    yield from running(Broker(tmp_path, f"password_file {file}", f"acl_file {rules}", anonymous=False))
 
 
 @pytest.fixture
@@ -44,14 +28,6 @@ def encrypted(tmp_path, authority):
     yield from running(
         Broker(tmp_path, f"cafile {authority.file}", f"certfile {certificate}", f"keyfile {key}")
     )
-
-
-def running(broker):
-    try:
-        broker.start()
-        yield broker
-    finally:
-        broker.stop()
 
 
 def password_file(folder, text=SECRET + "\n", mode=0o600):

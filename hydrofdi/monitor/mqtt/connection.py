@@ -142,6 +142,11 @@ class MqttConnection:
         client.on_message = lambda client, _, message: self._user.received(client, message)
         return client
 
+    def _broken(self) -> str:
+        name = self._session.client_id
+        asked = f"; perhaps another client has the client id {name!r}" if name else ""
+        return f"the connection broke{asked}"
+
     def _on_connect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
         if code.is_failure:
             self._reason = reason_of_code(code.getName())
@@ -168,5 +173,5 @@ class MqttConnection:
 
     def _on_disconnect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
         by_broker = reason_of_code(code.getName()) if flags.is_disconnect_packet_from_server else ""
-        self._reason = self._reason or by_broker or "the connection broke"
+        self._reason = self._reason or by_broker or self._broken()
         self._is_over.set()

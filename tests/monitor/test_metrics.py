@@ -9,6 +9,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 import hydrofdi
 from hydrofdi.detectors.trained import Verdict
+from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import ChartReading, Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.sinks.metrics import MetricsSink
@@ -18,7 +19,9 @@ from tests.detectors.trained.made import detector
 
 @pytest.fixture
 def sink(closing):
-    return closing(MetricsSink("127.0.0.1:0", detector(limits=(None, 5.0))))
+    chart = ChartLimit(limit=8.0, mean_time=None, interval=(1.0, None), hours=1.0)
+    file = detector(limits=(None, 5.0)).model_copy(update={"chart": chart})
+    return closing(MetricsSink("127.0.0.1:0", file))
 
 
 def served(sink):
@@ -45,6 +48,7 @@ def test_windows_are_counted_by_what_is_said_of_them(sink):
     assert values["hydrofdi_score",] == 2.0
     assert values["hydrofdi_margin",] == 3.0
     assert values["hydrofdi_chart_statistic",] == 1.5
+    assert values["hydrofdi_chart_limit",] == 8.0
     assert values["hydrofdi_threshold", "high"] == 5.0
     assert ("hydrofdi_threshold", "low") not in values
 

@@ -47,6 +47,7 @@ def identity(folder, name, form=Encoding.PEM):
     made = Identity(folder / f"{name}.crt", folder / f"{name}.key")
     made.certificate.write_bytes(signed.public_bytes(form))
     made.key.write_bytes(key.private_bytes(form, PrivateFormat.PKCS8, NoEncryption()))
+    made.key.chmod(0o600)
     return made
 
 
@@ -111,7 +112,14 @@ def test_samples_come_encrypted_from_the_server_that_is_meant(server, config):
             server.write(name, [1.0, 2.0], [0.0, 0.01])
         reader.samples(2)
     assert reader.channel(P1).tolist() == [1e5, 2e5]
-    assert "not encrypted" not in reader.said(EventKind.CONNECTED)[0]
+    assert not [text for text in reader.said(EventKind.INSECURE) if "not encrypted" in text]
+
+
+def test_a_password_that_others_can_read_is_said_so(server, config, tmp_path):
+    (tmp_path / "password").chmod(0o644)
+    with opened(server.url, config()) as source:
+        (said,) = Reader(source).has(EventKind.INSECURE).said(EventKind.INSECURE)
+    assert "chmod 600" in said
 
 
 def test_another_server_certificate_than_the_given_one_is_refused(server, config):

@@ -117,7 +117,7 @@ def test_an_absent_server_is_waited_for_and_said_once(server):
         reader.has(EventKind.CONNECTED)
     (said,) = reader.said(EventKind.DISCONNECTED)
     assert "connection refused" in said
-    assert "not encrypted" in reader.said(EventKind.CONNECTED)[0]
+    assert "not encrypted" in reader.said(EventKind.INSECURE)[0]
 
 
 def test_an_unknown_node_is_named(server):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, Self
 from urllib.parse import urlsplit
@@ -107,6 +109,15 @@ def credentials(config: OpcUaConfig) -> tuple[str, str] | None:
     if config.security == "none":
         raise ConfigError("opcua.security: none would send the password unencrypted; choose a policy")
     return username, password
+
+
+def doubts(url: str, config: OpcUaConfig) -> Iterator[str]:
+    """What is less safe than it could be, as sentences."""
+    if config.security == "none":
+        yield f"the connection to {url} is not encrypted, and the server is not checked; see 'opcua.security'"
+    for path in (config.password_file, config.key):
+        if path is not None and path.stat().st_mode & stat.S_IROTH:
+            yield f"{path}: every user of this machine can read it; use 'chmod 600'"
 
 
 def _password_in(path: Path | None) -> str:

@@ -141,8 +141,6 @@ class ServerFollower:
         self._said.clear()
         n_node = len(self._nodes)
         text = f"connected to {self._server.url}, {n_node} node{'' if n_node == 1 else 's'}"
-        if self._server.config.security == "none":
-            text += "; the connection is not encrypted"
         if sampling_interval > 1.01 * self._period and sampling_interval != publishing_interval:
             text += f"; the server says that it samples every {1000 * sampling_interval:g} ms at best,"
             text += f" the detector needs {1000 * self._period:g} ms"

@@ -41,8 +41,7 @@ class Measures:
         )
         self._score = self._gauge("score", f"Score of the last window that has one, in {file.unit}")
         self._margin = self._gauge("margin", "Distance of this score to its limit, in healthy spreads")
-        self._statistic = self._gauge("chart_statistic", "Statistic of the control chart, in healthy spreads")
-        for unknown in (self._score, self._margin, self._statistic):
+        for unknown in (self._score, self._margin):
             unknown.set(math.nan)
         self._window = self._gauge(
             "last_window_timestamp_seconds",
@@ -77,9 +76,13 @@ class Measures:
         for side, limit in (("low", file.limits.low), ("high", file.limits.high)):
             if limit is not None:
                 threshold.labels(side).set(limit)
+        self._statistic: Gauge | None = None
         if file.chart is not None:
             height = self._gauge("chart_limit", "Limit of the control chart, in healthy spreads")
             height.set(file.chart.limit)
+            text = "Statistic of the control chart, in healthy spreads"
+            self._statistic = self._gauge("chart_statistic", text)
+            self._statistic.set(math.nan)
 
     def _count_samples(self, chunk: Chunk) -> None:
         self._samples.inc(chunk.n_time)
@@ -103,7 +106,7 @@ class Measures:
         if verdict.score is not None:
             self._score.set(verdict.score)
             self._margin.set(math.nan if verdict.margin is None else verdict.margin)
-        if line.chart is not None and line.chart.statistic is not None:
+        if self._statistic and line.chart is not None and line.chart.statistic is not None:
             self._statistic.set(line.chart.statistic)
 
     def _count_event(self, line: Event) -> None:

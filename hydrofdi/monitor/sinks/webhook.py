@@ -12,7 +12,7 @@ from threading import Condition, Thread
 from hydrofdi.monitor.line_record import line_record
 from hydrofdi.monitor.lines import Event, EventKind, Line
 from hydrofdi.monitor.sinks.posting import NotReachedError, NotTakenError, Poster
-from hydrofdi.monitor.sinks.webhook_config import WebhookConfig, shown_url
+from hydrofdi.monitor.sinks.webhook_config import WebhookConfig, doubts, shown_url
 from hydrofdi.records.streams import Chunk
 
 CAPACITY = 1_000
@@ -43,7 +43,7 @@ class WebhookSink:
         self._config, self._capacity, self._first_wait = config, capacity, first_wait
         self._poster, self._place = Poster(config), shown_url(config.url)
         self._waiting: deque[tuple[str, bytes]] = deque()
-        self._said: list[Event] = []
+        self._said = [Event(EventKind.INSECURE, doubt) for doubt in doubts(config)]
         self._is_full = self._is_closing = False
         self._changed = Condition()
         self._thread = Thread(target=self._run, name="webhook", daemon=True)

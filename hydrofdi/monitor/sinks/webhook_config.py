@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 from urllib.parse import urlsplit
@@ -81,6 +83,13 @@ def bearer_token(config: WebhookConfig) -> str:
     if not token.isascii() or not token.isprintable():
         raise ConfigError("webhook: the secret has letters that a header cannot hold")
     return token
+
+
+def doubts(config: WebhookConfig) -> Iterator[str]:
+    """What is less safe than it could be, as sentences."""
+    path = config.token_file
+    if path is not None and path.stat().st_mode & stat.S_IROTH:
+        yield f"{path}: every user of this machine can read it; use 'chmod 600'"
 
 
 def _token_in(path: Path) -> str:

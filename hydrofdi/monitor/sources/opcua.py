@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig, credentials, server_url
+from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.opcua.configuration import OpcUaConfig, credentials, doubts, server_url
 from hydrofdi.monitor.sources.columns import Column
 from hydrofdi.monitor.sources.contract import Position, Reading
 from hydrofdi.monitor.sources.sample_queue import SampleQueue
@@ -53,7 +54,7 @@ class OpcUaSource:
         *,
         first_wait: float = 1.0,
     ) -> None:
-        self._name = server_url(url)
+        self._name, self._config = server_url(url), config
         if not channels:
             raise ConfigError("an OPC UA server needs 'channels': which node is which channel")
         self._columns = [_column(*item, position) for position, item in enumerate(channels.items())]
@@ -83,6 +84,8 @@ class OpcUaSource:
 
     def open(self, position: Position) -> None:
         """Begin to connect; a server that does not answer is waited for."""
+        for doubt in doubts(self._name, self._config):
+            self._queue.say(Event(EventKind.INSECURE, doubt))
         self._thread.start()
 
     def read(self, timeout: float) -> Reading:

@@ -38,10 +38,11 @@ class Follower:
     def read(self):
         """Read until nothing comes."""
         while True:
+            before = self.source.position
             reading = self.source.read(0.0)
             self.times += reading.chunk.time.tolist() if reading.chunk else []
             self.events += reading.events
-            if reading.is_over or not (reading.chunk or reading.events):
+            if reading.is_over or self.source.position == before:
                 return reading
 
     @property

@@ -101,7 +101,7 @@ def test_malformed_json_lines_are_counted():
 
 
 def test_a_blank_line_is_no_sample_of_a_single_column():
-    chunk, _ = read_in_pieces(reader(sampling_frequency=1), b"P1 [Pa]\n1\n\n \r\n2\n")
+    chunk, _ = read_in_pieces(reader(sampling_frequency=1), b"P1\nPa\n1\n\n \r\n2\n")
     assert samples(chunk) == {"time": [0.0, 1.0], "P1": [1.0, 2.0]}
 
 

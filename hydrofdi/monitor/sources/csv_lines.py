@@ -120,7 +120,7 @@ class CsvLines:
         """A line that is no row, or the first after a header."""
         text = line.strip("\r ")
         comment = self._config.comment
-        if not text.strip() or (comment and text.startswith(comment)) or text in self.header:
+        if not text.strip() or (comment and text.startswith(comment)):
             return []
         try:
             if not self._titles:

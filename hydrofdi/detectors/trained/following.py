@@ -2,171 +2,33 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hydrofdi.detectors.features import Feature
+from hydrofdi.detectors.trained.estimating import Estimator
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.judging import verdict_of
 from hydrofdi.detectors.trained.measuring import feature_of
+from hydrofdi.detectors.trained.novelty import findings
 from hydrofdi.detectors.trained.verdict import Verdict
-from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.recursive import RecursiveIndicator, instants
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.records.streams import Piece, State, WindowFault
+from hydrofdi.records.streams.faults import fault_of
 
-_INDICATOR = "indicator."
+_HELD = "held"
 
-_LOST, _LOST_AT_FIRST = 10, 600.0
-"""An indicator that had a score begins anew after so many estimates without one, and after its transient;
-one that had none since it began, after this time [s], because its first window may be long."""
+_LOOK = 1.0
+"""Samples before an estimate are checked for at least so long [s]."""
 
-
-@dataclass(frozen=True)
-class Estimate:
-    """What a recursive indicator gave at an instant.
-
-    Attributes
-    ----------
-    time : float
-        On the clock of the stream [s].
-    score : float
-        In the unit of the output; NaN where there is a fault.
-    fault : WindowFault or None
-        Why the indicator began anew.
-    """
-
-    time: float
-    score: float
-    fault: WindowFault | None = None
-
-
-class Estimator:
-    """Estimates along a stream. They are the same, to the bit, whatever the pieces.
-
-    The indicator begins anew behind a gap, behind missing samples, and where it has lost its score for good;
-    it is then silent for its transient.
-
-    Parameters
-    ----------
-    feature : Feature
-        The score of a recursive indicator.
-    channels : collection of Channel
-        What the indicator is shown.
-    sampling_frequency : float
-        [Hz]
-
-    Raises
-    ------
-    ConfigError
-        The indicator is not recursive, or the output is not the one that it follows.
-    """
-
-    def __init__(self, feature: Feature, channels: Collection[Channel], sampling_frequency: float) -> None:
-        indicator = feature.indicator
-        if not isinstance(indicator, RecursiveIndicator):
-            raise ConfigError(f"{indicator.name} does not follow a stream; judge it by windows")
-        followed = indicator.estimates[0].name
-        if feature.described.name != followed:
-            raise ConfigError(f"of {indicator.name}, {followed} alone is followed along a stream")
-        self.indicator: RecursiveIndicator[Any] = indicator
-        self._score, self._channels, self._frequency = followed, tuple(channels), sampling_frequency
-
-    def start(self) -> State:
-        """The state before the first sample: arrays alone."""
-        none = np.empty((1, 0))
-        begun = self.indicator.start(self._records(0, dict.fromkeys(self._channels, none)))
-        return {
-            "n_seen": np.array([0]),
-            "n_lost": np.array([0]),
-            "had_score": np.array([False]),
-            "is_missing": np.array([False]),
-            **{_INDICATOR + name: array for name, array in begun.items()},
-        }
-
-    def step(self, state: State, piece: Piece) -> tuple[State, list[Estimate]]:
-        """The state behind a piece, and the estimates that came with it; the old state stays as it was."""
-        state = self.start() if piece.begins_anew else state
-        missing = np.vstack([~np.isfinite(piece.channels[channel]) for channel in self._channels])
-        found: list[Estimate] = []
-        for first, stop, is_missing in _runs(np.any(missing, axis=0)):
-            if is_missing:
-                if not state["is_missing"][0]:
-                    found.append(self._missing(piece, first, missing))
-                state = {**self.start(), "is_missing": np.array([True])}
-                continue
-            while first < stop:
-                state, first, estimates = self._advance(state, piece, first, stop)
-                found += estimates
-        return state, found
-
-    def _missing(self, piece: Piece, place: int, missing: NDArray[np.bool_]) -> Estimate:
-        lost = [channel for channel, row in zip(self._channels, missing, strict=True) if row[place]]
-        text = f"no sample of {' and '.join(lost)}; {self._anew}"
-        return Estimate(float(piece.time[place]), np.nan, WindowFault("missing", text))
-
-    def _advance(
-        self, state: State, piece: Piece, first: int, stop: int
-    ) -> tuple[State, int, list[Estimate]]:
-        """Up to `stop`, or to the sample at which it begins anew."""
-        n_before, indicator = int(state["n_seen"][0]), self.indicator
-        n_lost, had_score = int(state["n_lost"][0]), bool(state["had_score"][0])
-        samples = {
-            channel: np.ascontiguousarray(piece.channels[channel][None, first:stop], dtype=float)
-            for channel in self._channels
-        }
-        followed, trace = indicator.step(_indicator_state(state), self._records(n_before, samples))
-        due = instants(n_before, stop - first, indicator.samples_per_estimate(self._frequency))
-        is_settled = (n_before + due) / self._frequency >= indicator.options.transient - 1e-9
-        found: list[Estimate] = []
-        for place, score in zip(due[is_settled], trace.values[self._score][0, is_settled], strict=True):
-            time, has_score = float(piece.time[first + place]), bool(np.isfinite(score))
-            n_lost, had_score = 0 if has_score else n_lost + 1, had_score or has_score
-            found.append(Estimate(time, float(score), None if has_score else self._without_score(n_lost)))
-            if n_lost == self._patience(had_score):
-                found[-1] = Estimate(time, np.nan, self._given_up(n_lost))
-                return self.start(), first + int(place) + 1, found
-        after: dict[str, NDArray[Any]] = {
-            "n_seen": np.array([n_before + stop - first]),
-            "n_lost": np.array([n_lost]),
-            "had_score": np.array([had_score]),
-            "is_missing": np.array([False]),
-            **{_INDICATOR + name: np.asarray(array) for name, array in followed.items()},
-        }
-        return after, stop, found
-
-    def _patience(self, had_score: bool) -> int:
-        """Estimates in a row without a score, after which the indicator begins anew."""
-        time = self.indicator.options.transient if had_score else _LOST_AT_FIRST
-        return max(_LOST, math.ceil(time / self._interval))
-
-    @property
-    def _interval(self) -> float:
-        return self.indicator.samples_per_estimate(self._frequency) / self._frequency
-
-    def _without_score(self, n_lost: int) -> WindowFault:
-        lasts = f"for {n_lost * self._interval:.4g} s"
-        return WindowFault("no_number", f"{self.indicator.name} has had no {self._score} {lasts}")
-
-    def _given_up(self, n_lost: int) -> WindowFault:
-        return WindowFault("no_number", f"{self._without_score(n_lost).text}; {self._anew}")
-
-    @property
-    def _anew(self) -> str:
-        return f"it begins anew and is silent for {self.indicator.options.transient:g} s"
-
-    def _records(self, n_before: int, samples: Mapping[Channel, Array]) -> RecordBatch:
-        return RecordBatch(samples, self._frequency, ("stream",), start_time=n_before / self._frequency)
+_AT_ONCE = 64
+"""Estimates that are judged at a time."""
 
 
 class Follower:
-    """Judges the estimates of a stream by a trained detector.
+    """Judges the estimates of a stream by a trained detector, if the samples before each of them are sound.
 
     Parameters
     ----------
@@ -182,25 +44,49 @@ class Follower:
     def __init__(self, file: DetectorFile) -> None:
         self.file = file
         self._estimator = Estimator(feature_of(file.config), file.channels, file.sampling_frequency)
+        self._n_look = samples_looked_at(self._estimator.indicator, file.sampling_frequency)
 
     def start(self) -> State:
         """The state before the first sample: arrays alone."""
-        return self._estimator.start()
+        return {_HELD: np.empty((1 + len(self.file.channels), 0)), **self._estimator.start()}
 
     def step(self, state: State, piece: Piece) -> tuple[State, Array, list[Verdict]]:
         """The state behind a piece; the instants [s] of what came with it, and a verdict for each."""
         after, found = self._estimator.step(state, piece)
-        verdicts = [verdict_of(self.file, each.score, each.fault) for each in found]
-        return after, np.array([each.time for each in found]), verdicts
+        new = np.stack([piece.time, *(piece.channels[channel] for channel in self.file.channels)])
+        rows = new if piece.begins_anew else np.concatenate([state[_HELD], new], axis=1)
+        n_held = rows.shape[1] - new.shape[1]
+        verdicts: list[Verdict] = []
+        for first in range(0, len(found), _AT_ONCE):
+            some = found[first : first + _AT_ONCE]
+            faults = self._faults(rows, [n_held + each.place + 1 for each in some])
+            verdicts += [
+                verdict_of(self.file, each.score, each.fault or fault)
+                for each, fault in zip(some, faults, strict=True)
+            ]
+        times = np.array([each.time for each in found])
+        return {**after, _HELD: rows[:, -self._n_look :].copy()}, times, verdicts
+
+    def _faults(self, rows: Array, stops: Sequence[int]) -> list[WindowFault | None]:
+        """What is wrong with the samples up to each of some places; nothing where they are few yet."""
+        channels, frequency = self.file.channels, self.file.sampling_frequency
+        looks = [rows[:, max(0, stop - self._n_look) : stop] for stop in stops]
+        faults: list[WindowFault | None] = [None] * len(looks)
+        whole = [place for place, look in enumerate(looks) if look.shape[1] == self._n_look]
+        for place in whole:
+            time, samples = looks[place][0], looks[place][1:]
+            faults[place] = fault_of(time, samples, channels, self._n_look, frequency)
+        sound = [place for place in whole if faults[place] is None]
+        if sound:
+            samples = np.stack([looks[place][1:] for place in sound], axis=1)
+            names = tuple(map(str, sound))
+            records = RecordBatch(dict(zip(channels, samples, strict=True)), frequency, names)
+            for place, fault in zip(sound, findings(records, self.file.ranges), strict=True):
+                faults[place] = fault
+        return faults
 
 
-def _indicator_state(state: State) -> dict[str, NDArray[Any]]:
-    return {key.removeprefix(_INDICATOR): array for key, array in state.items() if key.startswith(_INDICATOR)}
-
-
-def _runs(is_missing: NDArray[np.bool_]) -> Iterator[tuple[int, int, bool]]:
-    """First, stop and kind of runs of samples that are alike."""
-    bounds = [0, *(np.flatnonzero(np.diff(is_missing)) + 1).tolist(), is_missing.size]
-    for first, stop in pairwise(bounds):
-        if stop > first:
-            yield first, stop, bool(is_missing[first])
+def samples_looked_at(indicator: RecursiveIndicator[Any], sampling_frequency: float) -> int:
+    """Samples before an estimate that are checked: of a transient, or of a second where that is longer."""
+    seconds: float = max(indicator.options.transient, _LOOK)
+    return max(2, round(seconds * sampling_frequency))

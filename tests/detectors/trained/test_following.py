@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained import Follower
-from hydrofdi.detectors.trained.following import Estimator
+from hydrofdi.detectors.trained.estimating import Estimator
 from hydrofdi.detectors.trained.measuring import feature_of, records_of
+from hydrofdi.detectors.trained.ranges import channel_facts, learned_range
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
@@ -147,3 +148,54 @@ def test_its_state_is_arrays_and_stays_as_it_was():
 def test_windows_are_not_followed():
     with pytest.raises(ConfigError, match="dwt does not follow a stream"):
         Follower(detector("dwt", direction="both", window={"by": "estimate"}))
+
+
+def healthy_ranges(channels):
+    """What ten seconds of such a stream teach, looked at second by second."""
+    rows = signals(3, 10 * N_SAMPLE)
+    return {each: learned_range(each, channel_facts(rows[each].reshape(10, -1))) for each in channels}
+
+
+def long_piece(change):
+    """Six seconds; `change` gets the samples of the last three."""
+    rows = {channel: samples.copy() for channel, samples in signals(3, 6 * N_SAMPLE).items()}
+    time = np.arange(6 * N_SAMPLE) / FREQUENCY
+    change(time[3000:], {channel: samples[3000:] for channel, samples in rows.items()})
+    return Piece(time, rows, True)
+
+
+def stuck(_, rows):
+    rows[Channel.CHAMBER_1_PRESSURE][:] = rows[Channel.CHAMBER_1_PRESSURE][0]
+
+
+def clipped(_, rows):
+    np.minimum(rows[Channel.CHAMBER_1_PRESSURE], 9.5e6, out=rows[Channel.CHAMBER_1_PRESSURE])
+
+
+def novel(_, rows):
+    rows[Channel.CHAMBER_1_PRESSURE][:] += 20e6
+
+
+def slower(time, _):
+    time[:] = time[0] + 1.1 * (time - time[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"), [(stuck, "stuck"), (clipped, "clipped"), (novel, "novel"), (slower, "other_rate")]
+)
+def test_estimates_of_unsound_samples_are_not_judged(change, kind):
+    file = follower_of("sliding", **SLIDING).file
+    follower = Follower(file.model_copy(update={"ranges": healthy_ranges(file.channels)}))
+    whole = long_piece(change)
+    instants, verdicts = followed(follower, whole)
+    before = [verdict.fault for time, verdict in zip(instants, verdicts, strict=True) if time < 3.0]
+    after = [verdict for time, verdict in zip(instants, verdicts, strict=True) if time > 4.1]
+    assert len(before) > 50
+    assert not any(before)
+    assert {verdict.fault.kind for verdict in after} == {kind}
+    assert all(verdict.alarm is None for verdict in verdicts if verdict.fault)
+    parts = [
+        Piece(whole.time[first:stop], {c: v[first:stop] for c, v in whole.channels.items()}, first == 0)
+        for first, stop in pairwise([0, 1, 999, 3001, 3500, 3501, 6000])
+    ]
+    assert followed(follower, *parts) == (instants, verdicts)

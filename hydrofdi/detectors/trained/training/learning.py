@@ -10,7 +10,8 @@ import numpy as np
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.following import Estimate, Estimator
+from hydrofdi.detectors.trained.estimating import Estimate, Estimator
+from hydrofdi.detectors.trained.following import samples_looked_at
 from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records, without_scale
 from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts, joined, learned_range
 from hydrofdi.detectors.trained.training.cutting import drive_of, pieces_along, windower_of, windows_along
@@ -20,6 +21,7 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Window, Windower
+from hydrofdi.records.streams.sliding import TimeWindower
 
 _MOST_SAMPLES = 2**21
 """Samples of a channel that are measured at a time."""
@@ -146,6 +148,8 @@ class _EstimateScorer:
         self.not_judged: Counter[str] = Counter()
         self.reason = ""
         self._interval = 0.0
+        n_look = samples_looked_at(estimator.indicator, estimator.sampling_frequency)
+        self._looks = TimeWindower(n_look, n_look, tuple(channels), estimator.sampling_frequency)
 
     def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
         """A line for each record."""
@@ -156,7 +160,14 @@ class _EstimateScorer:
             for piece in pieces_along(batch, row, self.channels):
                 state, found = self.estimator.step(state, piece)
                 self._take(line, found)
+            for window in windows_along(batch, row, self._looks):
+                if window.fault is None:
+                    self._look_at(window)
             yield line
+
+    def _look_at(self, window: Window) -> None:
+        for channel in self.channels:
+            self.facts.setdefault(channel, []).append(channel_facts(window.channels[channel][None]))
 
     def _take(self, line: ScoreLine, found: Sequence[Estimate]) -> None:
         for each in found:

@@ -1,0 +1,178 @@
+"""A stream → estimates of a recursive indicator, which begins anew where it has to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.detectors.features import Feature
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators.recursive import RecursiveIndicator, instants
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.streams import Piece, State, WindowFault
+
+_INDICATOR = "indicator."
+
+_LOST, _LOST_AT_FIRST = 10, 600.0
+"""An indicator that had a score begins anew after so many estimates without one, and after its transient;
+one that had none since it began, after this time [s], because its first window may be long."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a recursive indicator gave at an instant.
+
+    Attributes
+    ----------
+    place : int
+        Of its last sample in the piece.
+    time : float
+        On the clock of the stream [s].
+    score : float
+        In the unit of the output; NaN where there is a fault.
+    fault : WindowFault or None
+        Why the indicator began anew.
+    """
+
+    place: int
+    time: float
+    score: float
+    fault: WindowFault | None = None
+
+
+class Estimator:
+    """Estimates along a stream. They are the same, to the bit, whatever the pieces.
+
+    The indicator begins anew behind a gap, behind missing samples, and where it has lost its score for good;
+    it is then silent for its transient.
+
+    Parameters
+    ----------
+    feature : Feature
+        The score of a recursive indicator.
+    channels : collection of Channel
+        What the indicator is shown.
+    sampling_frequency : float
+        [Hz]
+
+    Raises
+    ------
+    ConfigError
+        The indicator is not recursive, or the output is not the one that it follows.
+    """
+
+    def __init__(self, feature: Feature, channels: Collection[Channel], sampling_frequency: float) -> None:
+        indicator = feature.indicator
+        if not isinstance(indicator, RecursiveIndicator):
+            raise ConfigError(f"{indicator.name} does not follow a stream; judge it by windows")
+        followed = indicator.estimates[0].name
+        if feature.described.name != followed:
+            raise ConfigError(f"of {indicator.name}, {followed} alone is followed along a stream")
+        self.indicator: RecursiveIndicator[Any] = indicator
+        self._score, self._channels, self.sampling_frequency = followed, tuple(channels), sampling_frequency
+
+    def start(self) -> State:
+        """The state before the first sample: arrays alone."""
+        none = np.empty((1, 0))
+        begun = self.indicator.start(self._records(0, dict.fromkeys(self._channels, none)))
+        return {
+            "n_seen": np.array([0]),
+            "n_lost": np.array([0]),
+            "had_score": np.array([False]),
+            "is_missing": np.array([False]),
+            **{_INDICATOR + name: array for name, array in begun.items()},
+        }
+
+    def step(self, state: State, piece: Piece) -> tuple[State, list[Estimate]]:
+        """The state behind a piece, and the estimates that came with it; the old state stays as it was."""
+        state = self.start() if piece.begins_anew else state
+        missing = np.vstack([~np.isfinite(piece.channels[channel]) for channel in self._channels])
+        found: list[Estimate] = []
+        for first, stop, is_missing in _runs(np.any(missing, axis=0)):
+            if is_missing:
+                if not state["is_missing"][0]:
+                    found.append(self._missing(piece, first, missing))
+                state = {**self.start(), "is_missing": np.array([True])}
+                continue
+            while first < stop:
+                state, first, estimates = self._advance(state, piece, first, stop)
+                found += estimates
+        return state, found
+
+    def _missing(self, piece: Piece, place: int, missing: NDArray[np.bool_]) -> Estimate:
+        lost = [channel for channel, row in zip(self._channels, missing, strict=True) if row[place]]
+        text = f"no sample of {' and '.join(lost)}; {self._anew}"
+        return Estimate(place, float(piece.time[place]), np.nan, WindowFault("missing", text))
+
+    def _advance(
+        self, state: State, piece: Piece, first: int, stop: int
+    ) -> tuple[State, int, list[Estimate]]:
+        """Up to `stop`, or to the sample at which it begins anew."""
+        n_before, indicator = int(state["n_seen"][0]), self.indicator
+        n_lost, had_score = int(state["n_lost"][0]), bool(state["had_score"][0])
+        samples = {
+            channel: np.ascontiguousarray(piece.channels[channel][None, first:stop], dtype=float)
+            for channel in self._channels
+        }
+        followed, trace = indicator.step(_indicator_state(state), self._records(n_before, samples))
+        due = instants(n_before, stop - first, indicator.samples_per_estimate(self.sampling_frequency))
+        is_settled = (n_before + due) / self.sampling_frequency >= indicator.options.transient - 1e-9
+        found: list[Estimate] = []
+        for place, score in zip(
+            first + due[is_settled], trace.values[self._score][0, is_settled], strict=True
+        ):
+            has_score = bool(np.isfinite(score))
+            n_lost, had_score = 0 if has_score else n_lost + 1, had_score or has_score
+            is_given_up = n_lost == self._patience(had_score)
+            fault = None if has_score else self._lost(n_lost, is_given_up)
+            found.append(Estimate(int(place), float(piece.time[place]), float(score), fault))
+            if is_given_up:
+                return self.start(), int(place) + 1, found
+        after: dict[str, NDArray[Any]] = {
+            "n_seen": np.array([n_before + stop - first]),
+            "n_lost": np.array([n_lost]),
+            "had_score": np.array([had_score]),
+            "is_missing": np.array([False]),
+            **{_INDICATOR + name: np.asarray(array) for name, array in followed.items()},
+        }
+        return after, stop, found
+
+    def _patience(self, had_score: bool) -> int:
+        """Estimates in a row without a score, after which the indicator begins anew."""
+        time = self.indicator.options.transient if had_score else _LOST_AT_FIRST
+        return max(_LOST, math.ceil(time / self._interval))
+
+    @property
+    def _interval(self) -> float:
+        return self.indicator.samples_per_estimate(self.sampling_frequency) / self.sampling_frequency
+
+    def _lost(self, n_lost: int, is_given_up: bool) -> WindowFault:
+        text = f"{self.indicator.name} has had no {self._score} for {n_lost * self._interval:.4g} s"
+        return WindowFault("no_number", f"{text}; {self._anew}" if is_given_up else text)
+
+    @property
+    def _anew(self) -> str:
+        return f"it begins anew and is silent for {self.indicator.options.transient:g} s"
+
+    def _records(self, n_before: int, samples: Mapping[Channel, Array]) -> RecordBatch:
+        return RecordBatch(
+            samples, self.sampling_frequency, ("stream",), start_time=n_before / self.sampling_frequency
+        )
+
+
+def _indicator_state(state: State) -> dict[str, NDArray[Any]]:
+    return {key.removeprefix(_INDICATOR): array for key, array in state.items() if key.startswith(_INDICATOR)}
+
+
+def _runs(is_missing: NDArray[np.bool_]) -> Iterator[tuple[int, int, bool]]:
+    """First, stop and kind of runs of samples that are alike."""
+    bounds = [0, *(np.flatnonzero(np.diff(is_missing)) + 1).tolist(), is_missing.size]
+    for first, stop in pairwise(bounds):
+        if stop > first:
+            yield first, stop, bool(is_missing[first])

@@ -89,6 +89,8 @@ def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were():
     assert "last condition: healthy" in text
     assert "the broker is gone" in text
     assert " HEALTHY " not in text
+    seen.take(None, [Event(EventKind.DISCONNECTED, "nothing listens there; trying again")])
+    assert "1 disconnection\n" in text_of(seen)
     seen.take(part(LEAKING, 10_000, 10_100), [])
     assert " HEALTHY " in text_of(seen)
 
@@ -105,6 +107,13 @@ def test_it_fits_every_terminal(seen, width, height, plain):
 
 def test_without_unicode_it_is_ascii():
     assert text_of(watched(), plain=True).isascii()
+
+
+def test_what_goes_on_is_counted_once_and_its_end_adds_nothing():
+    seen = watched(2)
+    gap = Event(EventKind.GAP, "a gap", 1.0)
+    seen.take(None, [gap, replace(gap, count=3, is_silent=True), replace(gap, count=4, is_end=True)])
+    assert "4 gaps" in text_of(seen)
 
 
 def test_it_knows_no_more_after_a_million_windows_than_after_a_thousand():

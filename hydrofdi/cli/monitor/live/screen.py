@@ -21,7 +21,7 @@ from hydrofdi.monitor.lines import Condition
 
 _STYLES = {
     Condition.HEALTHY: "bold black on green",
-    Condition.ALARM: "bold white on red",
+    Condition.ALARM: "bold bright_white on red",
     Condition.UNKNOWN: "bold black on yellow",
 }
 _LEAST_EVENTS, _MOST_SIGNAL, _MOST_SCORE = 3, 6, 12

@@ -84,7 +84,8 @@ class Watched:
         self.windows.append(line)
 
     def _take_event(self, event: Event) -> None:
-        self.counts[event.kind] += event.count
+        is_known = event.kind is EventKind.DISCONNECTED and self.is_connected is False
+        self.counts[event.kind] += 0 if is_known or event.is_end else event.count
         if event.kind in (EventKind.CONNECTED, EventKind.DISCONNECTED):
             self.is_connected = event.kind is EventKind.CONNECTED
         if not event.is_silent:

@@ -100,8 +100,8 @@ def chart_text(line: WindowLine) -> str:
 
 
 def signed(value: float) -> str:
-    """A number with two digits and its sign."""
-    return f"{value:+.2g}"
+    """A number with two digits or more, and its sign."""
+    return f"{value:+,.0f}" if abs(value) >= 99.5 else f"{value:+.2g}"
 
 
 def event_text(event: Event) -> str:

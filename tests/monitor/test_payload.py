@@ -119,6 +119,19 @@ def test_a_refused_payload_takes_no_instants():
     assert clock.n_sample == 0
 
 
+@pytest.mark.parametrize(
+    "payload",
+    [
+        {"time": 0, "P1 [bar]": [1e308]},
+        {"time [h]": 1e308, "P1 [bar]": 1},
+        {"time": 0, "sampling_frequency": 5e-324, "P1 [bar]": [0, 1]},
+    ],
+)
+def test_what_overflows_is_infinite_without_a_warning(payload):
+    chunk = read(payload)
+    assert not np.isfinite([*chunk.time, *chunk.channels[P1]]).all()
+
+
 KEYS = st.sampled_from(
     ["time", "t [s]", "time [ms]", "P1 [bar]", "P2", "u [V]", "sampling_frequency", "x [\ud800]"]
 )

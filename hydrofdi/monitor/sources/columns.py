@@ -45,7 +45,8 @@ class Column:
 
     def in_si(self, values: Array) -> Array:
         """Values in SI, as a file with this column gives them."""
-        return scaled(calibrated(values, self.config), self.factor)
+        with np.errstate(over="ignore"):
+            return scaled(calibrated(values, self.config), self.factor)
 
 
 @dataclass(frozen=True)

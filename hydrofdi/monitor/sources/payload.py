@@ -110,7 +110,8 @@ class PayloadReader:
             return self._clock.take(n_time)
         times = columns.time.in_si(_times(columns.time.title, found[columns.time.title]))
         if times.size == 1 and _FREQUENCY in found:
-            times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
+            with np.errstate(over="ignore"):
+                times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
         if times.size != n_time:
             need = "" if times.size > 1 else "; a block needs all times, or 'sampling_frequency'"
             raise PayloadError(f"has {times.size} times for {n_time} samples{need}")

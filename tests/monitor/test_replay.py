@@ -110,6 +110,8 @@ def test_nothing_comes_before_it_is_due():
         (["--rate", "3 mm"], "--rate: '3 mm' has the wrong unit"),
         (["--to", "file.csv"], "--to file.csv: expected '-' for standard output"),
         (["--to", "mqtt://127.0.0.1:1/x", "--format", "csv"], "--format: is for standard output"),
+        (["--config", "x.yaml"], "--config: is for a broker; give its topic with --to"),
+        (["--to", "mqtts://127.0.0.1:1/x", "--config", "absent.yaml"], "absent.yaml"),
         (["--record", "7"], "has no record '7'; it has 2, numbered from 1"),
         (["--set", "fluid.nothing=1"], "fluid.nothing"),
     ],

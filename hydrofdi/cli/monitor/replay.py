@@ -56,6 +56,10 @@ def replay(
     now: Annotated[
         bool, typer.Option("--now", help="Time starts at the present one, in seconds since 1970.")
     ] = False,
+    config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.yaml", help="How the broker is reached: the file of 'hydrofdi monitor'."),
+    ] = None,
     settings: Settings = None,
     sampling_frequency: SamplingFrequency = None,
 ) -> int:
@@ -74,7 +78,7 @@ def replay(
     pace = Pace(_rate(rate))
     n_sample = 0
     try:
-        with _target(to, form) as send:
+        with _target(to, form, config) as send:
             for chunk in replayed(opened, pace, record, time.time() if now else None):
                 send(chunk)
                 n_sample += chunk.n_time
@@ -103,18 +107,20 @@ def _rate(text: str | None) -> float | None:
 
 
 @contextmanager
-def _target(to: str, form: Form | None) -> Iterator[Send]:
+def _target(to: str, form: Form | None, config: Path | None) -> Iterator[Send]:
     """What takes blocks of samples; at the end it has taken all."""
     from hydrofdi.monitor.mqtt.address import is_mqtt
 
     if to == "-":
+        if config is not None:
+            raise ConfigError("--config: is for a broker; give its topic with --to")
         yield _standard_output(form or Form.csv)
     elif not is_mqtt(to):
         raise ConfigError(f"--to {to}: expected '-' for standard output, or mqtt://host:port/topic")
     elif form is not None:
         raise ConfigError("--format: is for standard output; messages are JSON")
     else:
-        with _broker(to) as send:
+        with _broker(to, config) as send:
             yield send
 
 
@@ -132,13 +138,13 @@ def _standard_output(form: Form) -> Send:
 
 
 @contextmanager
-def _broker(to: str) -> Iterator[Send]:
+def _broker(to: str, config: Path | None) -> Iterator[Send]:
     from hydrofdi.cli.terminal import tell
+    from hydrofdi.monitor.configuration import load_monitor_config
     from hydrofdi.monitor.mqtt.address import MqttAddress
-    from hydrofdi.monitor.mqtt.configuration import MqttConfig
     from hydrofdi.monitor.mqtt.publisher import SamplePublisher
 
-    publisher = SamplePublisher(MqttAddress.parse(to), MqttConfig.model_validate({}))
+    publisher = SamplePublisher(MqttAddress.parse(to), load_monitor_config(config).mqtt)
 
     def tell_events() -> None:
         for event in publisher.take_events():

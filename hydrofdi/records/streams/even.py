@@ -89,8 +89,8 @@ class EvenStream:
 
     def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
         comes_again = bool(state["may_repeat"]) and self._beginning.comes_again(state)
-        n_earlier = 0 if comes_again else int(state["n_earlier"])
-        order = put_in_order(chunk.time, float(state["last"]), n_earlier, self._patience, comes_again)
+        last, n_earlier = float(state["last"]), int(state["n_earlier"])
+        order = put_in_order(chunk.time, last, n_earlier, self._patience, comes_again)
         accepted = np.flatnonzero(order.is_accepted)
         is_gap = order.stamps[accepted] - order.before[accepted] > _GAP * self._period
         anew = accepted[is_gap | order.is_set_back[accepted]]

@@ -129,10 +129,9 @@ def test_a_logger_whose_clock_begins_at_zero_again_is_told_from_a_stream_that_co
     stream, time = EvenStream(10.0, (P1,)), np.arange(3000) / 10.0
     channels = {P1: np.sin(time)}
     state, _, _ = stream.step(stream.start(), Chunk(time, channels))
-    for _ in range(2):  # killed during the repetition, and once more
-        state, pieces, findings = stream.step(
-            stream.resumed(state), Chunk(time[:900], {P1: np.sin(time[:900])})
-        )
+    for n in (900, 300, 300, 300, 900):  # killed during each repetition
+        again = Chunk(time[:n], {P1: np.sin(time[:n])})
+        state, pieces, findings = stream.step(stream.resumed(state), again)
         assert (pieces, findings) == ([], [])
     _, pieces, _ = stream.step(stream.resumed(state), Chunk(time, {P1: np.cos(time)}))
     assert [piece.time[0] for piece in pieces] == [time[599]]

@@ -7,7 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained import Judge
+from hydrofdi.detectors.trained import ChartConfig, Judge
+from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.reading import detector_text, load_detector
 from hydrofdi.monitor.line_record import line_record
 from hydrofdi.monitor.lines import WindowLine
@@ -165,6 +166,23 @@ def test_late_alarms_are_in_the_table_and_all_rows_in_csv(trained, tmp_path):
     assert {row["unit"] for row in rows} == {"Pa"}
     alarms = [row for row in rows if float(row["score"]) > float(row["high"])]
     assert len(alarms) == 3
+
+
+def test_a_chart_decides_where_there_is_one_and_starts_anew_with_each_record(trained, tmp_path):
+    file, charted = load_detector(trained), tmp_path / "charted.json"
+    chart = ChartConfig(chart="cusum", options={"direction": "rising"})
+    config = file.config.model_copy(update={"chart": chart})
+    limit = ChartLimit(limit=1e6, mean_time=None, interval=(1.0, None), hours=1.0)
+    charted.write_text(
+        detector_text(file.model_copy(update={"config": config, "chart": limit})), encoding="utf-8"
+    )
+    source = written(tmp_path / "leaking.csv", pressure(4, leaking=[2]))
+    _, found = detected(charted, source, source)
+    statistics = [row["chart"]["statistic"] for row in found["windows"]]
+    assert any(row["alarm"] for row in found["windows"])
+    assert found["summary"]["n_alarm"] == 0
+    assert statistics[:7] == statistics[7:]
+    assert max(statistics) > 10.0
 
 
 def test_what_is_no_detector_is_refused_in_one_line(tmp_path):

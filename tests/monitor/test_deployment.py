@@ -26,7 +26,7 @@ def parsed(arguments):
 
 def test_the_command_of_the_systemd_unit_is_understood():
     command = re.search(r"^ExecStart=((?:.*\\\n)*.*)", UNIT.read_text(), re.MULTILINE)[1]
-    program, *arguments = shlex.split(command)
+    program, *arguments = shlex.split(command.replace("\\\n", " "))
     assert program.endswith("/hydrofdi")
     params = parsed(arguments)
     assert params["source"].startswith("mqtts://")

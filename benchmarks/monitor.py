@@ -50,6 +50,8 @@ N_AT_ONCE = 65_536
 LIVE = 20
 """Samples of a chunk, as live sources give them."""
 ROUNDS = 5
+N_LIVE = 400_000
+"""Samples in such small chunks."""
 LONG = 10_000_000
 """Samples over which memory is looked at."""
 
@@ -133,25 +135,30 @@ class Clock:
         """Nothing to close."""
 
 
-def run(file: DetectorFile, source: InMemory, sinks: Sequence[Sink] = ()) -> float:
-    """A whole monitor with log, state and JSON lines; gives its duration [s]."""
+def clocks() -> Array:
+    """Clock on the wall, and processor time [s]."""
+    return np.array([time.perf_counter(), time.process_time()])
+
+
+def run(file: DetectorFile, source: InMemory, sinks: Sequence[Sink] = ()) -> Array:
+    """A whole monitor with log, state and JSON lines; gives its duration by both clocks [s]."""
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder, open(os.devnull, "w") as nowhere:
         state_file = StateFile(Path(folder) / "state", file, source.name)
         log = WindowLog(Path(folder) / "log.jsonl", file.unit)
-        began = time.perf_counter()
+        began = clocks()
         lines = StreamLines(nowhere, file.unit)
         monitor(Watch(file), source, [lines, *sinks], state_file=state_file, log=log)
-        return time.perf_counter() - began
+        return clocks() - began
 
 
-def measured(file: DetectorFile, samples: dict[Channel, Array]) -> float:
-    """Duration of `measure` alone, of the same windows in one batch [s]."""
+def measured(file: DetectorFile, samples: dict[Channel, Array]) -> Array:
+    """The same of `measure` alone, of the same windows in one batch [s]."""
     time_axis = np.arange(samples[CHANNELS[0]].size) / FREQUENCY
     windows = windows_of(time_axis, samples, windower_of(file))
     records = records_of(windows, file.channels, FREQUENCY)
-    began = time.perf_counter()
+    began = clocks()
     measure(records, {"it": Judge(file).indicator})
-    return time.perf_counter() - began
+    return clocks() - began
 
 
 def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
@@ -165,21 +172,19 @@ def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
         print(f"{name:22} {refusal}")
         return None
     n_sample = samples[CHANNELS[0]].size
-    durations = [
-        (run(file, InMemory(samples, n_sample, N_AT_ONCE)), measured(file, samples)) for _ in range(ROUNDS)
-    ]
-    whole, alone = np.median(durations, axis=0)
-    ratio = np.median([one / other for one, other in durations])
-    real = n_sample / FREQUENCY
-    source = InMemory(samples, min(n_sample, 600_000), LIVE)
+    wholes, alones = [], []
+    for _ in range(ROUNDS):
+        wholes.append(run(file, InMemory(samples, n_sample, N_AT_ONCE)))
+        alones.append(measured(file, samples))
+    (wall, busy), (_, alone) = np.median(wholes, axis=0), np.median(alones, axis=0)
+    source = InMemory(samples, N_LIVE, LIVE)
     clock = Clock(source, [])
-    live = run(file, source, [clock])
+    live = run(file, source, [clock])[1]
     delays = 1e3 * np.array(clock.delays[1:])
-    print(
-        f"{name:22} {real / whole:8,.0f} {real / alone:10,.0f} {ratio:8.2f} {600.0 / live:8,.0f}"
-        f" {np.median(delays):10.1f} {np.quantile(delays, 0.99):8.1f}",
-        flush=True,
-    )
+    speeds = [n_sample / FREQUENCY / duration for duration in (wall, busy, alone)]
+    numbers = [*speeds, N_LIVE / FREQUENCY / live]
+    late = [np.median(delays), np.quantile(delays, 0.99)]
+    print(f"{name:20}", *(f"{x:9,.0f}" for x in numbers), *(f"{x:8.1f}" for x in late), flush=True)
     return file
 
 
@@ -194,15 +199,17 @@ def main(names: Sequence[str]) -> None:
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     chosen = names or [name for name in indicator_names() if sound_indicator(name, {}).is_cheap]
     samples = signals(1_000_000, 1)
-    print("                         times real time           monitor/  in live    latency of a window [ms]")
-    print("indicator              monitor  measure alone  measure   chunks     median     99 %")
+    print(
+        "times real time by the clock on the wall, and by processor time: of the monitor, of `measure` of the"
+    )
+    print("same windows alone, and of the monitor in small chunks; time from last sample to line [ms]")
+    print(f"{'':20} {'wall':>9} {'monitor':>9} {'measure':>9} {'small':>9} {'median':>8} {'99 %':>8}")
     files = [file for name in chosen if (file := compare(name, samples)) is not None]
     run(files[0], InMemory(samples, LONG // 10, N_AT_ONCE))
     before = resident()
     duration = run(files[0], InMemory(samples, LONG, N_AT_ONCE))
-    print(
-        f"{LONG:,} samples in {duration:.1f} s; memory {before:.1f} MiB before, {resident():.1f} MiB behind"
-    )
+    memory = f"{before:.1f} MiB before, {resident():.1f} MiB behind"
+    print(f"{LONG:,} samples: memory {memory}; {duration[0]:.1f} s")
 
 
 if __name__ == "__main__":

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.monitor.lines import Event, EventKind
-from hydrofdi.records.streams import Chunk, Finding, State
+from hydrofdi.records.streams import Chunk, Finding, Piece, State
 
 MINUTE = 60.0
 """What goes on is summed up as often [s]."""
@@ -33,7 +31,7 @@ class Defects:
 
     def start(self) -> State:
         """The state before the first sample."""
-        return {"waiting": np.zeros(len(_KINDS), dtype=np.int64), "latest": np.array(-np.inf)}
+        return {"waiting": np.zeros(len(_KINDS), dtype=np.int64), "minute": np.array(-np.inf)}
 
     def has_waiting(self, state: State) -> bool:
         """Whether there is something to sum up when the minute is over."""
@@ -50,22 +48,19 @@ class Defects:
                 events.append(Event(kind, finding.text, finding.time))
         return {**state, "waiting": waiting}, events
 
-    def minutes(self, state: State, chunk: Chunk) -> Iterator[tuple[bool, Chunk]]:
-        """Parts of a chunk, and whether a new minute begins with them."""
-        minute = _minutes(state["latest"], chunk)
-        begins = minute[1:] > minute[:-1]
-        cuts = np.unique([0, *np.flatnonzero(begins), chunk.n_time]).tolist()
-        for first, stop in pairwise(cuts):
-            yield bool(begins[first]), part(chunk, first, stop)
+    def begins_minute(self, state: State, pieces: Sequence[Piece]) -> bool:
+        """Whether pieces have a sample of another minute than the last one before."""
+        ends = (float(time) for piece in pieces for time in (piece.time[0], piece.time[-1]))
+        return any(_minute(time) != state["minute"] for time in ends)
 
-    def passed(self, state: State, chunk: Chunk) -> State:
-        """The state behind a chunk."""
-        return {**state, "latest": _latest(state["latest"], chunk)[-1]}
+    def passed(self, state: State, pieces: Sequence[Piece]) -> State:
+        """The state behind pieces."""
+        return {**state, "minute": np.array(_minute(pieces[-1].time[-1]))} if pieces else state
 
     def sum_up(self, state: State) -> tuple[State, list[Event]]:
         """What a minute brought that was not said."""
-        latest = float(state["latest"])
-        end = MINUTE * (math.floor(latest / MINUTE) + 1) if math.isfinite(latest) else None
+        minute = float(state["minute"])
+        end = MINUTE * (minute + 1.0) if math.isfinite(minute) else None
         until = "" if end is None else f" up to {end:.10g} s"
         events = [
             Event(kind, f"{count} more {_WORDS[kind]}{until}", end, int(count))
@@ -80,11 +75,5 @@ def part(chunk: Chunk, first: int, stop: int) -> Chunk:
     return Chunk(chunk.time[first:stop], {name: row[first:stop] for name, row in chunk.channels.items()})
 
 
-def _latest(before: NDArray[np.float64], chunk: Chunk) -> NDArray[np.float64]:
-    """The latest finite instant before the chunk, and behind each of its samples (1 + n_time,)."""
-    stamps = np.where(np.isfinite(chunk.time), chunk.time, -np.inf)
-    return np.maximum.accumulate(np.concatenate([np.atleast_1d(before), stamps]))
-
-
-def _minutes(before: NDArray[np.float64], chunk: Chunk) -> NDArray[np.float64]:
-    return np.floor(_latest(before, chunk) / MINUTE)
+def _minute(time: float) -> float:
+    return math.floor(time / MINUTE)

@@ -11,7 +11,7 @@ from hydrofdi.monitor.conditions import Conditions
 from hydrofdi.monitor.defects import Defects, part
 from hydrofdi.monitor.episodes import Episodes
 from hydrofdi.monitor.judged import Judged, judging_of
-from hydrofdi.monitor.lines import Line, WindowLine
+from hydrofdi.monitor.lines import Event, Line, WindowLine
 from hydrofdi.records.streams import Chunk, EvenStream, Finding, Piece, State
 
 _Stepped = tuple[State, list[Piece], list[Finding]]
@@ -70,19 +70,12 @@ class Watch:
 
     def step(self, state: State, chunk: Chunk) -> tuple[State, list[Line]]:
         """The state behind a chunk, and what is to be said of it; the old state stays as it was."""
-        parts, lines = _parts(state), list[Line]()
+        parts = _parts(state)
         stepped = self._stream.step(parts["stream"], chunk)
-        if stepped[2] or self._defects.has_waiting(parts["defects"]):
-            for begins_minute, minute in self._defects.minutes(parts["defects"], chunk):
-                if begins_minute:
-                    parts["defects"], events = self._defects.sum_up(parts["defects"])
-                    lines += events
-                for some in self._alone(parts["stream"], minute):
-                    lines += self._follow(parts, some)
-                parts["defects"] = self._defects.passed(parts["defects"], minute)
+        if not stepped[2] and not self._defects.has_waiting(parts["defects"]):
+            lines = self._follow(parts, stepped)
         else:
-            lines += self._follow(parts, stepped)
-            parts["defects"] = self._defects.passed(parts["defects"], chunk)
+            lines = [line for some in self._alone(parts, chunk) for line in self._follow(parts, some)]
         return _flat(parts), lines
 
     def end(self, state: State) -> tuple[State, list[Line]]:
@@ -92,23 +85,28 @@ class Watch:
         parts["episodes"], over = self._episodes.end(parts["episodes"])
         return _flat(parts), [*sums, *over]
 
-    def _alone(self, state: State, chunk: Chunk) -> Iterator[_Stepped]:
-        """Steps of the stream; a sample that is news is alone in its own, so that its place is known."""
-        stepped = self._stream.step(state, chunk)
-        if chunk.n_time == 1 or not any(finding.is_news for finding in stepped[2]):
+    def _alone(self, parts: Mapping[str, State], chunk: Chunk) -> Iterator[_Stepped]:
+        """Steps of the stream such that a sample that is news, or begins a minute, is alone in its own: the
+        place of what is said of it does not depend on the chunk.
+        """
+        stepped = _, pieces, findings = self._stream.step(parts["stream"], chunk)
+        is_news = any(finding.is_news for finding in findings)
+        if chunk.n_time > 1 and (is_news or self._defects.begins_minute(parts["defects"], pieces)):
+            half = chunk.n_time // 2
+            yield from self._alone(parts, part(chunk, 0, half))
+            yield from self._alone(parts, part(chunk, half, chunk.n_time))
+        else:
             yield stepped
-            return
-        half = chunk.n_time // 2
-        for some in (part(chunk, 0, half), part(chunk, half, chunk.n_time)):
-            for stepped in self._alone(state, some):
-                state = stepped[0]
-                yield stepped
 
     def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[Line]:
         """Lines of samples that are checked."""
         parts["stream"], pieces, findings = stepped
+        sums: list[Event] = []
+        if self._defects.begins_minute(parts["defects"], pieces):
+            parts["defects"], sums = self._defects.sum_up(parts["defects"])
         parts["defects"], events = self._defects.step(parts["defects"], findings)
-        lines: list[Line] = [*events]
+        parts["defects"] = self._defects.passed(parts["defects"], pieces)
+        lines: list[Line] = [*sums, *events]
         for piece in pieces:
             parts["judging"], judged = self._judging.step(parts["judging"], piece)
             for window in judged:

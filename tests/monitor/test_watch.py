@@ -150,6 +150,16 @@ def test_a_clock_that_was_set_back_is_watched_on():
     assert windows(more)[0].number == len(windows(lines))
 
 
+def test_minutes_are_those_of_a_clock_that_was_set_back():
+    made = stream(250)
+    earlier = rearranged(Chunk(made.time - 6000.0, made.channels), np.repeat(np.arange(made.n_time), 2))
+    watch = Watch(FILES["side by side"])
+    state, _ = watch.step(watch.start(), stream(20))
+    _, lines = watch.step(state, earlier)
+    times = [event.time for event in events_of(lines, EventKind.DUPLICATE)][1:]
+    assert times == [-5940.0, -5880.0, -5820.0, -5760.0]
+
+
 def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows():
     leaking = [20, 21, 25, 34]
     lines = lines_of(Watch(FILES["side by side"]), [stream(60, leaking=leaking)])

@@ -61,6 +61,13 @@ def test_a_configuration_names_keys_and_their_way_to_si():
     }
 
 
+def test_a_configured_key_that_is_absent_costs_its_channel_alone():
+    configured = {P1: ChannelConfig(column="ai1", unit="bar"), P2: ChannelConfig(column="ai7", unit="bar")}
+    assert list(read({"time": 0, "ai7": 18}, channels=configured).channels) == [P2]
+    with pytest.raises(PayloadError, match="has none of the keys ai1, ai7"):
+        read({"time": 0, "P1 [bar]": 18}, channels=configured)
+
+
 def test_lines_with_other_keys_miss_samples():
     chunk = read(b'{"time":1,"P1 [Pa]":1}\n{"time":2,"P2 [Pa]":2}')
     np.testing.assert_array_equal(chunk.channels[P1], [1.0, np.nan])

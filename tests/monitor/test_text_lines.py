@@ -54,7 +54,9 @@ def test_other_signs_are_configured():
 
 
 def test_blanks_divide_columns_where_nothing_else_does():
-    chunk, _ = read_in_pieces(reader(), b"time [s]   P1 [Pa]\n 0.5   1e5\n 1.0 2e5 \n")
+    text = b"time [s]   P1 [Pa]\n 0.5   1e5\ntime [s]  P1 [Pa]\n 1.0 2e5 \n"
+    chunk, events = read_in_pieces(reader(), text)
+    assert events == []
     assert samples(chunk) == {"time": [0.5, 1.0], "P1": [1e5, 2e5]}
 
 

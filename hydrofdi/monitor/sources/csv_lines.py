@@ -142,16 +142,20 @@ class CsvLines:
     def _begin(self, text: str) -> None:
         """Take a line as the header."""
         self._delimiter = delimiter_of([text], self._config.form)
-        cells = blank_divided(text) if self._delimiter == " " else self._cells([text])[0]
-        titles = [cell.strip() for cell in cells]
-        while titles and not titles[-1]:
-            titles.pop()
+        titles = self._titles_in(text)
         if any(self._is_number(title) for title in titles if title):
             raise DataError(
                 f"{self._name}: begins with {text[:60]!r}, which is no header; write the names"
                 " and units of the columns first, such as 'time [s],P1 [bar]'"
             )
         self._titles, self.header, self._columns = titles, [text], None
+
+    def _titles_in(self, text: str) -> list[str]:
+        cells = blank_divided(text) if self._delimiter == " " else self._cells([text])[0]
+        titles = [cell.strip() for cell in cells]
+        while titles and not titles[-1]:
+            titles.pop()
+        return titles
 
     def _first_after_header(self, text: str) -> list[Chunk]:
         units: list[str] | None = None
@@ -179,10 +183,10 @@ class CsvLines:
     def _is_header(self, text: str) -> bool:
         """Whether a line names columns, some of them known from the header before."""
         try:
-            cells = [cell.strip() for cell in self._cells([text])[0]]
+            titles = self._titles_in(text)
         except (ValueError, csv.Error):
             return False
-        return not any(map(self._is_number, filter(None, cells))) and bool(set(cells) & set(self._titles))
+        return not any(map(self._is_number, filter(None, titles))) and bool(set(titles) & set(self._titles))
 
     def _is_number(self, cell: str) -> bool:
         return is_number(cell, self._config.decimal, self._config.missing)

@@ -14,6 +14,7 @@ from hydrofdi.monitor.sources.joining import joined
 from hydrofdi.monitor.sources.sample_clock import SampleClock
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.description.sections import TimeConfig
+from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.records.streams import Chunk
 from hydrofdi.units import parse_quantity
 
@@ -50,7 +51,7 @@ class PayloadReader:
         clock: SampleClock | None = None,
         largest: int = LARGEST,
     ) -> None:
-        self._channels, self._time = channels, time
+        self._channels, self._time = channels or {}, time
         self._clock, self._largest = clock, largest
         self._keys: tuple[str, ...] | None = None
         self._columns = Columns(None, {})
@@ -97,11 +98,20 @@ class PayloadReader:
             if len(keys) > _MOST_KEYS:
                 raise PayloadError(f"has {len(keys)} keys; {_MOST_KEYS} at the most")
             try:
-                self._columns = columns_of(keys, "JSON", self._channels, self._time)
+                self._columns = columns_of(keys, "JSON", self._present(keys), self._time)
             except DataError as error:
                 raise PayloadError(str(error).removeprefix("JSON: ")) from None
             self._keys = keys
         return self._columns
+
+    def _present(self, keys: tuple[str, ...]) -> Channels:
+        """What is configured, of the keys that are there."""
+        names = {*keys, *(split_title(key)[0] for key in keys)}
+        present = {channel: each for channel, each in self._channels.items() if each.column in names}
+        if self._channels and not present:
+            wanted = ", ".join(each.column for each in self._channels.values())
+            raise PayloadError(f"has none of the keys {wanted[:100]}")
+        return present
 
     def _instants(self, columns: Columns, found: Mapping[str, Any], n_time: int) -> Array:
         if columns.time is None:

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 import numpy as np
 from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.properties import Properties
 
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
@@ -50,9 +52,11 @@ def publisher_at(address, config=None):
 
 
 def client_at(broker, client_id=""):
-    """A client of its own, connected."""
+    """A client of its own, connected; with a name, the broker keeps what it misses."""
     client = Client(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
-    client.connect("127.0.0.1", broker.port)
+    wishes = Properties(PacketTypes.CONNECT)
+    wishes.SessionExpiryInterval = 600 if client_id else 0
+    client.connect("127.0.0.1", broker.port, clean_start=not client_id, properties=wishes)
     client.loop_start()
     wait_for(client.is_connected)
     return client

@@ -104,9 +104,9 @@ def _basis(training: Training) -> Iterator[str]:
         faults = ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items())
         yield f"Healthy {what} that taught nothing: {faults}."
     if left.n_leaking:
-        yield f"{left.n_leaking:,} records were left out because they are not healthy ones to train on."
+        yield f"Left out, as they are not healthy ones to train on: {left.n_leaking:,}."
     if left.n_unlabelled:
-        yield f"{left.n_unlabelled:,} records without a label were left out."
+        yield f"Left out, as they have no label: {left.n_unlabelled:,}."
 
 
 def _named(training: Training) -> str:

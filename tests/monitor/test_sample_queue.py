@@ -43,21 +43,29 @@ def test_a_reader_that_waits_is_woken():
 
 def test_a_full_queue_drops_one_long_piece_and_says_it_once():
     queue = SampleQueue(CHANNELS, 100)
-    times, events = [], []
+    readings = []
     for start in range(0, 1000, 10):
-        put(queue, start)
-        if start % 20:
-            reading = queue.take(0.0) if start > 500 else None
-            if reading is not None:
-                times.append(reading.chunk.time if reading.chunk else np.array([]))
-                events += reading.events
-    for reading in everything(queue):
-        times.append(reading.chunk.time)
-        events += reading.events
-    time = np.concatenate(times)
-    assert np.count_nonzero(np.diff(time) != 1) == 1
-    assert [event.kind for event in events if not event.is_silent] == [EventKind.DROPPED]
+        if start in (500, 600):
+            readings += everything(queue)
+        put(queue, start, n=4 if start > 300 else 10)
+        put(queue, start + 4, n=6 if start > 300 else 0)
+    readings += everything(queue)
+    time = np.concatenate([reading.chunk.time for reading in readings])
+    events = [event for reading in readings for event in reading.events]
+    gaps = np.flatnonzero(np.diff(time) != 1)
+    assert [(time[at], time[at + 1]) for at in gaps] == [(99, 500)]
     assert sum(event.count for event in events) == 1000 - time.size
+    assert [event.kind for event in events if not event.is_silent] == [EventKind.DROPPED] * 2
+
+
+def test_a_piece_that_would_fit_does_not_split_the_gap():
+    queue = SampleQueue(CHANNELS, 100)
+    put(queue, 0, n=95)
+    put(queue, 95, n=10)
+    put(queue, 105, n=3)
+    (reading,) = everything(queue)
+    assert reading.chunk.n_time == 95
+    assert sum(event.count for event in reading.events) == 13
 
 
 def test_a_queue_that_nobody_reads_stays_bounded():

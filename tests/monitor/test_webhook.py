@@ -87,9 +87,10 @@ def test_a_post_that_is_refused_is_not_repeated(sink_at, status):
     assert len(server.posts) == 2
 
 
-def test_a_redirect_does_not_get_the_secret(sink_at, monkeypatch):
+@pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
+def test_a_redirect_does_not_get_the_secret(sink_at, monkeypatch, status):
     monkeypatch.setenv(TOKEN, SECRET)
-    with WebServer() as elsewhere, WebServer([307], location=elsewhere.url) as server:
+    with WebServer() as elsewhere, WebServer([status], location=elsewhere.url) as server:
         sink = sink_at(server.url)
         sink.put(None, [RAISED])
         (event,) = said(sink, EventKind.DROPPED)

@@ -41,7 +41,7 @@ class WebServer:
     def _handler(owner):  # noqa: N805
         class Handler(BaseHTTPRequestHandler):
             def do_POST(self):
-                document = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+                document = json.loads(self.rfile.read(int(self.headers["Content-Length"] or 0)) or "null")
                 with owner._changed:
                     owner.posts.append((document, dict(self.headers)))
                     status = owner._statuses.pop(0) if owner._statuses else 200
@@ -50,6 +50,8 @@ class WebServer:
                 if owner._location:
                     self.send_header("Location", owner._location)
                 self.end_headers()
+
+            do_GET = do_POST  # noqa: N815
 
             def log_message(self, *_):
                 pass

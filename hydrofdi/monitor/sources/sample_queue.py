@@ -19,7 +19,7 @@ _MOST = 65_536
 class SampleQueue:
     """Samples and events from the thread of a connection, for the thread of the monitor.
 
-    When it is full, what comes is dropped until half of it is read: one long gap, not many short ones.
+    When it is full, what comes is dropped until somebody reads: one long gap, not many short ones.
 
     Parameters
     ----------
@@ -42,11 +42,9 @@ class SampleQueue:
         if not time.size:
             return
         with self._changed:
-            full = self._capacity // 2 if self._is_dropping else self._capacity
-            if self._n_held + time.size > full and self._n_held:
+            if self._is_dropping or (self._n_held and self._n_held + time.size > self._capacity):
                 self._drop(time)
             else:
-                self._is_dropping = False
                 self._pieces.append((time, samples))
                 self._n_held += time.size
             self._changed.notify()
@@ -86,10 +84,11 @@ class SampleQueue:
         self._is_dropping = True
 
     def _dropped(self, count: int, time: float | None, *, is_silent: bool) -> Event:
-        text = "the monitor is slower than the stream: whole windows are dropped until half the queue is read"
+        text = "the monitor is slower than the stream: what comes while its queue is full is dropped"
         return Event(EventKind.DROPPED, text, time, count, is_silent)
 
     def _chunk(self) -> Chunk | None:
+        self._is_dropping = False
         taken: list[tuple[Array, Array]] = []
         n_taken = 0
         while self._pieces and (not taken or n_taken + self._pieces[0][0].size <= _MOST):

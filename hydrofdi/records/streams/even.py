@@ -117,7 +117,7 @@ class EvenStream:
             Kind("rate_changed", accepted[n_gaps >= _STEPS], self._rate_changed),
             Kind("duplicate", np.flatnonzero(is_same), words.duplicate),
             Kind("time_ran_back", np.flatnonzero(order.is_earlier), words.time_ran_back),
-            Kind("time_ran_back", np.flatnonzero(order.is_set_back), words.set_back),
+            Kind("time_ran_back", np.flatnonzero(order.is_set_back), words.set_back, is_always_news=True),
             Kind("malformed", np.flatnonzero(~is_finite), words.malformed),
         )
         found: list[tuple[int, Finding]] = []

@@ -53,11 +53,14 @@ class Kind:
     places : ndarray of int, shape (n_occurrence,)
     text : callable
         Sentence about an occurrence, by its instant and the last one accepted before [s].
+    is_always_news : bool
+        Whether each occurrence is news, however soon after the one before.
     """
 
     name: str
     places: NDArray[np.intp]
     text: Callable[[float, float], str]
+    is_always_news: bool = False
 
     def since(self, first: int) -> Kind:
         """From a sample on."""
@@ -81,6 +84,8 @@ class Kind:
         previous = np.concatenate([[said], instants[:-1]])
         with np.errstate(invalid="ignore"):
             goes_on = (np.abs(instants - previous) <= _QUIET) | (instants == previous)
+        if self.is_always_news:
+            goes_on[:] = False
         firsts = np.union1d([0], np.flatnonzero(~goes_on)).astype(np.intp)
         for first, count in zip(firsts, np.diff(firsts, append=instants.size), strict=True):
             time = float(instants[first]) if np.isfinite(instants[first]) else None

@@ -85,6 +85,12 @@ def test_a_clock_that_was_set_back_is_believed_after_a_minute():
     assert findings[-1].text == "the clock was set back from 7209.9 s; the stream begins anew at 3659.9 s"
 
 
+def test_each_clock_that_was_set_back_is_news():
+    hour = 3600.0 + np.arange(100) / 10.0
+    findings = _stream(np.concatenate([hour, *[hour[0] - n - np.arange(600) / 1e4 for n in (1, 2, 3)]]))[2]
+    assert [each.count for each in findings if "set back" in each.text and each.is_news] == [1, 1, 1]
+
+
 def test_one_stamp_far_in_the_future_does_not_blind_for_ever():
     time = np.arange(2000) / 10.0
     time[100] = 1e9

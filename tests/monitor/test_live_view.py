@@ -54,7 +54,7 @@ def test_health_and_alarm_are_said_in_words_with_the_instant_of_the_change():
     text = text_of(watched())
     assert " ALARM  since 13.0 s" in text
     assert "24 windows judged, 12 alarms" in text
-    assert "13.0 s  ALARM: the score is" in text
+    assert "13.0 s: ALARM, the score is" in text
 
 
 def test_alarms_and_windows_that_are_not_judged_have_marks_under_their_scores():
@@ -107,6 +107,14 @@ def test_it_fits_every_terminal(seen, width, height, plain):
 
 def test_without_unicode_it_is_ascii():
     assert text_of(watched(), plain=True).isascii()
+
+
+def test_the_newest_event_is_told_in_full():
+    seen = watched(2)
+    seen.take(
+        None, [Event(EventKind.DISCONNECTED, "no connection " + "to the broker " * 8 + "because it is gone")]
+    )
+    assert text_of(seen, 60).endswith("because it is gone")
 
 
 def test_what_goes_on_is_counted_once_and_its_end_adds_nothing():

@@ -78,5 +78,6 @@ def _events(watched: Watched, page: Page, height: int) -> Sequence[Text]:
     if height < 1:
         return ()
     title = heading("Events (Ctrl-C ends)", page)
-    newest = list(watched.events)[-(height - 1) :] if height > 1 else []
-    return title, *(Text(event_text(event)[: page.width]) for event in newest)
+    newest = list(watched.events)[1 - height :] if height > 1 else []
+    lines = [line for event in newest for line in folded(event_text(event), page.width)]
+    return title, *(Text(line) for line in lines[1 - height :])

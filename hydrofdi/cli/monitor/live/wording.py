@@ -12,7 +12,7 @@ from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 _FIRST_DATE = 1e9
 """Clocks of streams beyond it count from 1970 [s]; those below start when the machine does."""
 
-_PREFIXES = {EventKind.ALARM_RAISED: "ALARM: ", EventKind.ALARM_CLEARED: "alarm cleared: "}
+_PREFIXES = {EventKind.ALARM_RAISED: "ALARM, ", EventKind.ALARM_CLEARED: "alarm cleared, "}
 
 
 def instant_text(time: float) -> str:
@@ -106,5 +106,5 @@ def signed(value: float) -> str:
 
 def event_text(event: Event) -> str:
     """An event as a line."""
-    instant = "" if event.time is None else f"{instant_text(event.time)}  "
+    instant = "" if event.time is None else f"{instant_text(event.time)}: "
     return f"{instant}{_PREFIXES.get(event.kind, '')}{event.text}"

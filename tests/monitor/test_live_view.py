@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from io import StringIO
 
@@ -19,6 +20,7 @@ from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, instant_text
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.watch import Watch
+from hydrofdi.records import Channel
 from hydrofdi.records.streams import WindowFault
 from tests.monitor.streams import made_detector, part, stream
 
@@ -95,6 +97,13 @@ def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were():
     assert " HEALTHY " in text_of(seen)
 
 
+def test_a_stream_that_falls_silent_is_no_longer_healthy(monkeypatch):
+    seen, now = watched(10), time.monotonic()
+    for wait, badge in ((4.0, " HEALTHY "), (6.0, " NO DATA  no samples for 6")):
+        monkeypatch.setattr("hydrofdi.cli.monitor.live.arrivals.time.monotonic", lambda w=wait: now + w)
+        assert badge in text_of(seen)
+
+
 SEEN = [Watched(FILE, "-"), watched(1), watched(), watched(file=CHART)]
 
 
@@ -132,6 +141,11 @@ def test_it_knows_no_more_after_a_million_windows_than_after_a_thousand():
     assert seen.n_window == 3000
     assert len(seen.windows) <= 1000
     assert len(seen.events) <= 1000
+    long = Watched(FILE.model_copy(update={"n_sample": 10_000_000}), "-")
+    for first in range(10):
+        long.take(replace(LEAKING, time=LEAKING.time + 24.0 * first), [])
+    assert long.tail(Channel.CHAMBER_1_PRESSURE).size <= 100_000
+    assert "Signals, last samples, 50 s" in text_of(long)
 
 
 def test_a_closed_view_leaves_a_summary_on_the_terminal():

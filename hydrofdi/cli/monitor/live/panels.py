@@ -23,9 +23,9 @@ _LEGEND = f" {_ALARM} alarm  {_NOT_JUDGED} not judged"
 
 def signal_lines(watched: Watched, page: Page, height: int) -> list[Text]:
     """The last samples of each plotted channel, `height` lines each, under a heading."""
-    duration = (watched.file.n_sample or 0) / watched.file.sampling_frequency
-    span = f"last window, {duration_text(duration)}" if duration else "last samples"
-    lines = [heading(f"Signals, {span}", page)]
+    span = duration_text(watched.n_tail / watched.file.sampling_frequency)
+    what = "last window" if watched.n_tail == watched.file.n_sample else "last samples"
+    lines = [heading(f"Signals, {what}, {span}", page)]
     for channel in watched.channels:
         lines += _signal(channel, watched.tail(channel), page, height)
     return lines

@@ -14,11 +14,11 @@ from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
-_MOST_WINDOWS, _MOST_EVENTS = 600, 50
+_MOST_WINDOWS, _MOST_EVENTS, _MOST_SAMPLES = 600, 50, 50_000
 _SECONDS_WITHOUT_WINDOWS = 10.0
 """Duration that is plotted where estimates are judged."""
 _SILENT_AFTER = 5.0
-"""Time without samples after which the last condition is no longer that of now [s]."""
+"""Least time without samples after which the last condition is no longer that of now [s]."""
 
 
 class Watched:
@@ -36,6 +36,8 @@ class Watched:
     events : deque of Event
     counts, faults : Counter
         Kind of event → how often; kind of fault → windows that are not judged for it.
+    n_tail : int
+        Samples of a channel that are plotted.
     is_connected : bool or None
         None for sources that have no connection.
     """
@@ -52,8 +54,9 @@ class Watched:
         self.faults: Counter[str] = Counter()
         self.n_window = self.n_alarm = 0
         self.is_connected: bool | None = None
-        n_tail = file.n_sample or round(_SECONDS_WITHOUT_WINDOWS * file.sampling_frequency)
-        self._tails: dict[Channel, deque[float]] = {each: deque(maxlen=n_tail) for each in plotted(file)}
+        n_wanted = file.n_sample or round(_SECONDS_WITHOUT_WINDOWS * file.sampling_frequency)
+        self.n_tail = max(min(n_wanted, _MOST_SAMPLES), 1)
+        self._tails: dict[Channel, deque[float]] = {each: deque(maxlen=self.n_tail) for each in plotted(file)}
 
     def take(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         """Samples, and what was said of them."""
@@ -72,7 +75,7 @@ class Watched:
             self.is_connected = True
         for channel, tail in self._tails.items():
             if channel in chunk.channels:
-                tail.extend(chunk.channels[channel][-(tail.maxlen or 0) :].tolist())
+                tail.extend(chunk.channels[channel][-self.n_tail :].tolist())
 
     def _take_window(self, line: WindowLine) -> None:
         if line.condition is not self.condition:
@@ -92,7 +95,7 @@ class Watched:
             self.events.append(event)
 
     def tail(self, channel: Channel) -> Array:
-        """Last samples of a channel, as many as a window has."""
+        """Last samples of a channel: those of a window, unless it is very long."""
         return np.array(self._tails[channel])
 
     @property
@@ -107,8 +110,9 @@ class Watched:
 
     @property
     def is_silent(self) -> bool:
-        """Whether nothing is known of the present."""
-        return self.is_connected is False or self.time is None or self.arrivals.silence > _SILENT_AFTER
+        """Whether nothing is known of the present: no connection, or no samples in the time of two windows."""
+        patience = max(_SILENT_AFTER, 2.0 * self.file.n_sample / self.file.sampling_frequency)
+        return self.is_connected is False or self.time is None or self.arrivals.silence > patience
 
 
 def plotted(file: DetectorFile) -> tuple[Channel, ...]:

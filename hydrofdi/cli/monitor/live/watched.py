@@ -110,7 +110,7 @@ class Watched:
 
     @property
     def is_silent(self) -> bool:
-        """Whether nothing is known of the present: no connection, or no samples in the time of two windows."""
+        """Whether nothing is known of now: no connection, or no samples in the time of two windows."""
         patience = max(_SILENT_AFTER, 2.0 * self.file.n_sample / self.file.sampling_frequency)
         return self.is_connected is False or self.time is None or self.arrivals.silence > patience
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydrofdi.cli.options import Json, SamplingFrequency, frequency
-from hydrofdi.evaluation.direction import Direction
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.healthy_records import LeftOut
@@ -23,6 +22,14 @@ class By(StrEnum):
     TIME = "time"
     CYCLE = "cycle"
     ESTIMATE = "estimate"
+
+
+class Departure(StrEnum):
+    """Which departure raises an alarm."""
+
+    RISING = "rising"
+    FALLING = "falling"
+    BOTH = "both"
 
 
 class Rule(StrEnum):
@@ -56,7 +63,7 @@ def train(
         str | None, typer.Option(metavar="NAME", help="Which number of the indicator is the score.")
     ] = None,
     direction: Annotated[
-        Direction | None,
+        Departure | None,
         typer.Option(help="Which departure raises an alarm; that of the output if left out."),
     ] = None,
     window: Annotated[

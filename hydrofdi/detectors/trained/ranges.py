@@ -13,10 +13,11 @@ from hydrofdi.records import Array, Channel
 _TAIL = 0.01
 """Share of samples below the low quantile, and above the high one."""
 
-_MARGIN, _OF_SPAN = 0.25, 0.05
-"""Of many windows: widths that a range is widened by, and the share of what the channel spans."""
+_MARGIN, _OF_SPAN = 0.5, 0.1
+"""Of many windows: widths that a range is widened by, and the share of what the channel spans. With narrower
+ranges large leaks would be novel, and so hidden."""
 
-_ACTIVITY = 1.5
+_ACTIVITY = 2.0
 """Activity may be so many times less or more."""
 
 _FEW = 30

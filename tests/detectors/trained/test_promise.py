@@ -8,15 +8,16 @@ import pytest
 from tests.commands import run_hydrofdi
 
 CONFIGS = Path(__file__).parents[3] / "configs"
+MOTION = f", {CONFIGS}/motions/closed-loop.yaml"
 
 
-def population(folder, name, seed, n_record, more="", study=""):
+def population(folder, name, seed, n_record, more="", study="", motion=MOTION):
     """Machines at work of which nobody knows more than the data sheet."""
     path = folder / f"{name}.yaml"
     path.write_text(
         f"""
 name: {name}
-extends: [{CONFIGS}/populations/unknown-plant.yaml, {CONFIGS}/motions/closed-loop.yaml]
+extends: [{CONFIGS}/populations/unknown-plant.yaml{motion}]
 record: {{duration: 4 s}}
 {more}
 study:
@@ -36,7 +37,11 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def trained(folder):
-    healthy, out = population(folder, "healthy", 3, 40), folder / "detector.json"
+    return detector(folder, population(folder, "healthy", 3, 40))
+
+
+def detector(folder, healthy):
+    out = folder / f"{healthy.stem}.json"
     flags = ["--indicator", "flow_balance", "--window", "2 s", "--false-alarm-rate", "5 %"]
     assert run_hydrofdi("train", healthy, *flags, "--out", out).returncode == 0
     return out
@@ -67,3 +72,11 @@ def test_a_machine_at_another_supply_pressure_is_novel_and_no_alarm(folder, trai
     found = summary(trained, population(folder, "weak", 8, 5, more="supply: {pressure: 12 MPa}"))
     assert found["n_alarm"] == 0
     assert found["not_judged"].keys() == {"novel"}
+
+
+def test_a_large_leak_is_an_alarm_and_not_novel(folder):
+    trained = detector(folder, population(folder, "open", 3, 30, motion=""))
+    faults = "faults: {leakage.internal_flow: [2 L/min], each: 10, fit: 0, severity: level}"
+    found = summary(trained, population(folder, "large", 5, 1, study=faults, motion=""))
+    assert "novel" not in found["not_judged"]
+    assert found["alarm_share"] > 0.7

@@ -22,6 +22,7 @@ from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import WindowFault
+from tests.detectors.trained.made import detector
 from tests.monitor.streams import made_detector, part, stream
 
 FILE, CHART = made_detector(), made_detector(chart="cusum")
@@ -49,6 +50,14 @@ def test_before_the_first_sample_it_waits_and_states_limit_and_promise():
     assert "alarm above" in text
     promise = "Promise: 1 % of healthy windows raise an alarm (0 to 5 %), from 99 healthy windows"
     assert promise in " ".join(text.split())
+
+
+def test_estimates_are_not_called_windows():
+    file = detector("weak_rls", window={"by": "estimate"})
+    text = text_of(Watched(file, "standard input"))
+    assert "0 estimates judged" in text
+    assert "healthy estimates" in text
+    assert "window" not in text
 
 
 def test_health_and_alarm_are_said_in_words_with_the_instant_of_the_change():

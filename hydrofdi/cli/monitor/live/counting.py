@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hydrofdi.cli.monitor.live.watched import Watched
-from hydrofdi.cli.monitor.live.wording import duration_text, instant_text
+from hydrofdi.cli.monitor.live.wording import duration_text, instant_text, judged_noun
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.monitor.lines import EventKind
 
@@ -27,7 +27,9 @@ def counts_text(watched: Watched) -> str:
 
 def windows_text(watched: Watched) -> str:
     """How many windows were judged, and how many raised an alarm."""
-    return f"{_number(watched.n_judged, 'window')} judged, {_number(watched.n_alarm, 'alarm')}"
+    return (
+        f"{_number(watched.n_judged, judged_noun(watched.file))} judged, {_number(watched.n_alarm, 'alarm')}"
+    )
 
 
 def _faults(watched: Watched) -> Iterator[str]:
@@ -50,7 +52,8 @@ def promise_text(file: DetectorFile) -> str:
     """The promise of the detector, and what it rests on."""
     basis, limits = file.basis, file.limits
     groups = f" of {_number(basis.n_group, 'group')}" if basis.n_group else ""
-    rests = f"from {_number(basis.n_window, 'healthy window')}{groups}"
+    noun = judged_noun(file)
+    rests = f"from {_number(basis.n_window, f'healthy {noun}')}{groups}"
     if file.chart is not None and file.config.chart is not None:
         wanted = duration_text(file.config.chart.false_alarm_every)
         low, high = file.chart.interval
@@ -58,7 +61,7 @@ def promise_text(file: DetectorFile) -> str:
         return f"Promise: one false alarm in {wanted} of operation ({duration_text(low)} to {upper}), {rests}"
     low, high = (100.0 * share for share in limits.interval)
     wanted_share = f"{100.0 * limits.false_alarm_rate:.2g} %"
-    return f"Promise: {wanted_share} of healthy windows raise an alarm ({low:.2g} to {high:.2g} %), {rests}"
+    return f"Promise: {wanted_share} of healthy {noun}s raise an alarm ({low:.2g} to {high:.2g} %), {rests}"
 
 
 def summary_text(watched: Watched) -> str:

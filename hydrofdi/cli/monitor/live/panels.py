@@ -10,7 +10,7 @@ from rich.text import Text
 from hydrofdi.cli.monitor.live.character_plots import draw, envelope, row_of
 from hydrofdi.cli.monitor.live.page import LABEL_WIDTH, Page, heading
 from hydrofdi.cli.monitor.live.watched import Watched
-from hydrofdi.cli.monitor.live.wording import duration_text, score_name
+from hydrofdi.cli.monitor.live.wording import duration_text, judged_noun, score_name
 from hydrofdi.detectors.trained.wording import readable_unit
 from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.records.batch import Array
@@ -68,7 +68,8 @@ def _decisive(watched: Watched, windows: Sequence[WindowLine]) -> tuple[Array, l
     """What decides on alarms: numbers of windows, limits, and a title."""
     file = watched.file
     duration = duration_text(windows[-1].end - windows[0].start) if windows else "no"
-    span = f"last {len(windows)} windows, {duration}" if windows else "no window yet"
+    noun = judged_noun(file)
+    span = f"last {len(windows)} {noun}s, {duration}" if windows else f"no {noun} yet"
     if windows and windows[-1].chart is not None and file.config.chart is not None:
         values = [
             np.nan if w.chart is None or w.chart.statistic is None else w.chart.statistic for w in windows

@@ -41,7 +41,7 @@ def state_text(watched: Watched) -> str:
     if watched.is_silent:
         return _silence_text(watched)
     if watched.since is None:
-        return "no window was judged yet"
+        return f"no {judged_noun(watched.file)} was judged yet"
     lasted = max((watched.time or 0.0) - watched.since, 0.0)
     return f"since {instant_text(watched.since)} ({duration_text(lasted)})"
 
@@ -82,6 +82,11 @@ def _is_beyond(score: float | None, file: DetectorFile) -> bool:
 def score_name(file: DetectorFile) -> str:
     """The score as ``indicator.output``."""
     return ".".join(part for part in (file.config.indicator, file.config.output) if part)
+
+
+def judged_noun(file: DetectorFile) -> str:
+    """What is judged one at a time."""
+    return "window" if file.n_sample else "estimate"
 
 
 def limits_text(file: DetectorFile) -> str:

@@ -44,7 +44,8 @@ class Conditions:
             state = {**state, "is_raised": np.array(1), "since": np.array(end)}
             events = [Event(EventKind.ALARM_RAISED, _why(verdict, chart), end)]
         elif is_raised and n_calm >= self._patience:
-            text = f"no alarm in {n_calm} windows; it was raised {end - state['since']:.6g} s ago"
+            ago = _ago(end - float(state["since"]))
+            text = f"no alarm in {n_calm} windows; it was raised {ago}"
             state = {**state, "is_raised": np.array(0)}
             events = [Event(EventKind.ALARM_CLEARED, text, end)]
         return state, self._condition(state), events
@@ -53,6 +54,10 @@ class Conditions:
         if state["n_not_judged"] >= self._patience:
             return Condition.UNKNOWN
         return Condition.ALARM if state["is_raised"] else Condition.HEALTHY
+
+
+def _ago(duration: float) -> str:
+    return f"{duration:.6g} s ago" if duration >= 0.0 else "before the clock was set back"
 
 
 def _why(verdict: Verdict, chart: ChartReading | None) -> str:

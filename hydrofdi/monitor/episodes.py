@@ -18,7 +18,14 @@ _KIND_OF_FAULT = {
     "novel": EventKind.NOVEL,
     "missing_channel": EventKind.MISSING_CHANNEL,
 }
-_KINDS = [*_KIND_OF_FAULT.values(), EventKind.NOT_JUDGED]
+_BEYOND = "novel, the score beyond its limit"
+_EPISODES = {
+    **{kind.value.replace("_", " "): kind for kind in (*_KIND_OF_FAULT.values(), EventKind.NOT_JUDGED)},
+    _BEYOND: EventKind.NOVEL,
+}
+"""What an episode is called, and the kind of its events; a score beyond its limit is said anew."""
+
+_NAMES = list(_EPISODES)
 
 
 class Episodes:
@@ -35,8 +42,8 @@ class Episodes:
 
     def start(self) -> State:
         """The state before the first window."""
-        none = np.zeros(len(_KINDS), dtype=np.int64)
-        return {"count": none, "quiet": none, "span": np.full((len(_KINDS), 2), np.nan)}
+        none = np.zeros(len(_NAMES), dtype=np.int64)
+        return {"count": none, "quiet": none, "span": np.full((len(_NAMES), 2), np.nan)}
 
     def step(self, state: State, start: float, end: float, verdict: Verdict) -> tuple[State, list[Event]]:
         """The state behind a window [s], and what is to be said."""
@@ -47,7 +54,7 @@ class Episodes:
         events = []
         if verdict.fault is not None:
             kind = _KIND_OF_FAULT.get(verdict.fault.kind, EventKind.NOT_JUDGED)
-            row = _KINDS.index(kind)
+            row = _NAMES.index(_BEYOND if verdict.is_beyond else kind.value.replace("_", " "))
             is_going_on = bool(count[row])
             span[row] = (span[row, 0] if is_going_on else start), end
             count[row], quiet[row] = count[row] + 1, 0
@@ -65,7 +72,6 @@ class Episodes:
 
 
 def _over(row: int, count: NDArray[np.int64], span: Array) -> Event:
-    kind, n, (start, end) = _KINDS[row], int(count[row]), span[row]
-    words = kind.value.replace("_", " ")
-    text = f"over: {n} window{'s' * (n > 1)} not judged ({words}) from {start:.10g} s to {end:.10g} s"
-    return Event(kind, text, float(end), n, is_end=True)
+    name, n, (start, end) = _NAMES[row], int(count[row]), span[row]
+    text = f"over: {n} window{'s' * (n > 1)} not judged ({name}) from {start:.10g} s to {end:.10g} s"
+    return Event(_EPISODES[name], text, float(end), n, is_end=True)

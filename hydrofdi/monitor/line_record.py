@@ -43,6 +43,7 @@ def _window(line: WindowLine, unit: str) -> dict[str, Any]:
         "unit": unit,
         "alarm": verdict.alarm,
         "margin": _finite(verdict.margin),
+        "beyond_limit": verdict.is_beyond,
         "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.text},
         "chart": chart and {
             "statistic": _finite(chart.statistic),

@@ -20,7 +20,7 @@ from hydrofdi.records.streams import State
 from hydrofdi.store.files import reason, whole_file
 from hydrofdi.store.folder.lock import file_lock
 
-SCHEMA, VERSION = "hydrofdi.monitor-state", 1
+SCHEMA, VERSION = "hydrofdi.monitor-state", 2
 """Raise the version when arrays of the state get another name or meaning."""
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.measuring import feature_of
+from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.monitor.judged import samples_between
@@ -26,6 +27,8 @@ class Tally:
     ----------
     faults : Counter of str
         Kind of fault → windows, or records without any, that were not judged.
+    n_beyond : int
+        Windows among them whose score is beyond a limit all the same.
     unjudged : dict of (str, str) to str
         Source and record of those of which nothing was judged → the first reason.
     """
@@ -33,6 +36,7 @@ class Tally:
     def __init__(self, file: DetectorFile, windows: Iterable[JudgedWindow]) -> None:
         self.file = file
         self.faults: Counter[str] = Counter()
+        self.n_beyond = 0
         self.unjudged: dict[tuple[str, str], str] = {}
         self._windows = windows
         self._outcomes: list[float] = []
@@ -53,6 +57,7 @@ class Tally:
             self.unjudged[record] = window.fault.text if window.fault else ""
         if window.fault is not None:
             self.faults[window.fault.kind] += 1
+            self.n_beyond += window.is_beyond
         if window.alarm is not None and window.line is not None:
             self.unjudged.pop(record, None)
             self._outcomes.append(float(window.alarm))
@@ -105,11 +110,22 @@ class Tally:
     @property
     def rests_on(self) -> str | None:
         """What the interval of the share takes as independent: ``groups``, ``records``, or ``windows`` of a
-        single record that do not overlap; None where nothing is, as estimates of a single record.
+        single record that do not overlap; None where nothing is, as estimates of a single record, or where
+        records or groups are too few.
         """
-        if len(set(self._groups)) > 1:
-            return "groups" if self._has_groups else "records"
+        if self.n_group > 1:
+            return self.group_noun if self.n_group >= FEWEST_GROUPS else None
         return "windows" if self.file.config.window.by != "estimate" and self.n_judged else None
+
+    @property
+    def n_group(self) -> int:
+        """Groups of which something was judged; records where nobody stated groups."""
+        return len(set(self._groups))
+
+    @property
+    def group_noun(self) -> str:
+        """What they are: ``groups`` or ``records``."""
+        return "groups" if self._has_groups else "records"
 
     @property
     def rate(self) -> Rate:

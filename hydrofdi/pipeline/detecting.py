@@ -45,6 +45,11 @@ class JudgedWindow:
         return self.record_fault if self.line is None else self.line.verdict.fault
 
     @property
+    def is_beyond(self) -> bool:
+        """Whether the score is beyond a limit of the threshold, also where nothing is judged."""
+        return self.line is not None and bool(self.line.verdict.is_beyond)
+
+    @property
     def alarm(self) -> bool | None:
         """That of the chart where there is one, or of the threshold; None where the window is not judged."""
         if self.line is None or self.line.verdict.alarm is None or self.line.chart is None:

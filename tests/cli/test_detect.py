@@ -78,17 +78,25 @@ def test_rows_are_those_of_a_monitor_on_the_same_stream(trained, tmp_path):
 
 
 def test_the_summary_counts_what_the_rows_say(trained, tmp_path):
-    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 3 else [])) for n in range(4)]
+    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 3 else [])) for n in range(5)]
     ended, found = detected(trained, *files)
     summary, rows = found["summary"], found["windows"]
-    assert summary["n_record"] == 4
-    assert summary["n_judged"] == len(rows) == 28
+    assert summary["n_record"] == 5
+    assert summary["n_judged"] == len(rows) == 35
     assert summary["n_alarm"] == sum(row["alarm"] for row in rows) == 3
-    assert summary["hours"] == pytest.approx(28 * 0.5 / 3600.0)
+    assert summary["hours"] == pytest.approx(35 * 0.5 / 3600.0)
     low, high = summary["alarm_share_interval"]
-    assert 0.0 <= low < 3 / 28 < high <= 1.0
+    assert 0.0 <= low < 3 / 35 < high <= 1.0
     assert summary["interval_rests_on"] == "records"
-    assert "judged 28 windows of 4 records, 14 s: 3 alarms, 10.7 % (" in ended.stderr
+    assert "judged 35 windows of 5 records, 17.5 s: 3 alarms, 8.57 % (" in ended.stderr
+
+
+def test_few_records_are_too_few_for_an_interval(trained, tmp_path):
+    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 1 else [])) for n in range(2)]
+    ended, found = detected(trained, *files)
+    assert found["summary"]["alarm_share_interval"] is None
+    assert found["summary"]["interval_rests_on"] is None
+    assert "21.4 % (2 records are too few for an interval)" in ended.stderr
 
 
 def test_windows_that_overlap_do_not_narrow_the_interval(trained, tmp_path):
@@ -151,6 +159,22 @@ def test_clipped_and_novel_windows_are_no_alarms(trained, tmp_path):
     assert all((row["score"] is not None) and row["alarm"] is None for row in found["windows"][8:])
     assert "healthy windows allow" in found["windows"][10]["fault"]["text"]
     assert "not judged: " in ended.stderr
+
+
+def test_a_novel_window_with_a_score_beyond_the_limit_says_so_everywhere(trained, tmp_path):
+    samples = pressure(40, leaking=[38])
+    samples[38_000:] += 20e6
+    source = written(tmp_path / "leaking.csv", samples)
+    ended, found = detected(trained, source)
+    beyond = [row for row in found["windows"] if row["beyond_limit"]]
+    assert len(beyond) == 3
+    assert all(row["alarm"] is None and row["margin"] < 0.0 for row in beyond)
+    assert all(row["fault"]["text"].endswith("; the score is beyond its limit, too") for row in beyond)
+    assert found["summary"]["n_not_judged_beyond_limit"] == 3
+    assert "; 3 of them with a score beyond the limit" in ended.stderr
+    shown = run_hydrofdi("detect", trained, source).stdout
+    assert "37.5" in shown
+    assert "beyond its limit, too" in " ".join(shown.split())
 
 
 def test_late_alarms_are_in_the_table_and_all_rows_in_csv(trained, tmp_path):

@@ -53,6 +53,16 @@ def test_windows_are_counted_by_what_is_said_of_them(sink):
     assert ("hydrofdi_threshold", "low") not in values
 
 
+def test_scores_beyond_the_limit_that_are_no_alarm_are_counted(sink):
+    novel = WindowFault("novel", "P1 is unlike the healthy ones")
+    verdicts = [Verdict(9.0, None, margin, novel) for margin in (-2.0, 1.0, -3.0)]
+    sink.put(None, [WindowLine(0, 0.0, 1.0, each, None, Condition.UNKNOWN) for each in verdicts])
+    values = served(sink)
+    assert values["hydrofdi_windows_not_judged_total", "novel"] == 3
+    assert values["hydrofdi_windows_not_judged_beyond_limit_total",] == 2
+    assert values["hydrofdi_margin",] == -3.0
+
+
 def test_one_condition_holds(sink):
     sink.put(None, [window(True, condition=Condition.ALARM)])
     values = served(sink)

@@ -10,7 +10,9 @@ from hydrofdi.detectors.trained import Judge
 from hydrofdi.monitor.judged import windower_of
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.watch import Watch
+from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk, windows_of
+from tests.detectors.trained.made import detector, window
 from tests.monitor.streams import N_SAMPLE, lines_of, made_detector, part, rearranged, stream
 
 FILES = {
@@ -203,3 +205,28 @@ def test_the_state_holds_one_window_and_some_numbers():
         state, _ = watch.step(state, some)
         sizes.append(sum(array.nbytes for array in state.values()))
     assert max(sizes) < 2 * 8 * N_SAMPLE + 1000
+
+
+def test_an_alarm_is_not_cleared_before_it_was_raised():
+    watch, made = Watch(FILES["side by side"]), stream(100, leaking=[99])
+    state, lines = watch.step(watch.start(), made)
+    assert [event.time for event in events_of(lines, EventKind.ALARM_RAISED)] == [99.999]
+    calm = stream(100)
+    _, more = watch.step(state, Chunk(calm.time - 200.0, calm.channels))
+    (cleared,) = events_of(more, EventKind.ALARM_CLEARED)
+    assert cleared.text == "no alarm in 10 windows; it was raised before the clock was set back"
+
+
+def test_novel_windows_whose_score_comes_to_lie_beyond_the_limit_are_said_anew():
+    healthy = [window(number, 100 + number) for number in range(20)]
+    file = FILES["side by side"]
+    file = file.model_copy(update={"ranges": detector(ranges=healthy).ranges})
+    made = stream(60, leaking=range(20, 40))
+    made.channels[Channel.CHAMBER_1_PRESSURE][10_000:40_000] += 20e6
+    lines = lines_of(Watch(file), [made])
+    said = [event for event in events_of(lines, EventKind.NOVEL) if not event.is_silent]
+    begun = [event for event in said if not event.is_end]
+    assert [event.time for event in begun] == [10.0, 20.0]
+    assert ["beyond its limit" in event.text for event in begun] == [False, True]
+    assert [event.count for event in said if event.is_end] == [10, 20]
+    assert total(lines, EventKind.NOVEL) == 30

@@ -71,23 +71,33 @@ def _write(form: Format, tally: Tally) -> None:
 
 def _tell(tally: Tally) -> None:
     from hydrofdi.cli.terminal import tell
+    from hydrofdi.detectors.trained.wording import count_text
 
     windows, records = _count(tally.n_judged, tally.noun), _count(tally.n_record, "record")
     parts = [f"judged {windows} of {records}, {_duration(tally.hours)}: {_count(tally.n_alarm, 'alarm')}"]
     if tally.n_judged:
-        rate = tally.rate
-        share = f"{100.0 * rate.value:.3g} %"
-        if tally.rests_on:
-            ends = f"{100.0 * rate.low:.3g} to {100.0 * rate.high:.3g} %"
-            share += f" ({ends}, {100.0 * rate.confidence:g} % interval over {tally.rests_on})"
-        parts += [share, f"{tally.n_alarm / tally.hours:.3g} an hour"]
+        parts += [_share(tally), f"{count_text(tally.n_alarm / tally.hours)} an hour"]
     tell(", ".join(parts))
     if tally.faults:
         kinds = ", ".join(f"{kind} {n:,}" for kind, n in tally.faults.most_common())
-        tell(f"not judged: {tally.faults.total():,} ({kinds})")
+        beyond = f"; {tally.n_beyond:,} of them with a score beyond the limit" if tally.n_beyond else ""
+        tell(f"not judged: {tally.faults.total():,} ({kinds}){beyond}")
     for (_, record), reason in list(tally.unjudged.items())[:1]:
         more = f"; {len(tally.unjudged):,} records in all" if len(tally.unjudged) > 1 else ""
         tell(f"nothing was judged of {record}: {reason}{more}")
+
+
+def _share(tally: Tally) -> str:
+    """Alarms of windows that were judged, with the interval where there is one."""
+    from hydrofdi.detectors.trained.wording import percent, percentage
+
+    rate, share = tally.rate, percent(tally.rate.value)
+    if tally.rests_on:
+        ends = f"{percentage(rate.low)} to {percent(rate.high)}"
+        return f"{share} ({ends}, {100.0 * rate.confidence:g} % interval over {tally.rests_on})"
+    if tally.n_group > 1:
+        return f"{share} ({tally.n_group} {tally.group_noun} are too few for an interval)"
+    return share
 
 
 def _count(count: int, noun: str) -> str:

@@ -14,7 +14,7 @@ from hydrofdi.pipeline.detecting import JudgedWindow
 
 _COLUMNS = (
     "record_id", "source", "group", "number", "start_s", "end_s", "score", "unit", "low", "high", "alarm",
-    "margin", "chart_statistic", "fault", "reason",
+    "margin", "beyond_limit", "chart_statistic", "fault", "reason",
 )  # fmt: skip
 
 
@@ -92,4 +92,5 @@ def _summary(tally: Tally) -> dict[str, Any]:
         "interval_rests_on": tally.rests_on,
         "hours": tally.hours,
         "not_judged": dict(sorted(tally.faults.items())),
+        "n_not_judged_beyond_limit": tally.n_beyond,
     }

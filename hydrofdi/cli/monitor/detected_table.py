@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
+
 from rich.table import Table
 from rich.text import Text
 
@@ -13,6 +15,8 @@ from hydrofdi.pipeline.detected import Tally
 from hydrofdi.pipeline.detecting import JudgedWindow
 from hydrofdi.units import convert
 
+_Rows = list[tuple[int, JudgedWindow]]
+
 _SHOWN = 20
 """Windows that the terminal shows."""
 
@@ -21,16 +25,19 @@ _MOST_TEXT = 28
 
 
 def print_windows(tally: Tally) -> None:
-    """A table of the first windows, in their order; alarms, however late, take the place of others."""
+    """A table of the first windows, in their order; alarms, and behind them scores beyond a limit that are
+    none, take the place of others, however late they are.
+    """
     console, file = terminal(), tally.file
-    alarms: list[tuple[int, JudgedWindow]] = []
-    others: list[tuple[int, JudgedWindow]] = []
+    alarms: _Rows = []
+    beyond: _Rows = []
+    others: _Rows = []
     n_row = 0
     for n_row, window in enumerate(tally, start=1):
-        kept = alarms if window.alarm else others
+        kept = alarms if window.alarm else beyond if window.is_beyond else others
         if len(kept) < _SHOWN:
             kept.append((n_row, window))
-    shown = sorted([*alarms, *others[: _SHOWN - len(alarms)]], key=lambda each: each[0])
+    shown = sorted([*alarms, *beyond, *others][:_SHOWN], key=itemgetter(0))
     console.print(f"{_score_name(file)}: {_limits_text(file)}")
     console.print(_table(file, [window for _, window in shown]))
     if n_row > len(shown):
@@ -48,7 +55,7 @@ def _table(file: DetectorFile, windows: list[JudgedWindow]) -> Table:
         table.add_column(f"chart\nof {file.chart.limit:.3g}", justify="right", no_wrap=True)
     table.add_column("verdict")
     for window in windows:
-        table.add_row(*_cells(file, window), style="bold red" if window.alarm else None)
+        table.add_row(*_cells(file, window), style=_style(window))
     return table
 
 
@@ -68,6 +75,10 @@ def _cells(file: DetectorFile, window: JudgedWindow) -> list[str | Text]:
             statistic = None if line.chart is None else line.chart.statistic
             cells.append("–" if statistic is None else f"{statistic:.3g}")
     return [*cells, _verdict_text(window)]
+
+
+def _style(window: JudgedWindow) -> str | None:
+    return "bold red" if window.alarm else "red" if window.is_beyond else None
 
 
 def _verdict_text(window: JudgedWindow) -> str:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.detectors.trained.wording import readable
+from hydrofdi.detectors.trained.wording import count_text, percent, readable
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
@@ -76,9 +76,9 @@ def _limits(file: DetectorFile) -> str:
 
 def _promise(file: DetectorFile) -> Iterator[str]:
     limits, what = file.limits, "windows" if file.n_sample else "estimates"
-    rate = f"{_percent(limits.false_alarm_rate)} of healthy {what}"
+    rate = f"{percent(limits.false_alarm_rate)} of healthy {what}"
     set_for = f"at most {rate}" if limits.method == "tolerance limit" else rate
-    low, high = map(_percent, limits.interval)
+    low, high = map(percent, limits.interval)
     yield (
         f"It is set for false alarms in {set_for}; the true share lies within {low} and {high}"
         f" ({100.0 * limits.confidence:.4g} % confidence; {_RESTS[limits.interval_rests_on]})."
@@ -86,8 +86,8 @@ def _promise(file: DetectorFile) -> Iterator[str]:
     if per_hour := _per_hour(file):
         least, most = per_hour["interval"]
         overlap = "" if not _overlap(file) else "; they come in rows because windows overlap"
-        alarms = f"{_count(per_hour['wanted'])} false alarms an hour ({_count(least)} to {_count(most)})"
-        yield f"That is {alarms}{overlap}."
+        ends = f"{count_text(least)} to {count_text(most)}"
+        yield f"That is {count_text(per_hour['wanted'])} false alarms an hour ({ends}){overlap}."
     if not file.n_sample:
         yield (
             "Estimates follow each other closely, so false alarms come in rows; a chart counts their times."
@@ -161,14 +161,6 @@ def _overlap(file: DetectorFile) -> bool:
 
 def _records(count: int) -> str:
     return f"{count:,} healthy record{'s' if count != 1 else ''}"
-
-
-def _count(number: float) -> str:
-    return f"{number:,.0f}" if number >= 9.95 else f"{number:.2g}"
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.3g} %"
 
 
 def _time(duration: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from hydrofdi.detectors.trained.file import DetectorFile
@@ -85,16 +86,22 @@ def verdict_of(
     score : float
         NaN where there is none.
     fault : WindowFault, optional
-        Why it is not judged; the score is shown all the same where the window is novel.
+        Why it is not judged. Where the window is novel, the score and its margin are shown all the same, and
+        the fault says that it is beyond a limit.
     obstacle : str, optional
         Why there is no score.
     """
-    shown = None if math.isnan(score) else score
-    if fault is not None:
-        return Verdict(shown if fault.kind == "novel" else None, None, None, fault)
-    if shown is None:
-        return Verdict(None, None, None, WindowFault("no_number", obstacle or "the indicator has no number"))
+    if fault is not None and fault.kind != "novel":
+        return Verdict(None, None, None, fault)
+    if math.isnan(score):
+        reason = WindowFault("no_number", obstacle or "the indicator has no number")
+        return Verdict(None, None, None, fault or reason)
     limits = [(score - file.limits.low)] if file.limits.low is not None else []
     limits += [file.limits.high - score] if file.limits.high is not None else []
     distance = min(limits, default=math.inf)
-    return Verdict(score, distance < 0.0, distance / file.healthy.spread)
+    margin = distance / file.healthy.spread
+    if fault is None:
+        return Verdict(score, distance < 0.0, margin)
+    if distance < 0.0:
+        fault = replace(fault, text=f"{fault.text}; the score is beyond its limit, too")
+    return Verdict(score, None, margin, fault)

@@ -18,7 +18,7 @@ class Verdict:
     alarm : bool or None
         None where the window is not judged.
     margin : float or None
-        Distance to the nearest limit in healthy spreads; negative beyond it.
+        Distance to the nearest limit in healthy spreads; negative beyond it. It is there with the score.
     fault : WindowFault or None
         Why the window is not judged.
     """
@@ -27,3 +27,8 @@ class Verdict:
     alarm: bool | None
     margin: float | None
     fault: WindowFault | None = None
+
+    @property
+    def is_beyond(self) -> bool | None:
+        """Whether the score is beyond a limit, also where that is no alarm; None where there is no score."""
+        return None if self.margin is None else self.margin < 0.0

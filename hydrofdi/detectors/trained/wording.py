@@ -7,6 +7,26 @@ from hydrofdi.units import convert
 _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "m^3/s": "L/min", "m³/s": "L/min"}
 
 
+_LEAST_PERCENT = 1e-4
+"""Smaller shares have no digits that tell anything [%]."""
+
+
+def percent(share: float) -> str:
+    """A share as a percentage, with three digits and its sign."""
+    return f"{percentage(share)} %"
+
+
+def percentage(share: float) -> str:
+    """The same without the sign, as the lower end of a range has it."""
+    value = 100.0 * share
+    return f"below {_LEAST_PERCENT:.4f}" if 0.0 < value < _LEAST_PERCENT else f"{value:.3g}"
+
+
+def count_text(number: float) -> str:
+    """How many on average, as a person says it."""
+    return f"{number:,.0f}" if number >= 9.95 else f"{number:.2g}"
+
+
 def readable_unit(unit: str) -> str:
     """The unit that a person uses for one in SI."""
     return _READABLE.get(unit, unit)

@@ -30,6 +30,8 @@ class Measures:
         self._describe(file)
         self._judged = self._counter("windows_judged", "Windows that were judged", ["alarm"])
         self._not_judged = self._counter("windows_not_judged", "Windows that were not judged", ["reason"])
+        text = "Windows that were not judged, with a score beyond its limit"
+        self._beyond = self._counter("windows_not_judged_beyond_limit", text)
         self._alarms = self._counter("alarms", "Alarms that were raised")
         self._samples = self._counter("samples", "Samples that arrived")
         self._events = self._counter("events", "Events, each repetition counted", ["kind"])
@@ -101,6 +103,7 @@ class Measures:
         self._condition.state(line.condition.value)
         if verdict.alarm is None:
             self._not_judged.labels(verdict.fault.kind if verdict.fault else "unknown").inc()
+            self._beyond.inc(bool(verdict.is_beyond))
         else:
             self._judged.labels(str(verdict.alarm).lower()).inc()
         if verdict.score is not None:

@@ -52,8 +52,7 @@ def test_scores_beyond_a_limit_are_alarms_and_those_on_it_are_not():
 def fault_of(*windows, **more):
     (verdict,) = judged(detector(ranges=HEALTHY, **more), *windows)
     assert verdict.alarm is None
-    assert verdict.margin is None
-    assert (verdict.score is None) == (verdict.fault.kind != "novel")
+    assert (verdict.score is None) == (verdict.margin is None) == (verdict.fault.kind != "novel")
     return verdict.fault
 
 
@@ -98,6 +97,14 @@ def test_what_healthy_windows_never_showed_is_novel_with_its_score_and_no_alarm(
     assert fault.kind == "novel"
     assert said in fault.text
     assert "MPa" in fault.text
+
+
+@pytest.mark.parametrize(("limit", "is_beyond"), [(-1e9, True), (1e9, False)])
+def test_a_novel_window_says_whether_its_score_is_beyond_the_limit(limit, is_beyond):
+    novel = window(chamber_1_pressure=HEALTHY[0].channels[P1] + 20e6)
+    (verdict,) = judged(detector(ranges=HEALTHY, limits=(None, limit)), novel)
+    assert (verdict.alarm, verdict.is_beyond) == (None, is_beyond)
+    assert ("the score is beyond its limit" in verdict.fault.text) is is_beyond
 
 
 def test_other_windows_of_the_same_kind_are_not_novel():

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, instant_text, judged_noun
 from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.wording import percent, percentage
 from hydrofdi.monitor.lines import EventKind
 
 _COUNTED = {
@@ -59,9 +60,10 @@ def promise_text(file: DetectorFile) -> str:
         low, high = file.chart.interval
         upper = "no upper end" if high is None else duration_text(high)
         return f"Promise: one false alarm in {wanted} of operation ({duration_text(low)} to {upper}), {rests}"
-    low, high = (100.0 * share for share in limits.interval)
-    wanted_share = f"{100.0 * limits.false_alarm_rate:.2g} %"
-    return f"Promise: {wanted_share} of healthy {noun}s raise an alarm ({low:.2g} to {high:.2g} %), {rests}"
+    low, high = limits.interval
+    ends = f"{percentage(low)} to {percent(high)}"
+    wanted = percent(limits.false_alarm_rate)
+    return f"Promise: {wanted} of healthy {noun}s raise an alarm ({ends}), {rests}"
 
 
 def summary_text(watched: Watched) -> str:

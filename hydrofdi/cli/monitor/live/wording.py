@@ -68,15 +68,10 @@ def reading_text(watched: Watched) -> str:
     verdict, name = line.verdict, score_name(watched.file)
     score = "has no number" if verdict.score is None else readable(verdict.score, file.unit)
     if verdict.fault is not None:
-        beyond = ", beyond its limit" if _is_beyond(verdict.score, file) else ""
+        beyond = ", beyond its limit" if verdict.is_beyond else ""
         return f"{name} {score}{beyond}; not judged, {verdict.fault.kind}: {verdict.fault.text}"
     margin = "" if verdict.margin is None else f", margin {signed(verdict.margin)} spreads"
     return f"{name} {score}; {limits_text(file)}{margin}{chart_text(line)}"
-
-
-def _is_beyond(score: float | None, file: DetectorFile) -> bool:
-    low, high = file.limits.low, file.limits.high
-    return score is not None and ((low is not None and score < low) or (high is not None and score > high))
 
 
 def score_name(file: DetectorFile) -> str:

@@ -3,20 +3,33 @@
 The public names below are loaded when they are first used, so that importing the package costs nothing.
 
 >>> import hydrofdi
->>> experiment = hydrofdi.load_experiment(settings=["fluid.bulk_modulus=689 MPa"])
->>> experiment.fluid.bulk_modulus
-689000000.0
+>>> run = hydrofdi.simulate(bulk_modulus="689 MPa", internal_flow="0.2 L/min", duration="4 s")
+>>> run.status
+'ok'
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hydrofdi.api.run import Run, simulate
+    from hydrofdi.config import expand_runs, load_experiment
+    from hydrofdi.errors import HydrofdiError
+    from hydrofdi.pipeline import plan_sweep, run_sweep
+    from hydrofdi.report import summarize_table
+    from hydrofdi.simulation import simulate_batch, solve_leakage_coefficients
+    from hydrofdi.store import read_experiment
+    from hydrofdi.transforms.change import percentage_change
+    from hydrofdi.transforms.wavelet import detail_rms
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "HydrofdiError": "hydrofdi.errors",
+    "Run": "hydrofdi.api.run",
+    "simulate": "hydrofdi.api.run",
     "load_experiment": "hydrofdi.config",
     "expand_runs": "hydrofdi.config",
     "simulate_batch": "hydrofdi.simulation",
@@ -29,7 +42,22 @@ _HOMES = {
     "summarize_table": "hydrofdi.report",
 }
 
-__all__ = ["__version__", *_HOMES]
+__all__ = [
+    "HydrofdiError",
+    "Run",
+    "__version__",
+    "detail_rms",
+    "expand_runs",
+    "load_experiment",
+    "percentage_change",
+    "plan_sweep",
+    "read_experiment",
+    "run_sweep",
+    "simulate",
+    "simulate_batch",
+    "solve_leakage_coefficients",
+    "summarize_table",
+]
 
 
 def __getattr__(name: str) -> Any:

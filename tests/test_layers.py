@@ -13,6 +13,7 @@ PACKAGE = Path(hydrofdi.__file__).parent
 
 LAYERS = [
     {"cli"},
+    {"api"},
     {"pipeline"},
     {"assessment"},
     {"execution"},
@@ -47,8 +48,10 @@ HOMES = {
     "typer": ("cli/",),
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
-    "matplotlib": ("report/figures/", "papers/maddahi2015/figures/"),
+    "matplotlib": ("report/figures/", "papers/maddahi2015/figures/", "api/run.py"),
     "pyarrow": ("report/forms/tidy.py", "report/forms/measures.py", "records/measured/"),
+    "xarray": ("api/",),
+    "pandas": ("api/",),
     "pebble": ("execution/",),
     "numba": ("compilation/",),
     "llvmlite": ("compilation/",),

@@ -37,37 +37,34 @@ def simulate(
 
     A sweep in the file is left aside.
     """
-    from hydrofdi.assessment import plan_warnings as plan_warnings
+    from hydrofdi.api.run import simulate as simulate_actuator
     from hydrofdi.cli.rendering import print_run, tell_doubtful_settings
     from hydrofdi.cli.terminal import print_json, tell
     from hydrofdi.config import load_experiment
-    from hydrofdi.pipeline import simulate_nominal, write_single_run
-    from hydrofdi.report.run_summary import run_record, summarize_run
     from hydrofdi.store.files import require_replaceable
 
     experiment = load_experiment(config, settings or ())
     tell_doubtful_settings(experiment, with_sweep=False)
     if out is not None:
         require_replaceable(out)
-    single = simulate_nominal(experiment, None if solver is None else solver.value)
-    summary = summarize_run(single.run, single.columns)
+    run = simulate_actuator(experiment, solver=None if solver is None else solver.value)
     if out is not None:
-        write_single_run(out, experiment, single)
+        run.write(out)
         tell(f"stored {out}")
     if figure is not None:
-        from hydrofdi.report.figures import draw_signals, save_figure
+        from hydrofdi.report.figures import save_figure
 
-        save_figure(draw_signals(single.columns, experiment.wavelet, summary.title), figure)
+        save_figure(run.plot(), figure)
         tell(f"drew {figure}")
-    for warning in plan_warnings(lambda *_: [single.run.request]):
+    for warning in run.plan_warnings:
         tell(f"warning: {warning}")
     if json:
-        print_json(run_record(summary))
+        print_json(run.to_dict())
     else:
-        print_run(summary)
-    if summary.status != "ok":
-        tell(f"the run failed: {summary.status}: {summary.message}")
+        print_run(run.summary)
+    if run.status != "ok":
+        tell(f"the run failed: {run.status}: {run.message}")
         return 1
-    if summary.verdict != "ok":
-        tell(f"read its numbers with care: {summary.verdict} (see docs/physics.md)")
+    if run.verdict != "ok":
+        tell(f"read its numbers with care: {run.verdict} (see docs/physics.md)")
     return 0

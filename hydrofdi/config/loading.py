@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -14,9 +14,9 @@ from hydrofdi.config.request import parameter_names
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.extending import overlay, read_extended
+from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
+from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml, plain
 
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
     ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
@@ -29,32 +29,52 @@ _DOTTED_MAPPINGS: tuple[Path, ...] = (
 _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
 
+_MAPPING = "the mapping"
+"""What messages call an experiment that is no file."""
+
 _NOTHING = "states nothing; write at least a name, such as 'name: nominal' for the actuator of the paper"
 
 
-def load_experiment(file: str | FilePath | None = None, settings: Sequence[str] = ()) -> ExperimentConfig:
-    """The experiment that a YAML file and ``KEY=VALUE`` settings describe.
+def load_experiment(
+    file: str | FilePath | Mapping[str, Any] | None = None,
+    settings: Sequence[str] | Mapping[str, Any] = (),
+) -> ExperimentConfig:
+    """The experiment that a YAML file and settings describe.
 
     Parameters
     ----------
-    file : path, optional
-        YAML file; without it every parameter has its nominal value. It may extend other files
-        (``extends: other.yaml``), whose keys it overrides.
-    settings : sequence of str
-        ``"fluid.bulk_modulus=689 MPa"`` and the like; they win over the file.
+    file : path or mapping, optional
+        YAML file, or what would stand in one; without it every parameter has its nominal value. It may
+        extend other files (``extends: other.yaml``), whose keys it overrides.
+    settings : sequence of str, or mapping
+        ``"fluid.bulk_modulus=689 MPa"`` and the like, or ``{"fluid.bulk_modulus": "689 MPa"}``; they win
+        over the file.
 
     Raises
     ------
     ConfigError
         With every mistake in the files and the settings.
     """
-    source = Source({})
-    if file is not None:
-        source = read_extended(FilePath(file), "an experiment file", _prepare, _merged)
-    for setting in settings:
-        _apply_setting(source, setting)
-    _refuse_contradictory_settings(source, settings)
+    source = _read(file)
+    if isinstance(settings, Mapping):
+        for key, value in settings.items():
+            _lay(source, _setting_path(key), plain(value))
+        _refuse_contradictory_settings(source, set(settings), origin="")
+    else:
+        for setting in settings:
+            _apply_setting(source, setting)
+        keys = {setting.partition("=")[0].strip() for setting in settings}
+        _refuse_contradictory_settings(source, keys, origin="--set")
     return _validate(source)
+
+
+def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
+    kind = "an experiment file"
+    if file is None:
+        return Source({})
+    if isinstance(file, Mapping):
+        return extended(Source(plain(file)), FilePath(_MAPPING), kind, _prepare, _merged)
+    return read_extended(FilePath(file), kind, _prepare, _merged)
 
 
 def _prepare(own: Source, file: FilePath) -> None:
@@ -97,27 +117,30 @@ def _apply_setting(source: Source, setting: str) -> None:
         source.mistakes.extend(Mistake(mistake.message, key.strip(), origin) for mistake in value.mistakes)
         return
     path = _setting_path(key.strip())
-    nested: Any = value.data
-    for part in reversed(path):
-        nested = {part: nested}
     origins = dict.fromkeys([path, *((*path, *inner) for inner in value.origins)], origin)
     around = (path[:depth] for depth in range(1, len(path)))
     origins |= {part: origin for part in around if part not in source.origins}
-    setting_source = Source(nested, origins, value.mistakes)
-    rename_keys(setting_source)
-    overlay(source, setting_source, _merged)
+    _lay(source, path, value.data, origins)
 
 
-def _refuse_contradictory_settings(source: Source, settings: Sequence[str]) -> None:
-    keys = {setting.partition("=")[0].strip() for setting in settings}
+def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None = None) -> None:
+    """Lay a value over a source; a value without an origin takes that of the file away."""
+    for part in reversed(path):
+        value = {part: value}
+    setting = Source(value, {path: ""} if origins is None else origins)
+    rename_keys(setting)
+    overlay(source, setting, _merged)
+
+
+def _refuse_contradictory_settings(source: Source, keys: Set[str], origin: str) -> None:
     for one, other in (INTERNAL_LEAKAGE_FORMS, tuple(f"baseline.{form}" for form in INTERNAL_LEAKAGE_FORMS)):
         if {one, other} <= keys:
             message = f"give {one.split('.')[-1]} or {other.split('.')[-1]}, not both"
-            source.mistakes.append(Mistake(message, one.rpartition(".")[0], "--set"))
+            source.mistakes.append(Mistake(message, one.rpartition(".")[0], origin))
     for old, new in RENAMED.items():
         for around in ("", *(f"{dotted(mapping)}." for mapping in _DOTTED_MAPPINGS)):
             if {around + old, around + new} <= keys:
-                source.mistakes.append(Mistake(given_twice(old), around + old, "--set"))
+                source.mistakes.append(Mistake(given_twice(old), around + old, origin))
 
 
 def _setting_path(key: str) -> Path:

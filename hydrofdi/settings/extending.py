@@ -58,7 +58,32 @@ def read_extended(
     if file.resolve() in extending:
         chain = " → ".join(path.name for path in (*extending, file.resolve()))
         raise ConfigError([Mistake(f"the files extend each other: {chain}", "extends", str(file))])
-    own = read_yaml(file, kind)
+    return extended(read_yaml(file, kind), file, kind, prepare, merge, extending)
+
+
+def extended(
+    own: Source,
+    file: Path,
+    kind: str,
+    prepare: Callable[[Source, Path], None] = lambda own, file: None,
+    merge: Merge = merged,
+    extending: tuple[Path, ...] = (),
+) -> Source:
+    """Data on top of the files that they extend, as `read_extended` reads them from a file.
+
+    Parameters
+    ----------
+    own : Source
+    file : path
+        Where paths in the data start from: its folder.
+    kind, prepare, merge, extending
+        As there.
+
+    Raises
+    ------
+    ConfigError
+        A file cannot be read, or the files extend each other.
+    """
     own.data = own.data or {}
     prepare(own, file)
     parents = own.data.pop("extends", [])

@@ -7,7 +7,9 @@ repeated key silently wins. Here scalars follow the core schema of YAML 1.2, and
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import PurePath
 from typing import Any
 
 import yaml
@@ -67,6 +69,17 @@ def dotted(path: Path) -> str:
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
     return text
+
+
+def plain(value: Any) -> Any:
+    """A value of Python as it would come from YAML: arrays and tuples as lists, paths as text; a copy."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, PurePath):
+        return str(value)
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def parse_yaml(text: str, file: str) -> Source:

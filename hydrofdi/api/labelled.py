@@ -1,0 +1,51 @@
+"""Arrays with named dimensions and units: xarray."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.api.places import notebook_library
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.names import Variable
+from hydrofdi.store.layout.outputs import output_variables
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def run_variables(experiment: ExperimentConfig) -> tuple[Variable, ...]:
+    """All that a single run may have, by the names of experiment files."""
+    phases = experiment.wavelet.phase == "all"
+    measured = experiment.indicator_choice.made(experiment.wavelet)
+    stored = names.stored_variables("all", phases=phases)
+    return (*stored, *output_variables([measured]), *names.BY_LEVEL)
+
+
+def run_dataset(
+    variables: Iterable[Variable], columns: Mapping[str, NDArray[Any]], attributes: Mapping[str, str]
+) -> xarray.Dataset:
+    """One run as a dataset: signals over time, numbers of levels, and single numbers.
+
+    Raises
+    ------
+    ReportError
+        xarray is not installed.
+    """
+    library = notebook_library("xarray")
+    held = {each.name: each for each in variables if each.name in columns and not each.is_text}
+    content = {
+        name: (each.dimensions[1:], columns[name][0], {"units": each.units, "long_name": each.long_name})
+        for name, each in held.items()
+    }
+    dataset: xarray.Dataset = library.Dataset(content, attrs=dict(attributes))
+    time = (names.TIME, columns[names.TIME], {"units": "s", "long_name": "time"})
+    coordinates: dict[str, Any] = {names.TIME: time}
+    if names.LEVEL in dataset.sizes:
+        levels = np.arange(1, dataset.sizes[names.LEVEL] + 1)
+        coordinates[names.LEVEL] = (names.LEVEL, levels, {"long_name": "level of the wavelet transform"})
+    return dataset.assign_coords(coordinates)

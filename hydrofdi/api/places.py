@@ -1,0 +1,29 @@
+"""Paths and optional libraries."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from hydrofdi.errors import ReportError
+
+
+def path_of(place: str | PathLike[str]) -> Path:
+    """A path, ``~`` being the home of the user."""
+    return Path(place).expanduser()
+
+
+def notebook_library(name: str) -> Any:
+    """A library of the extra ``notebook``.
+
+    Raises
+    ------
+    ReportError
+        It is not installed.
+    """
+    try:
+        return import_module(name)
+    except ImportError:
+        raise ReportError(f"{name} is not installed: pip install 'hydrofdi[notebook]'") from None

@@ -1,0 +1,181 @@
+"""One simulated run, for scripts and notebooks."""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+from html import escape
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.page import html_table
+from hydrofdi.api.places import path_of
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.pipeline.single import SingleRun, simulate_nominal, write_single_run
+from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
+from hydrofdi.simulation.second_opinion import Solver
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+
+class Run:
+    """One simulated actuator; `hydrofdi.simulate` makes it.
+
+    Attributes
+    ----------
+    experiment : ExperimentConfig
+        What was asked for, in SI.
+    """
+
+    def __init__(self, experiment: ExperimentConfig, single: SingleRun) -> None:
+        self.experiment = experiment
+        self._single = single
+
+    @cached_property
+    def summary(self) -> RunSummary:
+        """The features of the run in words and numbers, as the command prints them."""
+        return summarize_run(self._single.run, self._single.columns)
+
+    @property
+    def run_id(self) -> str:
+        """Identity: a hash of what determines the run."""
+        return self.summary.run_id
+
+    @property
+    def status(self) -> str:
+        """``ok``, or how the run failed."""
+        return self.summary.status
+
+    @property
+    def message(self) -> str:
+        """A sentence on a run that failed; else empty."""
+        return self.summary.message
+
+    @property
+    def verdict(self) -> str:
+        """How far the numbers can be believed; ``ok`` where nothing speaks against it."""
+        return self.summary.verdict
+
+    @cached_property
+    def features(self) -> dict[str, float]:
+        """Name → number in SI, such as ``mean_internal_leakage_flow`` [m³/s] and ``dwt.d2`` [Pa]."""
+        return {
+            name: float(values[0])
+            for name, values in self._single.columns.items()
+            if values.shape == (1,) and values.dtype.kind == "f"
+        }
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence on each setting that is strange, without effect, or hard to simulate."""
+        from hydrofdi.config.idle_parameters import idle_parameters
+        from hydrofdi.config.plausibility import unusual_values
+
+        doubts = unusual_values(self.experiment, with_sweep=False) + idle_parameters(self.experiment)
+        return (*doubts, *self.plan_warnings)
+
+    @property
+    def plan_warnings(self) -> list[str]:
+        """Those among them that ``hydrofdi plan`` gives."""
+        from hydrofdi.assessment import plan_warnings
+
+        return plan_warnings(lambda *_: [self._single.run.request])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Signals over time and all features, with units and long names as attributes.
+
+        Raises
+        ------
+        ReportError
+            xarray is not installed.
+        """
+        from hydrofdi.api.labelled import run_dataset, run_variables
+
+        told = {"title": self.summary.title, "run_id": self.run_id, "status": self.status}
+        told |= {"verdict": self.verdict} | ({"message": self.message} if self.message else {})
+        return run_dataset(run_variables(self.experiment), self._single.columns, told)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``hydrofdi simulate --json`` prints."""
+        return run_record(self.summary)
+
+    def plot(self) -> Figure:
+        """The signals over time; `Figure.savefig` writes them."""
+        from hydrofdi.report.figures import draw_signals
+        from hydrofdi.report.figures.style import figure_bytes
+
+        figure = draw_signals(self._single.columns, self.experiment.wavelet, self.summary.title)
+        # IPython shows figures without pyplot by this method alone
+        figure.__dict__["_repr_png_"] = partial(figure_bytes, figure, "png")
+        return figure
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Store the run as an experiment file (HDF5).
+
+        Raises
+        ------
+        StoreError
+            The file cannot be written, or something else stands there.
+        """
+        from hydrofdi.store.files import require_replaceable
+
+        require_replaceable(path_of(path))
+        write_single_run(path_of(path), self.experiment, self._single)
+
+    def __repr__(self) -> str:
+        lines = [self.summary.title]
+        lines += [f"  {name}: {value} {unit}".rstrip() for name, value, unit in self.summary.lines()]
+        return "\n".join([*lines, *(f"  warning: {warning}" for warning in self.warnings)])
+
+    def _repr_html_(self) -> str:
+        table = html_table(self.summary.lines(), caption=self.summary.title)
+        return table + "".join(f"<p>warning: {escape(warning)}</p>" for warning in self.warnings)
+
+
+def simulate(
+    experiment: Experiment | None = None,
+    /,
+    *,
+    solver: Solver | None = None,
+    **settings: Any,
+) -> Run:
+    """Simulate one actuator, as ``hydrofdi simulate`` does.
+
+    Parameters
+    ----------
+    experiment : path, mapping or ExperimentConfig, optional
+        YAML file, or what would stand in one; without it, the nominal actuator. A sweep is left aside.
+    solver : {"lsoda", "radau"}, optional
+        Integrate the same equations with SciPy instead: a second opinion.
+    **settings
+        Parameters by their names, quantities with a unit or in SI: ``bulk_modulus="689 MPa"``. Where several
+        sections have a name, ``pressure_1_sensor__noise="20 kPa"``; a whole section as a mapping.
+
+    Returns
+    -------
+    Run
+        A run that fails has another `status` than ``ok``.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake in the settings.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> run = hydrofdi.simulate(bulk_modulus="689 MPa", internal_flow="0.2 L/min", duration="4 s")
+    >>> run.summary.title
+    'EBM 689 MPa, 0.2 L/min'
+    >>> round(run.features["mean_internal_leakage_flow"] * 60e3, 3)
+    0.2
+    >>> run.to_xarray().chamber_1_pressure.attrs["units"]
+    'Pa'
+    >>> hydrofdi.simulate(bulk_modulos="689 MPa")
+    Traceback (most recent call last):
+    hydrofdi.errors.ConfigError: bulk_modulos: unknown key; did you mean 'bulk_modulus'?
+    """
+    loaded = experiment_of(experiment, settings)
+    return Run(loaded, simulate_nominal(loaded, solver))

@@ -14,12 +14,26 @@ A run that fails is no exception at all but a stored row with a status and a sen
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+_CREDENTIALS = re.compile(r"(?P<begin>://?).*@|(?P<slashes>//)\S*@|[^\s/:'\"]+:\S*@")
+
+
+def without_credentials(text: str) -> str:
+    """What somebody typed, fit to be shown: an ellipsis for what stands before ``@`` in an address.
+
+    Misspelt addresses hide it as well: behind ``//``, and behind a colon.
+    """
+    return _CREDENTIALS.sub(lambda found: f"{found['begin'] or found['slashes'] or ''}…@", text)
+
 
 class HydrofdiError(Exception):
-    """Anything that the user of hydrofdi can fix."""
+    """Anything that the user of hydrofdi can fix. Its text repeats no credentials."""
+
+    def __str__(self) -> str:
+        return without_credentials(super().__str__())
 
 
 @dataclass(frozen=True)

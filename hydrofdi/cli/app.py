@@ -28,7 +28,7 @@ from hydrofdi.cli.report import report
 from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
-from hydrofdi.errors import HydrofdiError, IndicatorWarning, RenamedKeyWarning
+from hydrofdi.errors import HydrofdiError, IndicatorWarning, RenamedKeyWarning, without_credentials
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
@@ -78,7 +78,7 @@ def main() -> None:
         code = _complain(str(error))
     except typer.TyperException as error:
         describe = getattr(error, "format_message", error.__str__)
-        message = describe()
+        message = without_credentials(describe())
         hint = getattr(getattr(error, "ctx", None), "command_path", "hydrofdi")
         code = _complain(f"{message} (see '{hint} --help')") if message else USER_ERROR
     except (KeyboardInterrupt, typer.Abort):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 from paho.mqtt.client import Client
@@ -20,6 +21,7 @@ from hydrofdi.monitor.sources.payload import PayloadReader
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
+DETECTOR = Path("detector.json")
 SOON = 0.05
 """Before the second attempt to connect [s]."""
 
@@ -37,7 +39,7 @@ def blocks_of(n_block, n_sample=100):
     ]
 
 
-def source_at(address, config=None, detector="detector.json", is_open=True, **options):
+def source_at(address, config=None, detector=DETECTOR, is_open=True, **options):
     address = MqttAddress.parse(address)
     source = MqttSource(
         address, config or MqttConfig(), PayloadReader().read, detector, first_wait=SOON, **options

@@ -2,6 +2,7 @@
 
 import sys
 from itertools import groupby
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -66,6 +67,24 @@ def test_what_was_not_confirmed_comes_again_and_what_was_does_not(broker, closin
     sent(publisher, blocks[15:])
     again = until(closing(source_at(broker.address())), through(*blocks))
     np.testing.assert_array_equal(times(again), all_times(blocks[10:]))
+
+
+def test_detectors_of_one_file_name_do_not_throw_each_other_out(broker, closing, tmp_path, monkeypatch):
+    """A path names the detector, however it is written; the broker does not see it."""
+    blocks = blocks_of(10)
+    monkeypatch.chdir(tmp_path)
+    paths = [tmp_path / "press" / "detector.json", tmp_path / "crane" / "detector.json"]
+    sources = [closing(source_at(broker.address(), detector=path)) for path in paths]
+    for source in sources:
+        connected(source)
+    sent(closing(publisher_at(broker.address())), blocks)
+    for source in sources:
+        readings = until(source, through(*blocks))
+        np.testing.assert_array_equal(times(readings), all_times(blocks))
+        assert not events(readings)
+        assert "press" not in source._connection._session.client_id
+    short = source_at(broker.address(), detector=Path("press/detector.json"), is_open=False)
+    assert short._connection._session.client_id == sources[0]._connection._session.client_id
 
 
 def test_a_slow_monitor_holds_the_network_up_and_loses_nothing(broker, closing, monkeypatch):

@@ -28,7 +28,7 @@ def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(gu
     assert len(expected) == machine.n_window
     monkeypatch.setenv("HYDROFDI_MQTT_USERNAME", "press")
     monkeypatch.setenv("HYDROFDI_MQTT_PASSWORD", SECRET)
-    before = source_at(guarded.address(), detector=machine.detector.name)
+    before = source_at(guarded.address(), detector=machine.detector)
     connected(before)
     before.close()
     run("replay", machine.stream, "--rate", "max", "--to", guarded.address(), check=0)

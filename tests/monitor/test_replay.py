@@ -166,7 +166,7 @@ def test_a_broker_gets_the_samples_to_the_bit(experiment, tmp_path):
     broker = Broker(folder)
     broker.start()
     address = MqttAddress.parse(broker.address())
-    source = MqttSource(address, MqttConfig(), PayloadReader().read, "detector")
+    source = MqttSource(address, MqttConfig(), PayloadReader().read, Path("detector"))
     try:
         source.open({})
         while not any(event.kind == "connected" for event in source.read(0.1).events):

@@ -76,7 +76,7 @@ def monitor(
         source,
         settings,
         file,
-        detector.name,
+        detector,
         sampling_frequency=frequency(sampling_frequency),
         is_followed=follow,
     )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydrofdi.cli.options import Json, SamplingFrequency, frequency
+from hydrofdi.errors import without_credentials
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.healthy_records import LeftOut
@@ -133,7 +134,7 @@ def train(
         stated,
         healthy=healthy or (),
         sampling_frequency=frequency(sampling_frequency),
-        command=shlex.join(["hydrofdi", *sys.argv[1:]]),
+        command=shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])]),
     )
     write_detector(out, training.file)
     if json:

@@ -41,14 +41,16 @@ class MqttAddress:
         Raises
         ------
         ConfigError
-            It is no such address, names no single topic, or holds a password.
+            It is no such address, names no single topic, or holds ``@``, which ends credentials (a topic
+            has ``%40`` for it).
         """
         scheme, _, rest = text.partition("://")
-        place, slash, topic = rest.partition("/")
-        if "@" in place or ("@" in rest and not slash):
+        place, _, topic = rest.partition("/")
+        if "@" in rest:
             raise ConfigError(
                 f"{scheme}://…: credentials in an address are seen by all users of the machine; use"
                 " 'mqtt.password_file', or HYDROFDI_MQTT_USERNAME and HYDROFDI_MQTT_PASSWORD"
+                " (in a topic, write %40)"
             )
         try:
             parts = urlsplit(f"//{place}")

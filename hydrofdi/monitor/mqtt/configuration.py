@@ -15,7 +15,8 @@ class MqttConfig(Section):
 
     client_id: str = Field(default="", max_length=128)
     """Name under which the broker keeps the messages of a source while it is away. Two clients of one name
-    throw each other out. Made of the name of the machine, the detector and the topic where left out."""
+    throw each other out. A digest of the name of the machine, the path of the detector and the
+    topic where left out."""
 
     keepalive: Annotated[float, SI("s", least=5.0, most=3600.0)] = 30.0
     """A connection without an answer for about this time [s] is given up."""

@@ -83,7 +83,7 @@ def server_url(source: str) -> str:
         host, port = None, 0
     if not host or parts.scheme != SCHEME or parts.query or parts.fragment:
         raise ConfigError(f"an OPC UA server is written {SCHEME}://host:port/path")
-    if "@" in parts.netloc:
+    if "@" in source:
         raise ConfigError(
             f"no user or password in an address, which others can read: set {_USERNAME} and {_PASSWORD}"
         )

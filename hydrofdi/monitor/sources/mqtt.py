@@ -6,6 +6,7 @@ import hashlib
 import socket
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig, MqttConnection
@@ -43,8 +44,8 @@ class MqttSource:
     config : MqttConfig
     read_payload : callable
         A payload → its samples, or PayloadError.
-    detector : str
-        Name of the detector's file: monitors with other detectors have sessions of their own.
+    detector : Path
+        File of the detector: monitors with other detectors have sessions of their own.
     largest : int
         Bytes of a message; larger ones are counted as malformed.
     first_wait : float
@@ -56,7 +57,7 @@ class MqttSource:
         address: MqttAddress,
         config: MqttConfig,
         read_payload: Callable[[bytes], Chunk],
-        detector: str,
+        detector: Path,
         largest: int = LARGEST_MESSAGE,
         first_wait: float = 1.0,
     ) -> None:
@@ -154,7 +155,7 @@ class MqttSource:
         return [Event(EventKind.DROPPED, text, None, n_dropped, is_silent)]
 
 
-def _client_id(address: MqttAddress, detector: str) -> str:
+def _client_id(address: MqttAddress, detector: Path) -> str:
     """The same at each start, in the 23 letters that every broker takes."""
-    text = "\n".join((socket.gethostname(), detector, str(address)))
+    text = "\n".join((socket.gethostname(), str(detector.resolve()), str(address)))
     return f"hydrofdi-{hashlib.sha256(text.encode()).hexdigest()[:14]}"

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import StreamSource
 from hydrofdi.settings.mistakes import nearest
@@ -25,7 +25,7 @@ def open_stream(
     text: str,
     config: MonitorConfig,
     file: DetectorFile,
-    detector: str,
+    detector: Path,
     *,
     sampling_frequency: float | None = None,
     is_followed: bool = True,
@@ -39,8 +39,8 @@ def open_stream(
     config : MonitorConfig
     file : DetectorFile
         What is to judge it.
-    detector : str
-        Name of its file.
+    detector : Path
+        Its file.
     sampling_frequency : float, optional
         Of text without a column of time [Hz].
     is_followed : bool
@@ -82,6 +82,8 @@ def _text(
         raise ConfigError(
             f"{text}: is no stream of text; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
         )
+    if without_credentials(text) != text and not path.exists():
+        raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
     form = config.text
     if sampling_frequency is not None:
         form = form.model_copy(update={"sampling_frequency": sampling_frequency})
@@ -90,7 +92,7 @@ def _text(
     return GrowingFile(path, config.channels, form, is_followed)
 
 
-def _mqtt(text: str, config: MonitorConfig, detector: str) -> StreamSource:
+def _mqtt(text: str, config: MonitorConfig, detector: Path) -> StreamSource:
     from hydrofdi.monitor.mqtt import MqttAddress
     from hydrofdi.monitor.sources.mqtt import MqttSource
     from hydrofdi.monitor.sources.payload import PayloadReader

@@ -16,6 +16,7 @@ from typing import Any
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.errors import without_credentials
 from hydrofdi.store.files import write_whole_text
 
 _FILE = "provenance.json"
@@ -26,7 +27,7 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
     """Configuration, command, code, libraries and machine, as they are now."""
     return {
         "started": now(),
-        "command": sys.argv,
+        "command": [without_credentials(argument) for argument in sys.argv],
         "configuration": without_contents(json.loads(experiment.model_dump_json())),
         "seeds": _seeds(
             [part.model_dump() for part in (experiment.ensemble, experiment.sweep, experiment.study) if part]

@@ -1,0 +1,88 @@
+"""Passwords that somebody types into an address, misspelt or not: no message and no file repeats them."""
+
+import json
+
+import pytest
+
+from hydrofdi.detectors.trained.reading import load_detector
+from hydrofdi.errors import ConfigError, DataError, StoreError, without_credentials
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.mqtt import MqttAddress
+from hydrofdi.monitor.sources.opening import open_stream
+from tests.commands import run
+from tests.monitor.machines import make_machine
+
+SECRET = "hunter2"
+
+ADDRESSES = (
+    f"mqt://press:{SECRET}@broker/samples",
+    f"mqtt://press:{SECRET}@broker/samples",
+    f"mqtt://press:1/{SECRET}@broker/samples",
+    f"mqtt:/press:{SECRET}@broker/samples",
+    f"mqtt//press:{SECRET}@broker/samples",
+    f"http//press:{SECRET}@broker/samples",
+    f"file://press:{SECRET}@broker/samples",
+    f"tcp://press:a {SECRET}@broker/samples",
+    f"press:{SECRET}@broker",
+    f"opc.tcp://press:1/{SECRET}@plc",
+    f"opc.tpc://press:{SECRET}@plc",
+)
+
+
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory):
+    return make_machine(tmp_path_factory.mktemp("machine"))
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_no_message_repeats_what_stands_before_an_at_sign(machine, address):
+    for arguments in (
+        ("monitor", machine.detector, address, "--no-follow"),
+        ("monitor", address, machine.stream),
+        ("monitor", machine.detector, machine.stream, "--no-follow", "--events", address),
+        ("monitor", machine.detector, machine.stream, "--no-follow", "--metrics", address),
+        ("replay", machine.stream, "--to", address),
+        ("replay", address),
+        ("monitor", machine.detector, machine.stream, address),
+    ):
+        done = run(*arguments, check=2)
+        assert len(done.stderr.splitlines()) == 1
+        assert SECRET not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_what_looks_like_an_address_is_not_waited_for_as_a_file(machine, address):
+    with pytest.raises(ConfigError):
+        open_stream(address, MonitorConfig(), load_detector(machine.detector), machine.detector)
+
+
+@pytest.mark.parametrize("kind", [ConfigError, DataError, StoreError])
+def test_every_error_of_the_user_is_without_credentials(kind):
+    assert str(kind(f"http//{SECRET}@host/x: no such file")) == "http//…@host/x: no such file"
+
+
+@pytest.mark.parametrize("name", ["runs@night.csv", "a/b@c.csv", "day.csv:3: x@y is no number", "x: y@z"])
+def test_names_with_an_at_sign_stay_as_they_are(name):
+    assert without_credentials(name) == name
+
+
+def test_a_file_that_looks_like_an_address_is_read(machine, tmp_path):
+    file = tmp_path / "press:1@night.csv"
+    file.write_bytes(machine.stream.read_bytes())
+    assert run("monitor", machine.detector, file, "--no-follow", check=0).stdout
+
+
+def test_a_topic_with_an_at_sign_is_written_with_its_code():
+    assert MqttAddress.parse("mqtt://broker/me%40press").topic == "me@press"
+
+
+def test_a_detector_does_not_keep_credentials_of_its_command_line(machine, tmp_path, monkeypatch):
+    out = tmp_path / "detector.json"
+    arguments = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--window", "2 s")
+    monkeypatch.chdir(machine.stream.parent)
+    folder = machine.stream.parent / "http:" / f"me:{SECRET}@host"
+    folder.mkdir(parents=True)
+    healthy = folder / "healthy.csv"
+    healthy.write_bytes(machine.stream.with_name("healthy.csv").read_bytes())
+    run("train", f"http://me:{SECRET}@host/healthy.csv", *arguments, "--out", out, check=0)
+    assert SECRET not in json.loads(out.read_text())["made"]["command"]

@@ -118,12 +118,13 @@ class HealthyRecords:
     def _distinct(self, batch: RecordBatch, seen: dict[bytes, str]) -> RecordBatch:
         rows, left = [], self.left_out
         for row, record_id in enumerate(batch.record_ids):
-            first = seen.setdefault(samples_digest(batch, row), f"{batch.sources[row]} {record_id}")
-            if first == f"{batch.sources[row]} {record_id}":
+            digest, source = samples_digest(batch, row), batch.sources[row]
+            if digest not in seen:
+                seen[digest] = record_id if record_id == source else f"{source} {record_id}"
                 rows.append(row)
             else:
                 left.n_repeated += 1
-                left.first_repeat = left.first_repeat or f"{record_id} repeats {first}"
+                left.first_repeat = left.first_repeat or f"{record_id} repeats {seen[digest]}"
         return batch if len(rows) == batch.n_record else batch.rows(rows)
 
     def _require_found(self, found: set[str]) -> None:

@@ -71,10 +71,11 @@ def _write(form: Format, tally: Tally) -> None:
 
 def _tell(tally: Tally) -> None:
     from hydrofdi.cli.terminal import tell
-    from hydrofdi.detectors.trained.wording import count_text
+    from hydrofdi.detectors.trained.wording import count_text, time_text
 
     windows, records = _count(tally.n_judged, tally.noun), _count(tally.n_record, "record")
-    parts = [f"judged {windows} of {records}, {_duration(tally.hours)}: {_count(tally.n_alarm, 'alarm')}"]
+    lasting = time_text(3600.0 * tally.hours)
+    parts = [f"judged {windows} of {records}, {lasting}: {_count(tally.n_alarm, 'alarm')}"]
     if tally.n_judged:
         parts += [_share(tally), f"{count_text(tally.n_alarm / tally.hours)} an hour"]
     tell(", ".join(parts))
@@ -102,10 +103,3 @@ def _share(tally: Tally) -> str:
 
 def _count(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'s' if count != 1 else ''}"
-
-
-def _duration(hours: float) -> str:
-    for unit, size in (("h", 1.0), ("min", 60.0)):
-        if hours * size >= 1.0:
-            return f"{hours * size:.3g} {unit}"
-    return f"{3600.0 * hours:.3g} s"

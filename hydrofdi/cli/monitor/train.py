@@ -148,7 +148,11 @@ def _tell(left: LeftOut) -> int:
     from hydrofdi.cli.terminal import tell
 
     if left.n_rejected:
-        tell(f"rejected: {left.n_rejected:,} records; {left.first_rejection}")
+        tell(f"rejected: {_records(left.n_rejected)}; {left.first_rejection}")
     if left.n_repeated:
-        tell(f"left out: {left.n_repeated:,} records have the samples of another, e.g. {left.first_repeat}")
+        tell(f"left out as repeats: {_records(left.n_repeated)}; {left.first_repeat}")
     return 1 if left.n_rejected or left.n_repeated else 0
+
+
+def _records(count: int) -> str:
+    return f"{count:,} record{'s' if count != 1 else ''}"

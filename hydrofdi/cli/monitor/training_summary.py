@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.detectors.trained.wording import count_text, percent, readable
+from hydrofdi.detectors.trained.wording import count_text, percent, readable, time_text
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
@@ -126,20 +126,24 @@ def _doubts(training: Training) -> Iterator[str]:
         yield "One group: nothing is known of others."
     if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
         yield "What follows each other in a record may be alike; the interval is too short then."
+        if not basis.n_group and basis.n_record > 1:
+            yield "Too few windows are left without one of the records: nothing is known of other ones."
 
 
 def _chart(file: DetectorFile) -> Iterator[str]:
     chart, config = file.chart, file.config.chart
     if chart is None or config is None:
         return
-    mean = "no false alarm" if chart.mean_time is None else f"a false alarm every {_time(chart.mean_time)}"
+    mean = "no false alarm"
+    if chart.mean_time is not None:
+        mean = f"a false alarm every {time_text(chart.mean_time)}"
     least, most = chart.interval
-    ends = f"{_time(least)} to {_time(most)}" if most is not None else f"at least {_time(least)}"
+    ends = f"{time_text(least)} to {time_text(most)}" if most is not None else f"at least {time_text(least)}"
     rests = {"pieces": "pieces of records", "records": "records", "groups": "groups"}[chart.rests_on]
+    wanted, lasting = time_text(config.false_alarm_every), time_text(chart.hours * _HOUR)
     yield (
         f"The chart {config.chart} has the limit {chart.limit:.4g} healthy spreads: {mean} ({ends}), set for"
-        f" {_time(config.false_alarm_every)}, from {_time(chart.hours * _HOUR)} of healthy scores ({rests}"
-        " drawn and joined)."
+        f" {wanted}, from {lasting} of healthy scores ({rests} drawn and joined)."
     )
 
 
@@ -161,8 +165,3 @@ def _overlap(file: DetectorFile) -> bool:
 
 def _records(count: int) -> str:
     return f"{count:,} healthy record{'s' if count != 1 else ''}"
-
-
-def _time(duration: float) -> str:
-    size, unit = (_HOUR, "h") if duration >= _HOUR else (60.0, "min") if duration >= 60.0 else (1.0, "s")
-    return f"{duration / size:.3g} {unit}"

@@ -146,14 +146,15 @@ class Estimator:
     def _patience(self, had_score: bool) -> int:
         """Estimates in a row without a score, after which the indicator begins anew."""
         time = self.indicator.options.transient if had_score else _LOST_AT_FIRST
-        return max(_LOST, math.ceil(time / self._interval))
+        return max(_LOST, math.ceil(time / self.interval))
 
     @property
-    def _interval(self) -> float:
+    def interval(self) -> float:
+        """Time from one estimate to the next [s]."""
         return self.indicator.samples_per_estimate(self.sampling_frequency) / self.sampling_frequency
 
     def _lost(self, n_lost: int, is_given_up: bool) -> WindowFault:
-        text = f"{self.indicator.name} has had no {self._score} for {n_lost * self._interval:.4g} s"
+        text = f"{self.indicator.name} has had no {self._score} for {n_lost * self.interval:.4g} s"
         return WindowFault("no_number", f"{text}; {self._anew}" if is_given_up else text)
 
     @property

@@ -27,6 +27,13 @@ def count_text(number: float) -> str:
     return f"{number:,.0f}" if number >= 9.95 else f"{number:.2g}"
 
 
+def time_text(seconds: float) -> str:
+    """A duration in seconds, minutes or hours."""
+    size, unit = (3600.0, "h") if seconds >= 3600.0 else (60.0, "min") if seconds >= 60.0 else (1.0, "s")
+    value = seconds / size
+    return f"{value:,.0f} {unit}" if value >= 999.5 else f"{value:.3g} {unit}"
+
+
 def readable_unit(unit: str) -> str:
     """The unit that a person uses for one in SI."""
     return _READABLE.get(unit, unit)

@@ -89,6 +89,34 @@ def test_records_that_repeat_the_samples_of_another_teach_once(hydrofdi, measure
     assert "day 1 sound 9.csv" in done.stderr
 
 
+def test_a_source_that_is_named_twice_teaches_once(hydrofdi, tmp_path):
+    write_record(tmp_path / "run.csv", 1, n_sample=4000)
+    done = hydrofdi("train", "run.csv", "run.csv", *TRAIN, "--window", "1 s", "--json")
+    assert done.returncode == 1
+    assert json.loads(done.stdout)["detector"]["basis"]["n_record"] == 1
+    assert "left out as repeats: 1 record; run.csv repeats run.csv" in done.stderr
+
+
+def test_two_short_records_say_that_nothing_is_known_of_others(hydrofdi, tmp_path):
+    for seed in (1, 2):
+        write_record(tmp_path / f"{seed}.csv", seed, n_sample=700)
+    done = hydrofdi("train", "1.csv", "2.csv", *TRAIN, "--window", "1 s")
+    assert done.returncode == 0, done.stderr
+    told = " ".join(done.stdout.split())
+    assert "windows taken as independent" in told
+    assert "Too few windows are left without one of the records: nothing is known of other ones." in told
+
+
+def test_healthy_windows_that_are_all_at_fault_are_not_called_too_short(hydrofdi, tmp_path):
+    write_record(tmp_path / "run.csv", 1)
+    lines = (tmp_path / "run.csv").read_text().splitlines()
+    still = [lines[0], *(f"{line.partition(',')[0]},80,{line.split(',', 2)[2]}" for line in lines[1:])]
+    (tmp_path / "run.csv").write_text("\n".join(still) + "\n")
+    refused = hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s")
+    assert refused.returncode == 2
+    assert "chamber_1_pressure" in refused.stderr
+
+
 def test_one_record_says_what_its_promise_rests_on(hydrofdi, tmp_path):
     write_record(tmp_path / "run.csv", 1, n_sample=4000)
     done = hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s", "--every", "0.5 s")
@@ -100,7 +128,10 @@ def test_one_record_says_what_its_promise_rests_on(hydrofdi, tmp_path):
     assert "No record has a label: all of them are taken as healthy." in told
     assert load_detector(tmp_path / "detector.json").limits.interval_rests_on == "windows"
     refused = hydrofdi("train", "run.csv", *DETECTOR, "--window", "1 s", "--out", "detector.json")
-    assert "needs 99 healthy windows that do not overlap (0.0275 h), and there are 40" in refused.stderr
+    assert "needs 99 healthy windows that do not overlap (1.65 min), and there are 40;" in refused.stderr
+    assert "take more records, shorter windows or a higher --false-alarm-rate" in refused.stderr
+    refused = hydrofdi("train", "run.csv", *TRAIN, "--window", "50 s")
+    assert "the longest one lasts 40 s, and a window 50 s; state a shorter --window" in refused.stderr
     refused = hydrofdi("train", "run.csv", *TRAIN, "--healthy", "sound")
     assert "--healthy: no record has the label 'sound'; found none" in refused.stderr
 

@@ -97,6 +97,12 @@ def test_each_group_meets_the_limits_of_the_others():
     assert trained(means.reshape(-1, 1)).limits.interval_rests_on == "windows"
 
 
+def test_where_too_few_windows_are_left_without_a_record_they_count_as_independent():
+    two, one = (trained(normal(*shape), false_alarm_rate=0.01).limits for shape in ((2, 60), (1, 120)))
+    assert two.interval_rests_on == one.interval_rests_on == "windows"
+    assert two.interval == one.interval
+
+
 def test_windows_that_set_limits_do_not_overlap_even_where_the_detector_slides():
     sliding = trained(normal(10, 12), window={"duration": 1.0, "every": 0.25})
     assert sliding.basis.n_window == 120
@@ -120,8 +126,10 @@ def test_too_few_windows_are_refused_with_the_number_that_is_needed():
         trained(normal(98, 1), false_alarm_rate=0.01)
     assert refusal.value.records_needed == 99
     trained(normal(99, 1), false_alarm_rate=0.01)
-    with pytest.raises(NotStatedError, match=r"needs 99 .* without one of the records there are 60"):
-        trained(normal(2, 60), false_alarm_rate=0.01)
+    with pytest.raises(
+        NotStatedError, match=r"needs 99 .* without one of the groups there are 60; take more"
+    ):
+        trained(normal(2, 60), ["day 1", "day 2"], false_alarm_rate=0.01)
     with pytest.raises(NotStatedError, match="needs 59 "):
         trained(normal(58, 1), threshold="tolerance")
     with pytest.raises(NotStatedError, match="no healthy record"):
@@ -207,5 +215,5 @@ def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
     assert file.basis.n_window == 60
     with pytest.raises(ConfigError, match="state with --window how much of each cycle is kept"):
         trained(normal(1, 120), more=more, window={"by": "cycle"})
-    with pytest.raises(NotStatedError, match="input_voltage has no edges"):
+    with pytest.raises(NotStatedError, match="input_voltage is in no healthy record"):
         trained(normal(1, 120), window=window)

@@ -86,5 +86,9 @@ def drive_of(healthy: RecordSource, channel: Channel) -> Drive:
             low = min(low, float(np.nanmin(batch[channel])))
             high = max(high, float(np.nanmax(batch[channel])))
     if not low < high:
-        raise NotStatedError(f"{channel} has no edges in the healthy records, and cycles begin with them")
+        found = "is in no healthy record" if high == -np.inf else "never changes in the healthy records"
+        raise NotStatedError(
+            f"--by cycle: {channel} {found}, and cycles begin with its edges; name another channel under"
+            " 'window:', or cut by time"
+        )
     return low, high

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import chain
-
-import numpy as np
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.estimating import Estimate, Estimator
-from hydrofdi.detectors.trained.following import samples_looked_at
-from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records, without_scale
-from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts, joined, learned_range
-from hydrofdi.detectors.trained.training.cutting import drive_of, pieces_along, windower_of, windows_along
-from hydrofdi.detectors.trained.training.learned import Learned, LearnedRecord, ScoreLine
+from hydrofdi.detectors.trained.estimating import Estimator
+from hydrofdi.detectors.trained.measuring import feature_of, without_scale
+from hydrofdi.detectors.trained.ranges import joined, learned_range
+from hydrofdi.detectors.trained.training.cutting import drive_of, windower_of
+from hydrofdi.detectors.trained.training.estimate_scorer import EstimateScorer
+from hydrofdi.detectors.trained.training.learned import Learned, LearnedRecord
+from hydrofdi.detectors.trained.training.scorer import Scorer
+from hydrofdi.detectors.trained.training.window_scorer import WindowScorer
+from hydrofdi.detectors.trained.wording import time_text
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.records.streams import Window, Windower
-from hydrofdi.records.streams.sliding import TimeWindower
-
-_MOST_SAMPLES = 2**21
-"""Samples of a channel that are measured at a time."""
 
 
 def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
@@ -52,11 +47,11 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
     if first is None:
         raise NotStatedError(f"{healthy.name}: no healthy record")
     channels = _channels(feature, config, first)
-    scorer: _WindowScorer | _EstimateScorer
+    scorer: Scorer
     if window.by == "estimate":
-        scorer = _EstimateScorer(_estimator(feature, config, channels, first), channels)
+        scorer = EstimateScorer(_estimator(feature, config, channels, first), channels)
     else:
-        scorer = _WindowScorer(windower_of(window, first, channels, drive), feature)
+        scorer = WindowScorer(windower_of(window, first, channels, drive), feature)
     records = [
         LearnedRecord(
             batch.record_ids[row], batch.groups[row], batch.labels[row] if batch.labels else "", line
@@ -66,9 +61,7 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
     ]
     scorer.finish()
     if not any(each.line.chosen.size for each in records):
-        raise NotStatedError(
-            f"no healthy record has {feature.label}: {scorer.reason or 'they are too short'}"
-        )
+        raise NotStatedError(f"no healthy record has {feature.label}: {_absence(scorer, records, config)}")
     return Learned(
         records=records,
         feature=feature,
@@ -83,105 +76,17 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
     )
 
 
-class _WindowScorer:
-    """Scores windows, many at a time."""
-
-    def __init__(self, windower: Windower, feature: Feature) -> None:
-        self.windower, self.feature = windower, feature
-        self.n_sample = windower.n_sample
-        self.facts: dict[Channel, list[ChannelFacts]] = {}
-        self.not_judged: Counter[str] = Counter()
-        self.reason = ""
-        self._waiting: list[tuple[ScoreLine, int, Window]] = []
-
-    def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
-        """A line for each record; its scores follow when enough windows wait."""
-        for row in range(batch.n_record):
-            line, end = ScoreLine(batch.duration), -np.inf
-            for window in windows_along(batch, row, self.windower):
-                is_apart = bool(window.time[0] > end)
-                end = float(window.time[-1]) if is_apart else end
-                place = line.reserve(is_apart)
-                if window.fault is None:
-                    self._waiting.append((line, place, window))
-                elif is_apart:
-                    self.not_judged[window.fault.kind] += 1
-                if len(self._waiting) * self.n_sample >= _MOST_SAMPLES:
-                    self.finish()
-            yield line
-
-    def finish(self) -> None:
-        """Score all windows that wait."""
-        if not self._waiting:
-            return
-        windows = [window for _, _, window in self._waiting]
-        are_apart = np.array([line.is_apart[place] for line, place, _ in self._waiting])
-        records = records_of(windows, self.windower.channels, self.windower.sampling_frequency)
-        scores = scores_of_records(records, self.feature)
-        for channel in self.windower.channels if are_apart.any() else ():
-            self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
-        for (line, place, _), score, obstacle in zip(
-            self._waiting, scores.values, scores.obstacles, strict=True
-        ):
-            line.scores[place] = float(score)
-            if obstacle is not None and line.is_apart[place]:
-                self.not_judged["no_number"] += 1
-                self.reason = self.reason or obstacle
-        self._waiting = []
-
-    def interval(self, records: Sequence[LearnedRecord]) -> float:
-        """Mean time from one score to the next [s]."""
-        if (n_every := getattr(self.windower, "n_every", None)) is not None:
-            return float(n_every / self.windower.sampling_frequency)
-        n_score = sum(len(each.line.scores) for each in records)
-        return sum(each.line.duration for each in records) / n_score
-
-
-class _EstimateScorer:
-    """Follows records by a recursive indicator."""
-
-    n_sample = 0
-
-    def __init__(self, estimator: Estimator, channels: Sequence[Channel]) -> None:
-        self.estimator, self.channels = estimator, channels
-        self.facts: dict[Channel, list[ChannelFacts]] = {}
-        self.not_judged: Counter[str] = Counter()
-        self.reason = ""
-        self._interval = 0.0
-        n_look = samples_looked_at(estimator.indicator, estimator.sampling_frequency)
-        self._looks = TimeWindower(n_look, n_look, tuple(channels), estimator.sampling_frequency)
-
-    def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
-        """A line for each record."""
-        samples = self.estimator.indicator.samples_per_estimate(batch.sampling_frequency)
-        self._interval = samples / batch.sampling_frequency
-        for row in range(batch.n_record):
-            line, state = ScoreLine(batch.duration), self.estimator.start()
-            for piece in pieces_along(batch, row, self.channels):
-                state, found = self.estimator.step(state, piece)
-                self._take(line, found)
-            for window in windows_along(batch, row, self._looks):
-                if window.fault is None:
-                    self._look_at(window)
-            yield line
-
-    def _look_at(self, window: Window) -> None:
-        for channel in self.channels:
-            self.facts.setdefault(channel, []).append(channel_facts(window.channels[channel][None]))
-
-    def _take(self, line: ScoreLine, found: Sequence[Estimate]) -> None:
-        for each in found:
-            line.scores[line.reserve(is_apart=True)] = each.score
-            if each.fault is not None:
-                self.not_judged[each.fault.kind] += 1
-                self.reason = self.reason or each.fault.text
-
-    def finish(self) -> None:
-        """Nothing waits."""
-
-    def interval(self, records: Sequence[LearnedRecord]) -> float:
-        """Time from one estimate to the next [s]."""
-        return self._interval
+def _absence(scorer: Scorer, records: Sequence[LearnedRecord], config: DetectorConfig) -> str:
+    """Why there is no score at all."""
+    longest = f"the longest one lasts {time_text(max(each.line.duration for each in records))}"
+    window = config.window
+    if scorer.reason:
+        return scorer.reason
+    if window.by == "estimate":
+        return f"{longest}, and the first estimate comes later; take longer records"
+    if window.by == "cycle":
+        return f"none has a cycle, from an edge of {window.channel} on; choose another edge or channel"
+    return f"{longest}, and a window {time_text(window.duration or 0.0)}; state a shorter --window"
 
 
 def _channels(feature: Feature, config: DetectorConfig, first: RecordBatch) -> tuple[Channel, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Limits
 from hydrofdi.detectors.trained.training.learned import Learned
+from hydrofdi.detectors.trained.wording import time_text
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.groups import Rule, left_out_outcomes
 from hydrofdi.evaluation.rates import alarm_rate
@@ -22,8 +23,6 @@ from hydrofdi.records import Array
 _MOST_FOLDS = 25
 """More groups than these are left out several at a time."""
 
-_HOUR = 3600.0
-
 RestsOn = Literal["windows", "records", "groups"]
 
 
@@ -32,7 +31,8 @@ def limits_of(learned: Learned, config: DetectorConfig, direction: Direction) ->
 
     Where records or groups give several windows each, the interval of the rate is that of left-out records or
     groups: each meets the limits of the others. Else windows are taken as independent, and the interval
-    follows from order statistics.
+    follows from order statistics; so they are where too few are left without a record. Where somebody stated
+    groups, windows depend on each other, and too few of them are refused.
 
     Raises
     ------
@@ -65,15 +65,17 @@ def _interval(rule: Rule, learned: Learned, threshold: Threshold) -> tuple[Rests
     n_group = np.unique(groups).size
     if n_group < 2 or n_group == groups.size:
         return "windows", threshold.interval
-    what: RestsOn = "groups" if learned.has_groups else "records"
-    found = f"without one of the {what} there are"
-
-    def of_others(scores: Array) -> Threshold:
-        return _set(rule, scores, learned, found)
-
-    outcomes = left_out_outcomes(learned.scores, groups % _MOST_FOLDS, of_others)
+    found = "without one of the groups there are"
+    try:
+        outcomes = left_out_outcomes(
+            learned.scores, groups % _MOST_FOLDS, lambda scores: _set(rule, scores, learned, found)
+        )
+    except NotStatedError:
+        if learned.has_groups:
+            raise
+        return "windows", threshold.interval
     rate = alarm_rate(outcomes, groups=groups, confidence=threshold.confidence)
-    return what, (rate.low, rate.high)
+    return "groups" if learned.has_groups else "records", (rate.low, rate.high)
 
 
 def _set(rule: Rule, scores: Array, learned: Learned, found: str) -> Threshold:
@@ -85,9 +87,12 @@ def _set(rule: Rule, scores: Array, learned: Learned, found: str) -> Threshold:
             raise
         promise = str(refusal).partition(" needs ")[0]
         what = "windows that do not overlap" if learned.n_sample else "estimates"
-        hours = needed * learned.duration / _HOUR
+        lasting = time_text(needed * learned.duration)
+        remedy = "more records, shorter windows" if learned.n_sample else "more records"
         raise NotStatedError(
-            f"{promise} needs {needed:,} healthy {what} ({hours:.3g} h), and {found} {scores.size:,}", needed
+            f"{promise} needs {needed:,} healthy {what} ({lasting}), and {found} {scores.size:,};"
+            f" take {remedy} or a higher --false-alarm-rate",
+            needed,
         ) from None
 
 

@@ -119,4 +119,4 @@ def _mistakes_of_score(config: DetectorConfig, source: Source) -> Iterator[Mista
     try:
         feature.direction(config.direction)
     except ConfigError as faulty:
-        yield source.mistake(("direction",), str(faulty))
+        yield source.mistake(("direction",), f"{faulty} (--direction)")

@@ -1,0 +1,52 @@
+"""What all ways to score healthy records have in common."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from hydrofdi.detectors.trained.ranges import ChannelFacts
+from hydrofdi.detectors.trained.training.learned import LearnedRecord, ScoreLine
+from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.records.streams import WindowFault
+
+
+class Scorer(ABC):
+    """Scores along records, and what their channels showed.
+
+    Parameters
+    ----------
+    n_sample : int
+        Samples of a window; 0 where estimates are judged.
+
+    Attributes
+    ----------
+    facts : dict of Channel to list of ChannelFacts
+    not_judged : Counter of str
+        Kind of fault → number of windows or estimates that have no score.
+    reason : str
+        Why the first of them has none.
+    """
+
+    def __init__(self, n_sample: int) -> None:
+        self.n_sample = n_sample
+        self.facts: dict[Channel, list[ChannelFacts]] = {}
+        self.not_judged: Counter[str] = Counter()
+        self.reason = ""
+
+    @abstractmethod
+    def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
+        """A line for each record; its scores may follow later."""
+
+    def finish(self) -> None:
+        """Score all that waits."""
+        return
+
+    @abstractmethod
+    def interval(self, records: Sequence[LearnedRecord]) -> float:
+        """Mean time from one score to the next [s]."""
+
+    def _leave_out(self, fault: WindowFault) -> None:
+        self.not_judged[fault.kind] += 1
+        self.reason = self.reason or fault.text

@@ -1,0 +1,70 @@
+"""Healthy records → scores of their windows; no samples are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from hydrofdi.detectors.features import Feature
+from hydrofdi.detectors.trained.measuring import records_of, scores_of_records
+from hydrofdi.detectors.trained.ranges import channel_facts
+from hydrofdi.detectors.trained.training.cutting import windows_along
+from hydrofdi.detectors.trained.training.learned import LearnedRecord, ScoreLine
+from hydrofdi.detectors.trained.training.scorer import Scorer
+from hydrofdi.records import RecordBatch
+from hydrofdi.records.streams import Window, Windower, WindowFault
+from hydrofdi.records.streams.sliding import TimeWindower
+
+_MOST_SAMPLES = 2**21
+"""Samples of a channel that are measured at a time."""
+
+
+class WindowScorer(Scorer):
+    """Scores windows, many at a time."""
+
+    def __init__(self, windower: Windower, feature: Feature) -> None:
+        super().__init__(windower.n_sample)
+        self.windower, self.feature = windower, feature
+        self._waiting: list[tuple[ScoreLine, int, Window]] = []
+
+    def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
+        """A line for each record; its scores follow when enough windows wait."""
+        for row in range(batch.n_record):
+            line, end = ScoreLine(batch.duration), -np.inf
+            for window in windows_along(batch, row, self.windower):
+                is_apart = bool(window.time[0] > end)
+                end = float(window.time[-1]) if is_apart else end
+                place = line.reserve(is_apart)
+                if window.fault is None:
+                    self._waiting.append((line, place, window))
+                elif is_apart:
+                    self._leave_out(window.fault)
+                if len(self._waiting) * self.n_sample >= _MOST_SAMPLES:
+                    self.finish()
+            yield line
+
+    def finish(self) -> None:
+        """Score all windows that wait."""
+        if not self._waiting:
+            return
+        windows = [window for _, _, window in self._waiting]
+        are_apart = np.array([line.is_apart[place] for line, place, _ in self._waiting])
+        records = records_of(windows, self.windower.channels, self.windower.sampling_frequency)
+        scores = scores_of_records(records, self.feature)
+        for channel in self.windower.channels if are_apart.any() else ():
+            self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
+        for (line, place, _), score, obstacle in zip(
+            self._waiting, scores.values, scores.obstacles, strict=True
+        ):
+            line.scores[place] = float(score)
+            if obstacle is not None and line.is_apart[place]:
+                self._leave_out(WindowFault("no_number", obstacle))
+        self._waiting = []
+
+    def interval(self, records: Sequence[LearnedRecord]) -> float:
+        """Mean time from one score to the next [s]."""
+        if isinstance(self.windower, TimeWindower):
+            return self.windower.n_every / self.windower.sampling_frequency
+        n_score = sum(len(each.line.scores) for each in records)
+        return sum(each.line.duration for each in records) / n_score

@@ -14,7 +14,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from hydrofdi.api.measuring import measure
     from hydrofdi.api.run import Run, simulate
+    from hydrofdi.api.table import Table
     from hydrofdi.config import expand_runs, load_experiment
     from hydrofdi.errors import HydrofdiError
     from hydrofdi.pipeline import plan_sweep, run_sweep
@@ -29,7 +31,9 @@ __version__ = "0.1.0"
 _HOMES = {
     "HydrofdiError": "hydrofdi.errors",
     "Run": "hydrofdi.api.run",
+    "Table": "hydrofdi.api.table",
     "simulate": "hydrofdi.api.run",
+    "measure": "hydrofdi.api.measuring",
     "load_experiment": "hydrofdi.config",
     "expand_runs": "hydrofdi.config",
     "simulate_batch": "hydrofdi.simulation",
@@ -45,10 +49,12 @@ _HOMES = {
 __all__ = [
     "HydrofdiError",
     "Run",
+    "Table",
     "__version__",
     "detail_rms",
     "expand_runs",
     "load_experiment",
+    "measure",
     "percentage_change",
     "plan_sweep",
     "read_experiment",

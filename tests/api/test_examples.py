@@ -13,7 +13,7 @@ from tests.api import typed_examples
 
 ROOT = Path(__file__).parent.parent.parent
 
-PUBLIC = [each for name in hydrofdi.__all__ if callable(each := getattr(hydrofdi, name))]
+PUBLIC = [each for name in hydrofdi.__all__ if inspect.isfunction(each := getattr(hydrofdi, name))]
 MODULES = sorted({each.__module__ for each in PUBLIC if each.__module__.startswith("hydrofdi.api")})
 
 

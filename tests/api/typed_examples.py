@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+import pandas
 import xarray
 from matplotlib.figure import Figure
 
@@ -20,3 +22,18 @@ def simulate(folder: Path) -> None:
     run.write(str(folder / "again.h5"))
     assert flow > 0.0
     assert signals.chamber_1_pressure.attrs["units"] == "Pa"
+
+
+def measure(folder: Path) -> None:
+    time = np.arange(2000) / 500.0
+    pressure = 5e6 + 1e5 * np.sin(2.0 * np.pi * 40.0 * time)
+    table: hydrofdi.Table = hydrofdi.measure(pressure, "dwt,ring_down", sampling_frequency="500 Hz")
+    frame = pandas.DataFrame({"time [s]": time, "pressure 1 [bar]": pressure / 1e5})
+    same = hydrofdi.measure(frame, ["dwt"])
+    frame.to_csv(folder / "rig.csv", index=False)
+    again = hydrofdi.measure(folder / "rig.csv")
+    d2: float = table["dwt.d2"][0]
+    dataset: xarray.Dataset = table.to_xarray()
+    numbers: pandas.DataFrame = table.to_pandas()
+    assert np.isclose(d2, [same["dwt.d2"][0], again["dwt.d2"][0], numbers["dwt.d2"][0]]).all()
+    assert dataset["dwt.d2"].attrs["units"] == "Pa"

@@ -16,11 +16,12 @@ from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.ranges import plausible_range
 from hydrofdi.records.measured.files import place_of
 from hydrofdi.records.measured.findings.defects import Ranges, defects
+from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.naming import filled, names_of_path, path_pattern
 from hydrofdi.records.measured.parts.cutting import cycles_of, segment_of, trimmed
 from hydrofdi.records.measured.parts.normalizing import normalized, reference_pressure
 from hydrofdi.records.measured.parts.stroke import Stroke, find_stroke, short_stroke
-from hydrofdi.records.measured.recording import Recording, read_recording
+from hydrofdi.records.measured.recording import Recording, read_recording, recording_of
 from hydrofdi.records.measured.rejection import RejectionError
 
 
@@ -76,6 +77,21 @@ class Forming:
         """
         with np.errstate(all="ignore"):
             return list(self._records(path))
+
+    def held(self, table: Table, record_id: str) -> MeasuredRecord | RejectedRecord:
+        """The record of a table that no file holds.
+
+        Raises
+        ------
+        DataError
+            It is not as described.
+        """
+        with np.errstate(all="ignore"):
+            try:
+                recording = recording_of(table, self.config)
+            except RejectionError as rejection:
+                return RejectedRecord(record_id, table.place, "", rejection.remark)
+            return self._record(record_id, table.place, {}, recording)
 
     def _records(self, path: Path) -> Iterator[MeasuredRecord | RejectedRecord]:
         place, config = place_of(path, self.folder), self.config

@@ -79,21 +79,34 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
         It cannot be read, or its columns have different lengths.
     """
     with open_table(path, place, config.format) as table:
-        channels, relative = {}, set()
-        doubts: list[Remark] = []
-        for channel, column in config.channels.items():
-            channels[channel], has_no_scale = _channel(table, channel, column)
-            relative |= {channel} if has_no_scale else set()
-            doubts += unknown_header_unit(column, table.unit(table.find(column.column)))
-        headers = {
-            channel: table.unit(table.find(column.column))
-            for channel, column in config.channels.items()
-            if column.gain is not None
-        }
-        times = None if config.time is None else _times(table, config)
-        if config.sampling_frequency is not None:
-            doubts += _contradicting_times(table, config.sampling_frequency)
-        values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
+        return recording_of(table, config)
+
+
+def recording_of(table: Table, config: MeasuredConfig) -> Recording:
+    """The columns of a table as a description says.
+
+    Raises
+    ------
+    DataError
+        They are not as described.
+    RejectionError
+        They have different lengths, or too few samples.
+    """
+    channels, relative = {}, set()
+    doubts: list[Remark] = []
+    for channel, column in config.channels.items():
+        channels[channel], has_no_scale = _channel(table, channel, column)
+        relative |= {channel} if has_no_scale else set()
+        doubts += unknown_header_unit(column, table.unit(table.find(column.column)))
+    headers = {
+        channel: table.unit(table.find(column.column))
+        for channel, column in config.channels.items()
+        if column.gain is not None
+    }
+    times = None if config.time is None else _times(table, config)
+    if config.sampling_frequency is not None:
+        doubts += _contradicting_times(table, config.sampling_frequency)
+    values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
     n_time = _common_length(channels, times)
     if n_time < 2:
         raise RejectionError("short", f"holds {n_time} sample{'' if n_time == 1 else 's'}")

@@ -1,0 +1,140 @@
+"""Arrays, data frames and datasets as named columns of numbers."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.measured.column_names import titles_of_time
+from hydrofdi.records.measured.formats.table import split_title
+
+_CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
+"""A power as CF writes it: ``m s-1``."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of one or more records.
+
+    Attributes
+    ----------
+    name : str
+        Empty where it has none.
+    values : ndarray, shape (n_time,) or (n_record, n_time)
+    unit : str or None
+        Empty where it is not stated; None where there is no place to state it.
+    """
+
+    name: str
+    values: NDArray[np.float64]
+    unit: str | None
+
+
+@dataclass(frozen=True)
+class Held:
+    """Columns, and when they were sampled.
+
+    Attributes
+    ----------
+    kind : str
+        What messages call them.
+    columns : sequence of Column
+    time : Column or None
+    record_ids : sequence of str
+        Empty where nothing names the records.
+    """
+
+    kind: str
+    columns: Sequence[Column]
+    time: Column | None = None
+    record_ids: Sequence[str] = field(default=())
+
+
+def held(data: Any) -> Held:
+    """What an object in memory holds.
+
+    Raises
+    ------
+    DataError
+        It holds something else than real numbers, or has too many dimensions.
+    """
+    xarray, pandas = sys.modules.get("xarray"), sys.modules.get("pandas")
+    if xarray is not None and isinstance(data, xarray.DataArray):
+        return _of_dataset("the DataArray", {str(data.name or ""): data})
+    if xarray is not None and isinstance(data, xarray.Dataset):
+        return _of_dataset("the Dataset", {str(name): each for name, each in data.data_vars.items()})
+    if pandas is not None and isinstance(data, pandas.Series | pandas.DataFrame):
+        return _of_frame(data.to_frame() if isinstance(data, pandas.Series) else data)
+    if isinstance(data, Mapping):
+        columns = [_column("the mapping", str(title), values, None) for title, values in data.items()]
+        return _timed("the mapping", columns)
+    return Held("the array", [_column("the array", "", data, None)])
+
+
+def _of_frame(frame: Any) -> Held:
+    kind = "the DataFrame"
+    titles = [str(title) for title in frame.columns]
+    numeric = [n for n in range(len(titles)) if frame.dtypes.iloc[n].kind in "fiumM"]
+    columns = [_column(kind, titles[n], frame.iloc[:, n].to_numpy(), "") for n in numeric]
+    if frame.index.name is not None or frame.index.dtype.kind in "mM":
+        columns.append(_column(kind, str(frame.index.name or "time"), frame.index.to_numpy(), ""))
+    return _timed(kind, columns)
+
+
+def _of_dataset(kind: str, variables: Mapping[str, Any]) -> Held:
+    dims = {
+        name: "time" if "time" in each.dims else (each.dims or ("",))[-1] for name, each in variables.items()
+    }
+    along = "time" if "time" in dims.values() else next(iter(dims.values()), "")
+    chosen = {name: each for name, each in variables.items() if along in each.dims}
+    columns = [
+        _column(kind, name, each.transpose(..., along).to_numpy(), _usual(str(each.attrs.get("units", ""))))
+        for name, each in chosen.items()
+    ]
+    leading = next((each for each in chosen.values() if each.ndim > 1), None)
+    record_ids: list[str] = []
+    if leading is not None:
+        (over, *_) = (dim for dim in leading.dims if dim != along)
+        record_ids = [str(name) for name in leading[over].to_numpy()] if over in leading.coords else []
+    times = next((each.coords[along] for each in chosen.values() if along in each.coords), None)
+    if times is None:
+        return Held(kind, columns, None, record_ids)
+    unit = _usual(str(times.attrs.get("units", "")))
+    return Held(kind, columns, _column(kind, along, times.to_numpy(), unit), record_ids)
+
+
+def _timed(kind: str, columns: Sequence[Column]) -> Held:
+    """Columns, that of time set apart."""
+    titles = [column.name for column in columns]
+    places = titles_of_time(titles, [column.unit or "" for column in columns])
+    if len(places) > 1:
+        raise DataError(f"{kind}: has more than one column of time")
+    others = [column for place, column in enumerate(columns) if place not in places]
+    return Held(kind, others, columns[places[0]] if places else None)
+
+
+def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
+    """A column by its header; its unit is that of the header where there is one."""
+    name, stated = split_title(title)
+    array = np.asarray(values)
+    if array.dtype.kind in "mM":
+        return Column(name, (array - array[:1]) / np.timedelta64(1, "ns") / 1e9, "s")
+    if array.dtype.kind not in "fiu":
+        raise DataError(
+            f"{kind}: {f'column {title!r} ' if title else ''}holds something else than real numbers"
+        )
+    if array.ndim not in (1, 2):
+        raise DataError(f"{kind}: has {array.ndim} dimensions; give samples, or records × samples")
+    return Column(name, array.astype(np.float64), stated or unit)
+
+
+def _usual(unit: str) -> str:
+    """A unit in the style of CF, such as ``m s-1``, as hydrofdi reads it."""
+    return _CF_POWER.sub(r"^\1", unit)

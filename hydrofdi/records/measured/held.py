@@ -1,0 +1,103 @@
+"""Records of arrays that are held in memory, read as columns of a measured file are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Array, RecordBatch
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.batching import batched
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.records.measured.formats.table import Table
+from hydrofdi.records.measured.forming import Forming
+from hydrofdi.records.measured.source import described
+from hydrofdi.settings.yaml_source import Source
+
+
+@dataclass(frozen=True)
+class HeldTable(Table):
+    """Columns of one record.
+
+    Attributes
+    ----------
+    place : str
+        What messages call them.
+    titles, units : sequence of str
+        Name and unit of each column; the unit is empty where nobody stated it.
+    columns : sequence of ndarray, shape (n_time,)
+    record_id : str
+    """
+
+    place: str
+    titles: Sequence[str]
+    units: Sequence[str]
+    columns: Sequence[Array]
+    record_id: str = "0"
+
+    def unit(self, position: int) -> str:
+        """Unit of a column; empty where nobody stated it."""
+        return self.units[position]
+
+    def numbers(self, position: int) -> Array:
+        """Values of a column, shape (n_time,)."""
+        return self.columns[position]
+
+    def text(self, position: int) -> str:
+        """No column of numbers is a name."""
+        raise DataError(f"{self.place}: column {self.titles[position]!r} is no text")
+
+
+@dataclass(frozen=True)
+class HeldSource:
+    """Records in memory.
+
+    Attributes
+    ----------
+    name : str
+        What messages call them.
+    tables : sequence of HeldTable
+        One for each record.
+    config : MeasuredConfig
+    """
+
+    name: str
+    tables: Sequence[HeldTable]
+    config: MeasuredConfig
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """All records in their order.
+
+        Raises
+        ------
+        DataError
+            A unit is unknown, or of another dimension.
+        """
+        forming = Forming(Path(), self.config)
+        yield from batched((forming.held(table, table.record_id) for table in self.tables), None, labels)
+
+
+def held_source(
+    tables: Sequence[HeldTable], channels: Mapping[Channel, Mapping[str, str]], sampling: Mapping[str, Any]
+) -> HeldSource:
+    """Records of tables with the same columns.
+
+    Parameters
+    ----------
+    tables : sequence of HeldTable
+    channels : mapping
+        Channel → ``column`` and, where the table does not state it, ``unit``.
+    sampling : mapping
+        ``time`` or ``sampling_frequency``, as in a description of measured files.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake.
+    """
+    columns = {channel.value: dict(column) for channel, column in channels.items()}
+    name = tables[0].place if tables else "the records"
+    return HeldSource(name, tables, described(Source({"files": name, "channels": columns, **sampling})))

@@ -26,7 +26,7 @@ class LimitsConfig(Section):
     """What is too much."""
 
     payload: Annotated[int, Field(ge=1024, le=2**28)] = 2**20
-    """Bytes of a message; a longer one is counted as malformed and left out."""
+    """Bytes of a message, or of a line of text; a longer one is counted as malformed and left out."""
 
 
 class MonitorConfig(Section):

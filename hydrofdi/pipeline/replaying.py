@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 from hydrofdi.errors import DataError
 from hydrofdi.records import Array, RecordBatch, RecordSource
@@ -66,8 +67,7 @@ def replayed(
     """
     begin = start_time
     for batch, row in _chosen(source, record):
-        shift = 0.0 if begin is None else begin - batch.start_time
-        times = batch.time + shift if shift else batch.time
+        times = (batch if begin is None else replace(batch, start_time=begin)).time
         begin = float(times[-1]) + _GAP / batch.sampling_frequency
         yield from _blocks(batch, row, times, pace)
 

@@ -5,12 +5,13 @@ from itertools import pairwise
 import numpy as np
 
 from hydrofdi.monitor.sources.joining import joined
+from hydrofdi.monitor.sources.payload import LARGEST
 from hydrofdi.monitor.sources.text_config import TextConfig
 from hydrofdi.monitor.sources.text_lines import TextLines
 
 
-def reader(position=(), channels=None, **options):
-    return TextLines(channels or {}, TextConfig(**options), "the stream", dict(position))
+def reader(position=(), channels=None, largest=LARGEST, **options):
+    return TextLines(channels or {}, TextConfig(**options), "the stream", dict(position), largest)
 
 
 def read_in_pieces(lines, data, cuts=()):

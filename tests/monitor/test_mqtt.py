@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.mqtt.publisher import payload_of
 from hydrofdi.monitor.sources import mqtt as mqtt_source
 from hydrofdi.monitor.sources import mqtt_deliveries
+from hydrofdi.monitor.sources.opening import open_stream
 from tests.monitor.brokers import Broker, needs_mosquitto
 from tests.monitor.mqtt_streams import (
     P1,
@@ -271,3 +273,16 @@ def test_a_reader_that_is_killed_again_and_again_misses_no_sample(broker, closin
             wait_for(lambda target=target: out.exists() and repr(float(target)) in out.read_text().split())
     seen = {float(line) for line in out.read_text().split()}
     assert set(all_times(blocks)) <= seen
+
+
+def test_the_configuration_names_the_key_of_time(broker, closing):
+    config = MonitorConfig.model_validate({"text": {"time": {"column": "stamp", "unit": "ms"}}})
+    source = closing(open_stream(broker.address(), config, None, Path("detector.json")))
+    source.open({})
+    connected(source)
+    client = client_at(broker)
+    client.publish("press/samples", b'{"stamp": 1500, "P1 [Pa]": 1}', qos=1).wait_for_publish(10.0)
+    readings = until(source, lambda readings: bool(times(readings).size))
+    client.disconnect()
+    client.loop_stop()
+    assert times(readings).tolist() == [1.5]

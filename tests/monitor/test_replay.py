@@ -13,6 +13,7 @@ import pytest
 from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
 from hydrofdi.monitor.sources.mqtt import MqttSource
 from hydrofdi.monitor.sources.payload import PayloadReader
+from hydrofdi.pipeline import replaying
 from hydrofdi.pipeline.replaying import Pace
 from hydrofdi.pipeline.sources import open_source
 from tests.commands import COMMAND, run, run_json
@@ -251,3 +252,11 @@ def test_a_growing_file_is_judged_as_the_records_are_over_kills_and_renaming(tra
     found = windows(log.read_text())
     assert [line["number"] for line in found] == list(range(len(rows)))
     assert [judged(line) for line in found] == rows
+
+
+def test_every_record_begins_anew_to_the_bit(experiment):
+    batch = next(iter(open_source(experiment, settings=("record.duration=1 s",)).batches()))
+    start = 1_700_000_000.3
+    blocks = [*replaying.replayed(open_source(experiment), Pace(np.inf), "1", start)]
+    stamps = np.concatenate([block.time for block in blocks])
+    assert np.array_equal(stamps, start + np.arange(stamps.size) / batch.sampling_frequency)

@@ -181,3 +181,11 @@ def test_a_stream_gives_the_samples_of_a_file(tmp_path):
     assert set(chunk.channels) == set(batch.channels)
     for channel, values in chunk.channels.items():
         assert np.array_equal(values, batch[channel][0]), channel
+
+
+@pytest.mark.parametrize("cuts", [(), range(1, 6000, 700)])
+def test_lines_above_the_limit_are_counted_and_left_out(cuts):
+    data = b"time [s],P1 [Pa]\n0,1\n1," + b"1" * 3000 + b"\n2,3\n"
+    chunk, events = read_in_pieces(reader(largest=1024), data, cuts)
+    assert samples(chunk) == {"time": [0.0, 2.0], "P1": [1.0, 3.0]}
+    assert [event.text for event in events if "longer than 1,024 bytes" in event.text]

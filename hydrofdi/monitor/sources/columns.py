@@ -175,5 +175,5 @@ def _time(
     stated = ChannelConfig(column=title, unit=config.unit if config else "")
     if not (stated.unit or header) and title != "time":
         raise DataError(f"{where}: has no unit; write it like 'time [s]'")
-    unit = agreed_unit(stated, header or "s", where)
+    unit = agreed_unit(stated, header or stated.unit or "s", where)
     return Column(found[0], title, ChannelConfig(column=title), factor_to_si(unit, "s", where))

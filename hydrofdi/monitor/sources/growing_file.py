@@ -12,6 +12,7 @@ from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources.columns import Channels
 from hydrofdi.monitor.sources.contract import Position, Reading
 from hydrofdi.monitor.sources.followed_file import FollowedFile, following, found_again
+from hydrofdi.monitor.sources.payload import LARGEST
 from hydrofdi.monitor.sources.standard_input import BLOCK
 from hydrofdi.monitor.sources.text_config import TextConfig
 from hydrofdi.monitor.sources.text_lines import TextLines
@@ -34,6 +35,8 @@ class GrowingFile:
     config : TextConfig, optional
     follow : bool
         Whether to wait for more at the end.
+    largest : int
+        Bytes of a line.
     """
 
     def __init__(
@@ -42,8 +45,9 @@ class GrowingFile:
         channels: Channels | None = None,
         config: TextConfig | None = None,
         follow: bool = True,
+        largest: int = LARGEST,
     ) -> None:
-        self._path, self._follow = path, follow
+        self._path, self._follow, self._largest = path, follow, largest
         self._channels, self._config = channels or {}, config or TextConfig()
         self._text = self._lines({})
         self._file: FollowedFile | None = None
@@ -189,4 +193,4 @@ class GrowingFile:
         self._events.append(Event(kind, f"{self._path}: {text}"))
 
     def _lines(self, position: Position) -> TextLines:
-        return TextLines(self._channels, self._config, self.name, position)
+        return TextLines(self._channels, self._config, self.name, position, self._largest)

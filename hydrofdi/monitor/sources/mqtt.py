@@ -15,11 +15,8 @@ from hydrofdi.monitor.sources.contract import Position, Reading
 from hydrofdi.monitor.sources.joining import joined
 from hydrofdi.monitor.sources.malformed import Malformed
 from hydrofdi.monitor.sources.mqtt_deliveries import MOST_UNACKNOWLEDGED, Deliveries, Delivery
-from hydrofdi.monitor.sources.payload import PayloadError
+from hydrofdi.monitor.sources.payload import LARGEST, PayloadError
 from hydrofdi.records.streams import Chunk
-
-LARGEST_MESSAGE = 1 << 20
-"""Bytes of a message, where nothing else is said."""
 
 CONFIRM_AFTER = 5
 """Messages after which the state should be stored; brokers wait after 20, or as configured."""
@@ -58,7 +55,7 @@ class MqttSource:
         config: MqttConfig,
         read_payload: Callable[[bytes], Chunk],
         detector: Path,
-        largest: int = LARGEST_MESSAGE,
+        largest: int = LARGEST,
         first_wait: float = 1.0,
     ) -> None:
         self._address, self._read_payload = address, read_payload

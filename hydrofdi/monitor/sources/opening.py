@@ -84,12 +84,12 @@ def _text(
         )
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
-    form = config.text
+    form, largest = config.text, config.limits.payload
     if sampling_frequency is not None:
         form = form.model_copy(update={"sampling_frequency": sampling_frequency})
     if text == "-":
-        return StandardInput(config.channels, form)
-    return GrowingFile(path, config.channels, form, is_followed)
+        return StandardInput(config.channels, form, largest=largest)
+    return GrowingFile(path, config.channels, form, is_followed, largest)
 
 
 def _mqtt(text: str, config: MonitorConfig, detector: Path) -> StreamSource:
@@ -98,7 +98,7 @@ def _mqtt(text: str, config: MonitorConfig, detector: Path) -> StreamSource:
     from hydrofdi.monitor.sources.payload import PayloadReader
 
     largest = config.limits.payload
-    reader = PayloadReader(config.channels, largest=largest)
+    reader = PayloadReader(config.channels, config.text.time, largest=largest)
     return MqttSource(MqttAddress.parse(text), config.mqtt, reader.read, detector, largest)
 
 

@@ -8,6 +8,7 @@ import select
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.sources.columns import Channels
 from hydrofdi.monitor.sources.contract import Position, Reading
+from hydrofdi.monitor.sources.payload import LARGEST
 from hydrofdi.monitor.sources.text_config import TextConfig
 from hydrofdi.monitor.sources.text_lines import TextLines
 
@@ -26,13 +27,19 @@ class StandardInput:
     channels : mapping of Channel to ChannelConfig, optional
     config : TextConfig, optional
     descriptor : int
+    largest : int
+        Bytes of a line.
     """
 
     def __init__(
-        self, channels: Channels | None = None, config: TextConfig | None = None, descriptor: int = 0
+        self,
+        channels: Channels | None = None,
+        config: TextConfig | None = None,
+        descriptor: int = 0,
+        largest: int = LARGEST,
     ) -> None:
         self._channels, self._config = channels or {}, config or TextConfig()
-        self._descriptor = descriptor
+        self._descriptor, self._largest = descriptor, largest
         self._is_over = False
         self._text = self._lines({})
 
@@ -101,4 +108,4 @@ class StandardInput:
             return b""
 
     def _lines(self, position: Position) -> TextLines:
-        return TextLines(self._channels, self._config, self.name, position)
+        return TextLines(self._channels, self._config, self.name, position, self._largest)

@@ -29,9 +29,14 @@ class TextLines:
         The stream, for messages.
     position : mapping
         What `position` gave in an earlier run.
+    largest : int
+        Bytes of a line; longer ones are counted as malformed.
     """
 
-    def __init__(self, channels: Channels, config: TextConfig, name: str, position: Position) -> None:
+    def __init__(
+        self, channels: Channels, config: TextConfig, name: str, position: Position, largest: int = LARGEST
+    ) -> None:
+        self._largest = largest
         self._channels, self._config, self._name = channels, config, name
         frequency = config.sampling_frequency
         n_sample = int(position.get("n_sample", 0))
@@ -83,14 +88,22 @@ class TextLines:
         lines = whole.decode("utf-8-sig", errors="replace").split("\n") if whole else []
         if self._is_skipping and (lines or end):
             lines, self._is_skipping = lines[1:], False
-        if len(rest) > LARGEST:
-            self._malformed.note(rest[:60].decode(errors="replace"), f"is longer than {LARGEST:,} bytes")
+        if len(whole) > self._largest:
+            lines = [line for line in lines if self._fits(line)]
+        if len(rest) > self._largest and not self._fits(rest.decode(errors="replace")):
             self._rest, self._is_skipping = b"", True
         chunks = self._chunks(lines)
         chunk = joined(chunks) if chunks else None
         n_time = chunk.n_time if chunk else 0
         time = float(chunk.time[-1]) if chunk and n_time else None
         return chunk, self._malformed.events(n_time, time)
+
+    def _fits(self, line: str) -> bool:
+        """Whether a line is short enough; counts it where it is not."""
+        fits = len(line.encode()) <= self._largest
+        if not fits:
+            self._malformed.note(line[:60], f"is longer than {self._largest:,} bytes")
+        return fits
 
     def _chunks(self, lines: list[str]) -> list[Chunk]:
         if self._lines is None:

@@ -14,6 +14,7 @@ import typer
 from hydrofdi import __version__
 from hydrofdi.cli.calibrate import calibrate
 from hydrofdi.cli.check import check
+from hydrofdi.cli.configs import configs
 from hydrofdi.cli.experiment_folder import collect, rerun, status, verify, why
 from hydrofdi.cli.monitor.detect import detect
 from hydrofdi.cli.monitor.monitor import monitor
@@ -45,7 +46,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for command in (
-    simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate,
+    simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate, configs,
     measure, indicators, inspect, evaluate, train, detect, monitor, replay,
 ):  # fmt: skip
     app.command()(command)

@@ -12,7 +12,10 @@ from hydrofdi.cli.options import Json, Settings
 
 def calibrate(
     config: Annotated[
-        Path | None, typer.Argument(help="Experiment file; without it, the nominal actuator of the paper.")
+        Path | None,
+        typer.Argument(
+            help="Experiment file, or a ready one; without it, the nominal actuator of the paper."
+        ),
     ] = None,
     flows: Annotated[
         list[str] | None,

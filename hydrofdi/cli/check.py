@@ -12,7 +12,10 @@ from hydrofdi.cli.options import Json, Settings
 
 def check(
     config: Annotated[
-        Path | None, typer.Argument(help="Experiment file; without it, the nominal actuator of the paper.")
+        Path | None,
+        typer.Argument(
+            help="Experiment file, or a ready one; without it, the nominal actuator of the paper."
+        ),
     ] = None,
     settings: Settings = None,
     converge: Annotated[

@@ -20,7 +20,9 @@ class EngineName(StrEnum):
 
 
 def sweep(
-    config: Annotated[Path, typer.Argument(help="Experiment file with the parameters to vary.")],
+    config: Annotated[
+        Path, typer.Argument(help="Experiment file with what varies, or a ready one ('hydrofdi configs').")
+    ],
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of the results [default: results/<name>].")
     ] = None,

@@ -8,6 +8,7 @@ from typing import Any
 
 from hydrofdi.config.sections.csv_input import CsvError, held_text, read_csv_input
 from hydrofdi.errors import Mistake
+from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import Path, Source, dotted
 
 _STAND_IN = "# unreadable\ntime [s],voltage [V]\n0.0,0.0\n"
@@ -18,7 +19,7 @@ def anchor_input_files(source: Source, folder: FilePath) -> None:
     """Make the paths of input files start from the folder of the file that names them."""
     for container, key, _ in list(_places(source.data, ())):
         if _is_path(container[key]):
-            container[key] = str(folder / container[key])
+            container[key] = str(located(FilePath(container[key]), folder))
 
 
 def read_input_files(source: Source) -> None:

@@ -14,6 +14,7 @@ from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
 from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
 
@@ -28,14 +29,15 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     Parameters
     ----------
     text : str
-        ``NAME,…``, ``all``, or the path of a YAML file with ``indicators:``, which may extend others.
+        ``NAME,…``, ``all``, or the path of a YAML file with ``indicators:``, which may extend others;
+        or the name of such a ready one.
 
     Raises
     ------
     ConfigError
         With every mistake.
     """
-    parts, is_file = [part.strip() for part in text.split(",")], Path(text).is_file()
+    parts, is_file = [part.strip() for part in text.split(",")], located(Path(text)).is_file()
     if len(parts) > 1 and not is_file and any(part.endswith(_SUFFIXES) for part in parts):
         raise ConfigError(f"{text}: give one file; its 'indicators:' may hold several labels")
     if text.endswith(_SUFFIXES) or is_file:

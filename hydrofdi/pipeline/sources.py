@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
+from hydrofdi.settings.ready import located, ready_hint
 
 _HEAD_BYTES = 65_536
 _KEY = re.compile(r"[A-Za-z_][\w.]*\s*:(\s|$)|---\s*$|\{")
@@ -28,6 +29,7 @@ def open_source(
     Parameters
     ----------
     path : Path
+        Or the name of a ready configuration.
     channels : collection of Channel
         What is needed of simulated records; the others are not read.
     sampling_frequency : float, optional
@@ -45,12 +47,13 @@ def open_source(
     StoreError
         Results cannot be read.
     """
-    if not path.exists():
-        raise DataError(f"{path}: no such file or folder")
     if path.is_dir():
         _refuse_frequency(path, sampling_frequency)
         _refuse_settings(path, settings)
         return _folder(path, channels)
+    name, path = str(path), located(path)
+    if not path.exists():
+        raise DataError(f"{path}: no such file or folder{ready_hint(path)}")
     head = _head(path)
     if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
         _refuse_frequency(path, sampling_frequency)
@@ -58,7 +61,7 @@ def open_source(
         return _stored(path, channels)
     if path.suffix.lower() in (".yaml", ".yml") or _is_settings(head):
         _refuse_frequency(path, sampling_frequency)
-        return _described(path, channels, settings)
+        return _described(path, name, channels, settings)
     _refuse_settings(path, settings)
     from hydrofdi.records.measured import plain_file_source
 
@@ -95,7 +98,7 @@ def _is_experiment(path: Path) -> bool:
     return is_experiment_file(path)
 
 
-def _described(path: Path, channels: Collection[Channel], settings: Sequence[str]) -> RecordSource:
+def _described(path: Path, name: str, channels: Collection[Channel], settings: Sequence[str]) -> RecordSource:
     from hydrofdi.settings.validation import read_yaml
 
     keys = set(read_yaml(path, "a description of measured files or an experiment").data or {})
@@ -107,7 +110,7 @@ def _described(path: Path, channels: Collection[Channel], settings: Sequence[str
     from hydrofdi.config import load_experiment
     from hydrofdi.pipeline.simulated import SimulatedRecords
 
-    return SimulatedRecords(load_experiment(path, settings), str(path), channels)
+    return SimulatedRecords(load_experiment(path, settings), name, channels)
 
 
 def _refuse_frequency(path: Path, sampling_frequency: float | None) -> None:

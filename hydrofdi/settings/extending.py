@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.ready import located, ready_hint
 from hydrofdi.settings.validation import read_yaml
 from hydrofdi.settings.yaml_source import Source
 
@@ -41,6 +42,7 @@ def read_extended(
     Parameters
     ----------
     file : path
+        Or the name of a ready configuration, as those that it extends may be.
     kind : str
         What the file should be, such as ``an experiment file``.
     prepare : callable, optional
@@ -55,6 +57,7 @@ def read_extended(
     ConfigError
         A file cannot be read, or the files extend each other.
     """
+    file = located(file)
     if file.resolve() in extending:
         chain = " → ".join(path.name for path in (*extending, file.resolve()))
         raise ConfigError([Mistake(f"the files extend each other: {chain}", "extends", str(file))])
@@ -92,9 +95,10 @@ def extended(
         raise ConfigError([own.mistake(("extends",), "expected the path of a file, or a list of paths")])
     whole = Source({})
     for parent in parents:
-        path = file.parent / parent
+        path = located(Path(parent), file.parent)
         if not path.exists():
-            raise ConfigError([own.mistake(("extends",), f"{path}: no such file")])
+            hint = ready_hint(Path(parent))
+            raise ConfigError([own.mistake(("extends",), f"{path}: no such file{hint}")])
         overlay(whole, read_extended(path, kind, prepare, merge, (*extending, file.resolve())), merge)
     overlay(whole, own, merge)
     return whole

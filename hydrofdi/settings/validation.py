@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.ready import ready_hint
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -63,6 +64,8 @@ def _read_text(file: FilePath, kind: str) -> str:
         raise ConfigError(f"{file}: is a directory, not {kind}") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{file}: is not a text file in UTF-8") from None
+    except FileNotFoundError as error:
+        raise ConfigError(f"{file}: {error.strerror}{ready_hint(file)}") from None
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror}") from None
 

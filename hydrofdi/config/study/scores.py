@@ -15,6 +15,7 @@ from hydrofdi.scoring.registry import score_kind, score_names
 from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.quantities import Section
+from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source
 
@@ -37,7 +38,7 @@ def load_scores(indicators: str, made: Mapping[str, Indicator[Any]]) -> dict[str
     ConfigError
         With every mistake.
     """
-    if not FilePath(indicators).is_file():
+    if not located(FilePath(indicators)).is_file():
         return {}
     source = read_extended(FilePath(indicators), "a file of indicators")
     source.data = {"scores": source.data.get("scores") or {}}

@@ -1,0 +1,66 @@
+"""``hydrofdi configs``."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydrofdi.cli.options import Json
+
+
+def configs(
+    name: Annotated[
+        str | None, typer.Argument(help="Print this one, to copy and change; or list this group.")
+    ] = None,
+    json: Json = False,
+) -> int:
+    """List the ready configurations, or print one to copy.
+
+    Their names work wherever a configuration is asked for: 'hydrofdi sweep table3'. A file of your own with
+    the same name wins.
+    """
+    from hydrofdi.cli.terminal import print_json, write_out
+    from hydrofdi.errors import ConfigError
+    from hydrofdi.settings.ready import ready_copy, ready_hint, ready_names, ready_summary
+
+    asked = (name or "").removeprefix("configs/").removesuffix(".yaml").rstrip("/")
+    listed = [each for each in ready_names() if name is None or each.startswith(f"{asked}/")]
+    if listed and (asked not in ready_names() or str(name).endswith("/")):
+        summaries = {each: ready_summary(each) for each in listed}
+        if json:
+            print_json({"configs": [{"name": each, "about": text} for each, text in summaries.items()]})
+        else:
+            _print_all(summaries)
+        return 0
+    if asked not in ready_names():
+        raise ConfigError(f"{name}: no such ready configuration{ready_hint(Path(asked))}")
+    text = ready_copy(asked)
+    if json:
+        print_json({"name": asked, "about": ready_summary(asked), "text": text})
+    else:
+        write_out(text)
+    return 0
+
+
+def _print_all(summaries: dict[str, str]) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from hydrofdi.cli.terminal import terminal
+
+    console = terminal()
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    for group, names in groupby(summaries, key=lambda name: name.rpartition("/")[0]):
+        if group:
+            table.add_row(Text(f"{group}/", style="bold"))
+        indent = "  " if group else ""
+        for name in names:
+            table.add_row(indent + name.rpartition("/")[2], summaries[name])
+    console.print(table)
+    console.print("\nA name stands for a file: 'hydrofdi sweep table3', 'hydrofdi plan delays/smoke'.")
+    console.print("'hydrofdi configs NAME' prints one to copy.")

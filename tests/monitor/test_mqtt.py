@@ -176,7 +176,10 @@ def test_a_broker_that_is_absent_is_waited_for_and_said_once(tmp_path, closing):
         broker.stop()
     (said,) = events(absent)
     assert said.kind == "disconnected"
-    assert said.text == f"no connection to {broker.address()}: nothing listens there; tries again"
+    assert (
+        said.text
+        == f"no connection to {broker.address()}: nothing listens there (connection refused); tries again"
+    )
     assert [event.kind for event in events(present)] == ["connected"]
 
 

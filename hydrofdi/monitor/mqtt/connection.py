@@ -115,7 +115,7 @@ class MqttConnection:
             client = self._new_client()
             connect(client, self._address, self._config, self._session)
         except (OSError, ValueError) as error:
-            self._announcements.lost(reason_of_error(error, self._address))
+            self._announcements.lost(reason_of_error(error))
             return
         self._client = client
         client.loop_start()

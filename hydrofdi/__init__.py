@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hydrofdi.api.measuring import measure
+    from hydrofdi.api.results import Results, results, sweep
     from hydrofdi.api.run import Run, simulate
     from hydrofdi.api.table import Table
     from hydrofdi.config import expand_runs, load_experiment
@@ -34,6 +35,9 @@ _HOMES = {
     "Table": "hydrofdi.api.table",
     "simulate": "hydrofdi.api.run",
     "measure": "hydrofdi.api.measuring",
+    "Results": "hydrofdi.api.results",
+    "results": "hydrofdi.api.results",
+    "sweep": "hydrofdi.api.results",
     "load_experiment": "hydrofdi.config",
     "expand_runs": "hydrofdi.config",
     "simulate_batch": "hydrofdi.simulation",
@@ -48,6 +52,7 @@ _HOMES = {
 
 __all__ = [
     "HydrofdiError",
+    "Results",
     "Run",
     "Table",
     "__version__",
@@ -58,11 +63,13 @@ __all__ = [
     "percentage_change",
     "plan_sweep",
     "read_experiment",
+    "results",
     "run_sweep",
     "simulate",
     "simulate_batch",
     "solve_leakage_coefficients",
     "summarize_table",
+    "sweep",
 ]
 
 

@@ -48,7 +48,7 @@ HOMES = {
     "typer": ("cli/",),
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
-    "matplotlib": ("report/figures/", "papers/maddahi2015/figures/", "api/run.py"),
+    "matplotlib": ("report/figures/", "papers/maddahi2015/figures/", "api/"),
     "pyarrow": ("report/forms/tidy.py", "report/forms/measures.py", "records/measured/"),
     "xarray": ("api/",),
     "pandas": ("api/",),

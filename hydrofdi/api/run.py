@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cached_property
 from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_table
 from hydrofdi.api.places import path_of
 from hydrofdi.config import ExperimentConfig
@@ -104,12 +105,8 @@ class Run:
     def plot(self) -> Figure:
         """The signals over time; `Figure.savefig` writes them."""
         from hydrofdi.report.figures import draw_signals
-        from hydrofdi.report.figures.style import figure_bytes
 
-        figure = draw_signals(self._single.columns, self.experiment.wavelet, self.summary.title)
-        # IPython shows figures without pyplot by this method alone
-        figure.__dict__["_repr_png_"] = partial(figure_bytes, figure, "png")
-        return figure
+        return shown(draw_signals(self._single.columns, self.experiment.wavelet, self.summary.title))
 
     def write(self, path: str | PathLike[str]) -> None:
         """Store the run as an experiment file (HDF5).

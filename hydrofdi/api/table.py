@@ -132,8 +132,8 @@ class Table:
 
 
 def _array(values: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
-    """Numbers as an array of them, everything else as objects."""
-    array = np.asarray(values)
+    """Numbers as an array of them, NaN where one is missing; everything else as objects."""
+    array = np.asarray([np.nan if value is None else value for value in values])
     if array.dtype.kind in "fiub":
         return array
     objects = np.empty(len(values), dtype=object)

@@ -37,3 +37,17 @@ def measure(folder: Path) -> None:
     numbers: pandas.DataFrame = table.to_pandas()
     assert np.isclose(d2, [same["dwt.d2"][0], again["dwt.d2"][0], numbers["dwt.d2"][0]]).all()
     assert dataset["dwt.d2"].attrs["units"] == "Pa"
+
+
+def sweep(folder: Path) -> None:
+    stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"], "leakage.internal_flow": [0, "0.2 L/min"]}
+    study = {"name": "stiffness", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    results: hydrofdi.Results = hydrofdi.sweep(study, out=folder / "study", engine="in-process")
+    d3: xarray.DataArray = results.dataset.detail_rms.sel(level=3)
+    same = hydrofdi.results(folder / "study")
+    page: str = same.report()
+    figure: Figure = same.plot()
+    figure.savefig(folder / "changes.png")
+    assert d3.sizes["run"] == results.data.n_run
+    assert page.startswith("#")
+    results.dataset.close()

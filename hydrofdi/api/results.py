@@ -1,0 +1,198 @@
+"""Sweeps and their stored results."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.figures import shown
+from hydrofdi.api.places import notebook_library, path_of
+from hydrofdi.api.table import Table
+from hydrofdi.errors import ConfigError, ReportError, StoreError
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.store.layout.names import STATUS
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+    from hydrofdi.report.contract import ComposedReport
+    from hydrofdi.store import ExperimentData
+
+
+class Results:
+    """What an experiment has stored; `hydrofdi.sweep` and `hydrofdi.results` make it.
+
+    Attributes
+    ----------
+    data : ExperimentData
+        Runs and their numbers, signals left on disk.
+    """
+
+    def __init__(self, data: ExperimentData) -> None:
+        self.data = data
+
+    @property
+    def file(self) -> Path:
+        """The experiment file."""
+        return self.data.path
+
+    @property
+    def folder(self) -> Path:
+        """Its folder."""
+        return self.data.path.parent
+
+    @property
+    def statuses(self) -> dict[str, int]:
+        """How runs ended → how many: ``ok``, ``missing``, or a failure."""
+        return dict(Counter(map(str, self.data.columns[STATUS])))
+
+    @cached_property
+    def dataset(self) -> xarray.Dataset:
+        """All runs with the dimensions run, time and level; numbers are read when they are used.
+
+        Raises
+        ------
+        ReportError
+            The extra ``notebook`` is not installed.
+        StoreError
+            The sweep has not ended, so that there is no file yet.
+        """
+        library = notebook_library("xarray")
+        notebook_library("h5netcdf")
+        if not self.file.exists():
+            raise StoreError(f"{self.folder}: the sweep has not ended; 'hydrofdi collect' builds the file")
+        dataset: xarray.Dataset = library.open_dataset(self.file, engine="h5netcdf")
+        return dataset
+
+    @cached_property
+    def table(self) -> Table:
+        """The numbers that ``hydrofdi report --format csv`` prints; units stand in the names."""
+        return Table("row", self._report.columns(), {})
+
+    def report(self) -> str:
+        """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""
+        from hydrofdi.report.forms.markdown import render_markdown
+
+        return render_markdown(self._report.document())
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """A figure of the report by its name; the usual one where it is left out.
+
+        Raises
+        ------
+        ReportError
+            There is no such figure.
+        """
+        from hydrofdi.report.figures import draw_figure
+
+        known = [*self._report.figures()]
+        name = self._report.usual_figure if figure is None else figure
+        if name not in known:
+            raise ReportError(f"no figure {name!r}{nearest(name, known)}")
+        return shown(draw_figure(self._report, name))
+
+    @cached_property
+    def _report(self) -> ComposedReport:
+        from hydrofdi.papers import make_report
+
+        return make_report(self.data)
+
+    def __repr__(self) -> str:
+        counted = ", ".join(f"{count} {status}" for status, count in self.statuses.items())
+        return f"{self.data.n_run} runs in {self.folder}: {counted}"
+
+
+def results(folder: str | PathLike[str] | None = None) -> Results:
+    """Stored results, finished or not.
+
+    Parameters
+    ----------
+    folder : path, optional
+        Folder of an experiment, or its file; the newest below ``results/`` where it is left out.
+
+    Raises
+    ------
+    ReportError
+        There are none.
+    StoreError
+        The file is missing, damaged, or of another version.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> hydrofdi.results("results/nothing")
+    Traceback (most recent call last):
+    hydrofdi.errors.StoreError: results/nothing: no such file
+    """
+    from hydrofdi.pipeline.results import read_results
+
+    return Results(read_results(None if folder is None else path_of(folder)))
+
+
+def sweep(
+    experiment: Experiment,
+    /,
+    *,
+    out: str | PathLike[str] | None = None,
+    workers: int | None = None,
+    engine: Literal["local", "in-process"] = "local",
+    retry_failed: bool = False,
+    **settings: Any,
+) -> Results:
+    """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
+
+    A script calls it below ``if __name__ == "__main__":``, because workers load the script as well.
+
+    Parameters
+    ----------
+    experiment : path, mapping or ExperimentConfig
+        YAML file, or what would stand in one.
+    out : path, optional
+        Folder of the results; ``results/<name>`` where it is left out.
+    workers : int, optional
+        Processes; the cores that hydrofdi may use where it is left out.
+    engine : {"local", "in-process"}
+        In processes of their own, or in this one.
+    retry_failed : bool
+        Whether runs that raised, hung or lost their worker are tried again.
+    **settings
+        As `hydrofdi.simulate` has them.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake; nothing is written then.
+    StoreError
+        The folder is in use, or cannot be written.
+    KeyboardInterrupt
+        Ctrl-C; what ran is stored, and the same call goes on there.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
+    >>> study = {"name": "stiffness", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> results
+    2 runs in results/stiffness: 2 ok
+    >>> results.dataset.chamber_1_pressure.sizes["run"]
+    2
+    """
+    from hydrofdi.pipeline.engines import make_engine
+    from hydrofdi.pipeline.places import experiment_directory
+    from hydrofdi.pipeline.sweeping import run_sweep
+
+    loaded = experiment_of(experiment, settings)
+    directory = experiment_directory(loaded, None if out is None else path_of(out))
+    if workers is not None and workers < 1:
+        raise ConfigError(f"workers: must be at least 1; found {workers}")
+    chosen = make_engine(engine, workers, None, shared_directory=True)
+    summary = run_sweep(loaded, directory, chosen, retry_failed=retry_failed)
+    if summary.interrupted:
+        raise KeyboardInterrupt("interrupted; the same call goes on where this one ended")
+    return results(directory)

@@ -1,0 +1,108 @@
+"""`hydrofdi.sweep` and `hydrofdi.results`."""
+
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from tests.commands import run
+from tests.conftest import SMALL
+
+STUDY = {
+    "name": "small",
+    "record": {"duration": "2 s"},
+    "sweep": {"grid": {"leakage.internal_coefficient": [0, 1e-8], "fluid.bulk_modulus": ["551 MPa", 827e6]}},
+}
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    return hydrofdi.sweep(STUDY, out=tmp_path_factory.mktemp("api") / "small", engine="in-process")
+
+
+def test_a_mapping_asks_for_the_runs_of_a_file(swept, small_sweep):
+    assert swept.file.name == "small.h5"
+    stored = hydrofdi.results(small_sweep.directory)
+    assert swept.data.columns["run_id"].tolist() == stored.data.columns["run_id"].tolist()
+    assert repr(stored) == f"4 runs in {small_sweep.directory}: 4 ok"
+
+
+def test_the_same_call_runs_nothing_again_and_keywords_win(swept, tmp_path):
+    before = swept.file.read_bytes()
+    hydrofdi.sweep(STUDY, out=str(swept.folder), engine="in-process")
+    assert swept.file.read_bytes() == before
+    file = tmp_path / "small.yaml"
+    file.write_text(SMALL)
+    shorter = hydrofdi.sweep(file, out=tmp_path / "out", engine="in-process", duration="1 s", workers=1)
+    assert shorter.data.experiment.record.duration == 1.0
+
+
+def test_the_dataset_has_all_runs_and_is_read_when_used(small_sweep):
+    dataset = hydrofdi.results(str(small_sweep.directory)).dataset
+    assert dict(dataset.sizes) | {"run": 4, "level": 5} == dict(dataset.sizes)
+    assert not dataset.chamber_1_pressure._in_memory
+    stored = hydrofdi.read_experiment(small_sweep.file)
+    np.testing.assert_array_equal(dataset.detail_rms, stored.columns["detail_rms"])
+    dataset.close()
+
+
+def test_report_table_and_figure_are_those_of_the_command(small_sweep):
+    results = hydrofdi.results(small_sweep.file)
+    told = run("report", small_sweep.directory, "--format", "markdown", check=0).stdout
+    assert hydrofdi.results(small_sweep.directory).report() == told
+    rows = run("report", small_sweep.directory, "--format", "csv", check=0).stdout.splitlines()
+    assert results.table.columns == rows[0].split(",")
+    assert len(results.table) == len(rows) - 1
+    assert results.table["delta_fixed_percent"].dtype == float
+    assert results.plot()._repr_png_().startswith(b"\x89PNG")
+    with pytest.raises(hydrofdi.HydrofdiError, match="no figure 'sensitivty'; did you mean 'sensitivity'"):
+        results.plot("sensitivty")
+
+
+def test_a_sweep_that_has_not_ended_has_a_table_and_no_dataset(small_sweep, tmp_path):
+    folder = tmp_path / "unfinished"
+    shutil.copytree(small_sweep.directory, folder)
+    (folder / "small.h5").unlink()
+    results = hydrofdi.results(folder)
+    assert len(results.table)
+    with pytest.raises(hydrofdi.HydrofdiError, match="hydrofdi collect"):
+        _ = results.dataset
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"workers": 0}, "workers: must be at least 1; found 0"),
+        ({"bulk_modulos": 1}, "bulk_modulos: unknown key; did you mean 'bulk_modulus'?"),
+        ({"out": "."}, "name a folder of its own, not the working directory"),
+    ],
+)
+def test_mistakes_are_named_and_nothing_is_written(options, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(hydrofdi.HydrofdiError) as raised:
+        hydrofdi.sweep(STUDY, **options)
+    assert sentence in str(raised.value)
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_the_sentence_without_results_is_that_of_the_command(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(hydrofdi.HydrofdiError) as raised:
+        hydrofdi.results()
+    assert run("report", cwd=tmp_path, check=2).stderr.strip() == f"hydrofdi: {raised.value}"
+
+
+def test_a_script_with_workers_runs(tmp_path):
+    script = tmp_path / "study.py"
+    script.write_text(
+        f"import hydrofdi\nif __name__ == '__main__':\n"
+        f"    print(hydrofdi.sweep({json.loads(json.dumps(STUDY))!r}, workers=2))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True
+    )
+    assert done.stdout.strip().endswith("4 runs in results/small: 4 ok")

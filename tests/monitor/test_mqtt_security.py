@@ -105,7 +105,7 @@ def test_a_password_that_all_users_can_read_is_warned_of(guarded, closing, tmp_p
     config = MqttConfig(username="press", password_file=password_file(tmp_path, mode=0o644))
     readings = connected(closing(source_at(guarded.address(), config)))
     (warning,) = events(readings, EventKind.INSECURE)
-    assert "every user of this machine can read the password" in warning.text
+    assert "every user of this machine can read it" in warning.text
 
 
 @needs_mosquitto

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import ssl
-import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from pathlib import Path
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.mqtt.address import MqttAddress
 from hydrofdi.monitor.mqtt.configuration import MqttConfig
+from hydrofdi.monitor.secret_files import exposed, secret_in
 
 _THIS_MACHINE = ("localhost", "127.0.0.1", "::1")
 
@@ -37,7 +37,7 @@ def credentials_of(config: MqttConfig, environment: Mapping[str, str] = os.envir
     if config.password_file is None:
         password = environment.get("HYDROFDI_MQTT_PASSWORD") or None
     else:
-        password = _password_in(config.password_file)
+        password = secret_in(config.password_file, "mqtt.password_file")
     if password and not username:
         raise ConfigError("mqtt.username: is missing; there is a password without a user")
     return Credentials(username, password)
@@ -70,22 +70,9 @@ def doubts(address: MqttAddress, config: MqttConfig) -> Iterator[str]:
     """What is less safe than it could be, as sentences."""
     if address.is_secure and not config.verify:
         yield f"mqtt.verify is false: the certificate of {address.broker} is not checked"
-    if config.password_file is not None and _others_read(config.password_file):
-        yield f"{config.password_file}: every user of this machine can read the password; use 'chmod 600'"
+    yield from exposed(config.password_file, config.key)
     if not address.is_secure and address.host not in _THIS_MACHINE and credentials_of(config).password:
         yield f"the password goes to {address.broker} without encryption; use mqtts://"
-
-
-def _others_read(file: Path) -> bool:
-    return bool(file.stat().st_mode & stat.S_IROTH)
-
-
-def _password_in(file: Path) -> str:
-    with _usable("password_file", file):
-        password = file.read_text(encoding="utf-8").rstrip("\r\n")
-    if not password or "\n" in password:
-        raise ConfigError(f"mqtt.password_file: {file}: must hold one line, the password")
-    return password
 
 
 @contextmanager
@@ -95,7 +82,5 @@ def _usable(key: str, file: Path) -> Iterator[None]:
         yield
     except ssl.SSLError as error:
         raise ConfigError(f"mqtt.{key}: {file}: cannot be used ({error.reason or 'no PEM'})") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"mqtt.{key}: {file}: is not a text file in UTF-8") from None
     except OSError as error:
         raise ConfigError(f"mqtt.{key}: {file}: {error.strerror}") from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -12,6 +11,7 @@ from urllib.parse import urlsplit
 from pydantic import model_validator
 
 from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.secret_files import exposed, secret_in
 from hydrofdi.settings.quantities import SI, Section
 
 SCHEME = "opc.tcp"
@@ -100,7 +100,8 @@ def credentials(config: OpcUaConfig) -> tuple[str, str] | None:
         One lacks the other, the file cannot be read, or the password would not be encrypted.
     """
     username = config.username or os.environ.get(_USERNAME, "")
-    password = _password_in(config.password_file) or os.environ.get(_PASSWORD, "")
+    file = config.password_file
+    password = os.environ.get(_PASSWORD, "") if file is None else secret_in(file, "opcua.password_file")
     if not username and not password:
         return None
     if not username or not password:
@@ -115,19 +116,4 @@ def doubts(url: str, config: OpcUaConfig) -> Iterator[str]:
     """What is less safe than it could be, as sentences."""
     if config.security == "none":
         yield f"the connection to {url} is not encrypted, and the server is not checked; see 'opcua.security'"
-    for path in (config.password_file, config.key):
-        if path is not None and path.stat().st_mode & stat.S_IROTH:
-            yield f"{path}: every user of this machine can read it; use 'chmod 600'"
-
-
-def _password_in(path: Path | None) -> str:
-    if path is None:
-        return ""
-    try:
-        password = path.read_text(encoding="utf-8").rstrip("\r\n")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is not a text file in UTF-8"
-        raise ConfigError(f"opcua.password_file: {path}: {reason}") from None
-    if not password or "\n" in password:
-        raise ConfigError(f"opcua.password_file: {path}: must hold one line, the password")
-    return password
+    yield from exposed(config.password_file, config.key)

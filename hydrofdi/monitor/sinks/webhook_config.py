@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +12,7 @@ from pydantic import Field
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import EventKind
+from hydrofdi.monitor.secret_files import exposed, secret_in
 from hydrofdi.settings.quantities import SI, Section
 
 TOKEN = "HYDROFDI_WEBHOOK_TOKEN"
@@ -65,9 +65,9 @@ def checked_url(config: WebhookConfig) -> str:
 
 
 def shown_url(url: str) -> str:
-    """The address without its path, which may be a secret."""
+    """The address without its path, which may be a secret, and without credentials."""
     parts = urlsplit(url)
-    return f"{parts.scheme}://{parts.netloc}"
+    return f"{parts.scheme}://{parts.netloc}" if "@" not in url else f"{parts.scheme}://…"
 
 
 def bearer_token(config: WebhookConfig) -> str:
@@ -79,7 +79,7 @@ def bearer_token(config: WebhookConfig) -> str:
         Its file cannot be read, or holds something else than one line.
     """
     file = config.token_file
-    token = os.environ.get(TOKEN, "") if file is None else _token_in(file)
+    token = os.environ.get(TOKEN, "") if file is None else secret_in(file, "webhook.token_file", "secret")
     if not token.isascii() or not token.isprintable():
         raise ConfigError("webhook: the secret has letters that a header cannot hold")
     return token
@@ -87,19 +87,4 @@ def bearer_token(config: WebhookConfig) -> str:
 
 def doubts(config: WebhookConfig) -> Iterator[str]:
     """What is less safe than it could be, as sentences."""
-    path = config.token_file
-    if path is not None and path.stat().st_mode & stat.S_IROTH:
-        yield f"{path}: every user of this machine can read it; use 'chmod 600'"
-
-
-def _token_in(path: Path) -> str:
-    where = f"webhook.token_file: {path}"
-    try:
-        token = path.read_text(encoding="utf-8").rstrip("\r\n")
-    except OSError as error:
-        raise ConfigError(f"{where}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{where}: is not a text file in UTF-8") from None
-    if not token or "\n" in token:
-        raise ConfigError(f"{where}: must hold one line, the secret")
-    return token
+    yield from exposed(config.token_file)

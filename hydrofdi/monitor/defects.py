@@ -18,7 +18,7 @@ _WORDS = {
     EventKind.RATE_CHANGED: "samples at another rate",
     EventKind.DUPLICATE: "samples that came twice",
     EventKind.TIME_RAN_BACK: "samples that came too late",
-    EventKind.MALFORMED: "samples without a finite time stamp",
+    EventKind.MALFORMED: "samples without a time stamp within 1e11 s of zero",
 }
 _KINDS = list(_WORDS)
 
@@ -76,4 +76,4 @@ def part(chunk: Chunk, first: int, stop: int) -> Chunk:
 
 
 def _minute(time: float) -> float:
-    return math.floor(time / MINUTE)
+    return float(time // MINUTE)

@@ -99,12 +99,15 @@ class StateFile:
         Raises
         ------
         StoreError
-            It cannot be written: the disk is full, say.
+            It cannot be written: the disk is full, say, or the state is more than plain arrays.
         """
         header = {**self._owner, "position": dict(stored.position), "log": dict(stored.log)}
         body = io.BytesIO()
-        np.savez(body, allow_pickle=False, **stored.state)
-        content = json.dumps(header).encode() + b"\n" + body.getvalue()
+        try:
+            np.savez(body, allow_pickle=False, **stored.state)
+            content = json.dumps(header).encode() + b"\n" + body.getvalue()
+        except (TypeError, ValueError) as error:
+            raise StoreError(f"{self.path}: cannot be stored: {reason(error)}") from None
         with whole_file(self.path) as aside:
             aside.write_bytes(_checksum(content) + b"\n" + content)
 

@@ -272,3 +272,16 @@ def test_a_damaged_state_is_refused_or_harmless(tmp_path_factory, data):
     assert {name: array.tolist() for name, array in found.state.items()} == {
         name: array.tolist() for name, array in stored.state.items()
     }
+
+
+@pytest.mark.parametrize(
+    "stored",
+    [Stored({"number": np.array(10**300)}, {}, {}), Stored({}, {"place": np.float32(1.0)}, {})],
+    ids=["no plain array", "no plain place"],
+)
+def test_what_cannot_be_stored_is_refused_in_a_sentence_and_leaves_the_state_as_it_was(stored, tmp_path):
+    state_file = StateFile(tmp_path / "state", FILE, "made")
+    state_file.write(Stored({"number": np.array(1)}, {}, {}))
+    with pytest.raises(StoreError, match="state: cannot be stored: "):
+        state_file.write(stored)
+    assert state_file.read().state == {"number": np.array(1)}

@@ -14,7 +14,7 @@ from hydrofdi.records.streams import findings as words
 from hydrofdi.records.streams.beginning import Beginning
 from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.findings import Finding, Kind
-from hydrofdi.records.streams.order import Order, put_in_order
+from hydrofdi.records.streams.order import FARTHEST, Order, put_in_order
 from hydrofdi.records.streams.piece import Piece, pieces_of, whole
 
 _GAP = 1.5
@@ -29,9 +29,9 @@ _N_KIND = 6
 class EvenStream:
     """Checks a stream sample by sample; what it says does not depend on the chunks.
 
-    A sample that is not later than the one before is dropped, and so is one without a finite time stamp. A
-    step of more than 1.5 periods is a gap; smaller irregularities are tolerated. After a minute of samples
-    that are all earlier, the clock was set back, and the stream begins anew.
+    A sample that is not later than the one before is dropped, and so is one without a time stamp within
+    1e11 s of zero. A step of more than 1.5 periods is a gap; smaller irregularities are tolerated. After a
+    minute of samples that are all earlier, the clock was set back, and the stream begins anew.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class EvenStream:
         longest = _GAP * self._period
         if not 0.0 < float(time[0]) - float(state["last"]) <= longest or not np.all(time[1:] > time[:-1]):
             return False
-        return bool((time[1:] - time[:-1]).max(initial=0.0) <= longest)
+        return bool(time[-1] <= FARTHEST and (time[1:] - time[:-1]).max(initial=0.0) <= longest)
 
     def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
         comes_again = bool(state["may_repeat"]) and self._beginning.comes_again(state)

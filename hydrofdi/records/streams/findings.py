@@ -25,7 +25,7 @@ class Finding:
     ----------
     kind : str
         ``gap``, ``rate_changed`` (one gap after another), ``duplicate``, ``time_ran_back`` or ``malformed``
-        (a time stamp that is not finite).
+        (no time stamp within 1e11 s of zero).
     time : float or None
         First instant, on the clock of the stream [s]; None before the first sample.
     count : int
@@ -117,7 +117,7 @@ def set_back(stamp: float, before: float) -> str:
 def malformed(stamp: float, before: float) -> str:
     """No instant."""
     where = f"after {_seconds(before)} " if np.isfinite(before) else ""
-    return f"a sample {where}has no finite time stamp and was dropped"
+    return f"a sample {where}has no time stamp within 1e11 s of zero and was dropped"
 
 
 def _seconds(time: float) -> str:

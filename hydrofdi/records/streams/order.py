@@ -11,6 +11,9 @@ from hydrofdi.records.batch import Array
 
 Mask = NDArray[np.bool_]
 
+FARTHEST = 1e11
+"""Time stamps lie this close to zero [s]: about 3,000 years."""
+
 
 @dataclass(frozen=True)
 class Order:
@@ -19,7 +22,7 @@ class Order:
     Attributes
     ----------
     stamps : ndarray, shape (n_time,)
-        Instants [s]; −∞ where they are not finite.
+        Instants [s]; −∞ where they are no time stamp, or one beyond `FARTHEST`.
     before : ndarray, shape (n_time,)
         Instant of the last sample that was accepted before each [s]; −∞ where there was none.
     is_accepted : ndarray of bool, shape (n_time,)
@@ -60,7 +63,7 @@ def put_in_order(time: Array, last: float, n_earlier: int, patience: int, comes_
     comes_again : bool
         Whether the stream comes again: samples before the first later one are not counted then.
     """
-    stamps = np.where(np.isfinite(time), time, -np.inf)
+    stamps = np.where(np.abs(time) <= FARTHEST, time, -np.inf)
     before = np.empty_like(stamps)
     is_set_back = np.zeros(stamps.size, dtype=bool)
     first = 0

@@ -12,6 +12,9 @@ def _stream(time, frequency=10.0, state=None):
     return stream.step(state or stream.start(), Chunk(time, {P1: np.arange(float(time.size))}))
 
 
+MALFORMED = "has no time stamp within 1e11 s of zero and was dropped"
+
+
 def _said(time, frequency=10.0):
     return [(each.kind, each.count, each.text) for each in _stream(time, frequency)[2]]
 
@@ -25,8 +28,10 @@ def _said(time, frequency=10.0):
             [0.3, 0.4, 0.2, 0.3, 0.5],
             ("time_ran_back", 2, "a sample of 0.2 s came after that of 0.4 s and was dropped"),
         ),
-        ([0.0, np.nan, 0.1], ("malformed", 1, "a sample after 0 s has no finite time stamp and was dropped")),
-        ([np.nan, np.inf, 0.0], ("malformed", 2, "a sample has no finite time stamp and was dropped")),
+        ([0.0, np.nan, 0.1], ("malformed", 1, f"a sample after 0 s {MALFORMED}")),
+        ([0.0, 1e300, 0.1, -1.1e11], ("malformed", 2, f"a sample after 0 s {MALFORMED}")),
+        ([np.nan, np.inf, 0.0], ("malformed", 2, f"a sample {MALFORMED}")),
+        ([1e11, 1e11 + 0.1], ("malformed", 1, f"a sample after 100000000000 s {MALFORMED}")),
         (
             [1.7e9, 1.7e9 + 0.100001, 1.7e9 + 0.6],
             ("gap", 1, "no samples for 0.499999 s after 1700000000.100001 s"),

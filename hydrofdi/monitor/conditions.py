@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrofdi.detectors.trained import ChartReading, Verdict
+from hydrofdi.detectors.trained.wording import plain
 from hydrofdi.monitor.lines import Condition, Event, EventKind
 from hydrofdi.records.streams import State
 
@@ -57,10 +58,11 @@ class Conditions:
 
 
 def _ago(duration: float) -> str:
-    return f"{duration:.6g} s ago" if duration >= 0.0 else "before the clock was set back"
+    return f"{plain(duration, 6)} s ago" if duration >= 0.0 else "before the clock was set back"
 
 
 def _why(verdict: Verdict, chart: ChartReading | None) -> str:
     if chart is not None:
-        return f"the statistic of the chart, {chart.statistic:.4g}, reaches its limit, {chart.limit:.4g}"
-    return f"the score is {-(verdict.margin or 0.0):.4g} healthy spreads beyond its limit"
+        statistic, limit = (plain(each, 4) for each in (chart.statistic or 0.0, chart.limit))
+        return f"the statistic of the chart, {statistic}, reaches its limit, {limit}"
+    return f"the score is {plain(-(verdict.margin or 0.0), 4)} healthy spreads beyond its limit"

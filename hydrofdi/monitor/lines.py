@@ -37,6 +37,7 @@ class EventKind(StrEnum):
     NOT_JUDGED = "not_judged"
     MALFORMED = "malformed"
     DROPPED = "dropped"
+    NOTICE = "notice"
     CONNECTED = "connected"
     DISCONNECTED = "disconnected"
     NOT_STORED = "not_stored"

@@ -181,6 +181,7 @@ def test_a_file_that_is_not_there_yet_is_waited_for(log):
         f"{log}: is not there yet; waiting for it",
         f"{log}: is there now",
     ]
+    assert [event.kind for event in follower.events] == ["notice", "connected"]
 
 
 def test_samples_without_time_are_counted_on_over_restarts_and_renaming(log):

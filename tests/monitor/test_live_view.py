@@ -16,8 +16,10 @@ from hydrofdi.cli.monitor.live import LiveView
 from hydrofdi.cli.monitor.live.character_plots import draw, envelope
 from hydrofdi.cli.monitor.live.page import Page
 from hydrofdi.cli.monitor.live.screen import screen_lines
+from hydrofdi.cli.monitor.live.summary import summary_lines
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, instant_text
+from hydrofdi.detectors.trained.wording import count_text, plain
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
@@ -48,7 +50,7 @@ def test_before_the_first_sample_it_waits_and_states_limit_and_promise():
     text = text_of(Watched(FILE, "standard input"))
     assert " NO DATA  waiting for samples" in text
     assert "alarm above" in text
-    promise = "Promise: 1 % of healthy windows raise an alarm (0 to 5 %), from 99 healthy windows"
+    promise = "Promise: 1 % of healthy windows lie beyond the limit (0 to 5 %), from 99 healthy windows"
     assert promise in " ".join(text.split())
 
 
@@ -64,7 +66,7 @@ def test_health_and_alarm_are_said_in_words_with_the_instant_of_the_change():
     assert " HEALTHY  since 1.0 s" in text_of(watched(10))
     text = text_of(watched())
     assert " ALARM  since 13.0 s" in text
-    assert "24 windows judged, 12 alarms" in text
+    assert "24 windows judged, 12 beyond the limit, 1 alarm\n" in text
     assert "13.0 s: ALARM, the score is" in text
 
 
@@ -88,8 +90,7 @@ def test_with_a_chart_its_statistic_decides_and_is_drawn():
     assert "cusum, last 24 windows" in text
     assert "limit 8 " in text
     assert "ALARM" in text
-    n_alarm = sum(line.chart.alarm for line in watched(file=CHART).windows)
-    assert f"24 windows judged, {n_alarm} alarm" in text
+    assert "24 windows judged, 12 beyond the limit, 1 alarm\n" in text
 
 
 def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were():
@@ -104,6 +105,14 @@ def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were():
     assert "1 disconnection\n" in text_of(seen)
     seen.take(part(LEAKING, 10_000, 10_100), [])
     assert " HEALTHY " in text_of(seen)
+
+
+def test_a_server_that_was_never_there_is_no_disconnection():
+    seen = Watched(FILE, "-")
+    seen.take(None, [Event(EventKind.DISCONNECTED, "nothing listens there; tries again")])
+    assert "disconnection" not in text_of(seen)
+    seen.take(None, [Event(EventKind.CONNECTED, "connected"), Event(EventKind.DISCONNECTED, "it is gone")])
+    assert "1 disconnection\n" in text_of(seen)
 
 
 def test_a_stream_that_falls_silent_is_no_longer_healthy(monkeypatch):
@@ -135,6 +144,28 @@ def test_the_newest_event_is_told_in_full():
     assert text_of(seen, 60).endswith("because it is gone")
 
 
+def test_a_long_remedy_is_told_from_its_beginning_to_its_end():
+    seen = watched()
+    text = f"no connection: {'the certificate is not trusted; ' * 5}give it with mqtt.ca_file"
+    seen.take(None, [Event(EventKind.DISCONNECTED, text)])
+    for width, height in ((80, 24), (60, 20)):
+        shown = text_of(seen, width, height)
+        assert text in " ".join(shown.split())
+        assert "windows judged" in shown
+
+
+def test_lines_that_cannot_be_read_are_said_with_the_first_reason():
+    seen = Watched(FILE, "press.csv")
+    first = Event(EventKind.MALFORMED, "malformed line 'a,b': no number", count=3)
+    seen.take(
+        None, [first, replace(first, text="malformed line 'c': too few cells", count=2, is_silent=True)]
+    )
+    text = text_of(seen)
+    assert " NO DATA  no sample could be read: 5 malformed\nmalformed line 'a,b': no number\n" in text
+    seen.take(part(LEAKING, 0, 1000), [])
+    assert "could be read" not in text_of(seen)
+
+
 def test_what_goes_on_is_counted_once_and_its_end_adds_nothing():
     seen = watched(2)
     gap = Event(EventKind.GAP, "a gap", 1.0)
@@ -164,6 +195,27 @@ def test_a_closed_view_leaves_a_summary_on_the_terminal():
     view.close()
     text = console.file.getvalue()
     assert "standard input, watched for" in text.rpartition("\x1b[?1049l")[2]
+
+
+def test_the_summary_names_windows_alarms_with_their_instants_and_events():
+    seen = watched(chunk=stream(24, leaking=range(12, 20), stuck=range(20, 24)))
+    seen.take(None, [Event(EventKind.GAP, "a gap", 24.0, count=2), Event(EventKind.STARTED, "watches")])
+    assert [*summary_lines(seen)][1:] == [
+        "20 windows judged, 8 beyond the limit, 1 alarm",
+        "alarms raised at 13.0 s",
+        "4 not judged (stuck 4)",
+        "2 gaps",
+    ]
+    seen.take(None, [Event(EventKind.ALARM_RAISED, "again", 30.0 + each) for each in range(1000)])
+    assert "1,029.0 s; 991 before" in [*summary_lines(seen)][2]
+
+
+def test_numbers_are_written_out():
+    assert [plain(each, 3) for each in (19_634.0, 3.64e-5, -0.227, 12.0, 0.0)] == [
+        "19600", "0.0000364", "-0.227", "12", "0",
+    ]  # fmt: skip
+    assert plain(1e-12, 3) == "1e-12"
+    assert count_text(0.00002) == "0.00002"
 
 
 @given(st.lists(st.floats(-1e9, 1e9) | st.just(np.nan), min_size=1, max_size=400), st.integers(1, 60))

@@ -7,10 +7,9 @@ from operator import itemgetter
 from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.cli.records.measures_table import number_text
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.wording import readable, readable_unit
+from hydrofdi.detectors.trained.wording import plain, readable, readable_unit
 from hydrofdi.pipeline.detected import Tally
 from hydrofdi.pipeline.detecting import JudgedWindow
 from hydrofdi.units import convert
@@ -52,7 +51,7 @@ def _table(file: DetectorFile, windows: list[JudgedWindow]) -> Table:
     for name, unit_text in (("start", "s"), ("score", "" if unit == "1" else unit), ("margin", "spreads")):
         table.add_column(f"{name}\n{unit_text}", justify="right", no_wrap=True)
     if file.chart is not None:
-        table.add_column(f"chart\nof {file.chart.limit:.3g}", justify="right", no_wrap=True)
+        table.add_column(f"chart\nof {plain(file.chart.limit, 3)}", justify="right", no_wrap=True)
     table.add_column("verdict")
     for window in windows:
         table.add_row(*_cells(file, window), style=_style(window))
@@ -67,13 +66,13 @@ def _cells(file: DetectorFile, window: JudgedWindow) -> list[str | Text]:
     else:
         score, margin = line.verdict.score, line.verdict.margin
         cells += [
-            f"{line.start:.6g}",
-            "–" if score is None else number_text(convert(score, unit) if unit != file.unit else score),
+            f"{line.start:.12g}",
+            "–" if score is None else plain(convert(score, unit) if unit != file.unit else score, 4),
             "–" if margin is None else f"{margin:+.2f}".replace("-", "−"),
         ]
         if file.chart is not None:
             statistic = None if line.chart is None else line.chart.statistic
-            cells.append("–" if statistic is None else f"{statistic:.3g}")
+            cells.append("–" if statistic is None else plain(statistic, 3))
     return [*cells, _verdict_text(window)]
 
 

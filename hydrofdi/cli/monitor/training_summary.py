@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.detectors.trained.wording import count_text, percent, readable, time_text
+from hydrofdi.detectors.trained.wording import count_text, percent, plain, readable, time_text
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
@@ -125,7 +125,7 @@ def _doubts(training: Training) -> Iterator[str]:
     elif basis.n_group == 1:
         yield "One group: nothing is known of others."
     if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
-        yield "What follows each other in a record may be alike; the interval is too short then."
+        yield "Windows of one record may depend on each other; then the true interval is wider."
         if not basis.n_group and basis.n_record > 1:
             yield "Too few windows are left without one of the records: nothing is known of other ones."
 
@@ -142,8 +142,8 @@ def _chart(file: DetectorFile) -> Iterator[str]:
     rests = {"pieces": "pieces of records", "records": "records", "groups": "groups"}[chart.rests_on]
     wanted, lasting = time_text(config.false_alarm_every), time_text(chart.hours * _HOUR)
     yield (
-        f"The chart {config.chart} has the limit {chart.limit:.4g} healthy spreads: {mean} ({ends}), set for"
-        f" {wanted}, from {lasting} of healthy scores ({rests} drawn and joined)."
+        f"The chart {config.chart} has the limit {plain(chart.limit, 4)} healthy spreads: {mean} ({ends}),"
+        f" set for {wanted}, from {lasting} of healthy scores ({rests} drawn and joined)."
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hydrofdi.units import convert
 
 _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "m^3/s": "L/min", "m³/s": "L/min"}
@@ -9,6 +11,9 @@ _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "m^3/s": "L/min", "m³/s": "
 
 _LEAST_PERCENT = 1e-4
 """Smaller shares have no digits that tell anything [%]."""
+
+_LEAST_PLAIN, _MOST_PLAIN = 1e-9, 1e9
+"""Magnitudes that a person reads without an exponent."""
 
 
 def percent(share: float) -> str:
@@ -22,9 +27,16 @@ def percentage(share: float) -> str:
     return f"below {_LEAST_PERCENT:.4f}" if 0.0 < value < _LEAST_PERCENT else f"{value:.3g}"
 
 
+def plain(value: float, n_digit: int) -> str:
+    """A number with so many significant digits, without an exponent unless it is beyond all that is usual."""
+    if not value or not _LEAST_PLAIN <= abs(value) < _MOST_PLAIN:
+        return f"{value:.{n_digit}g}"
+    return np.format_float_positional(value, n_digit, unique=False, fractional=False, trim="-")
+
+
 def count_text(number: float) -> str:
     """How many on average, as a person says it."""
-    return f"{number:,.0f}" if number >= 9.95 else f"{number:.2g}"
+    return f"{number:,.0f}" if number >= 9.95 else plain(number, 2)
 
 
 def time_text(seconds: float) -> str:
@@ -42,5 +54,5 @@ def readable_unit(unit: str) -> str:
 def readable(value: float, unit: str) -> str:
     """A value in SI with four digits and the unit that a person uses."""
     shown = readable_unit(unit)
-    number = f"{convert(value, shown) if shown != unit else value:.4g}"
+    number = plain(convert(value, shown) if shown != unit else value, 4)
     return number if shown == "1" else f"{number} {shown}"

@@ -28,7 +28,9 @@ class Measures:
     def __init__(self, file: DetectorFile) -> None:
         self.registry = CollectorRegistry()
         self._describe(file)
-        self._judged = self._counter("windows_judged", "Windows that were judged", ["alarm"])
+        self._judged = self._counter("windows_judged", "Windows that were judged", ["beyond_limit"])
+        for known in ("false", "true"):
+            self._judged.labels(known)
         self._not_judged = self._counter("windows_not_judged", "Windows that were not judged", ["reason"])
         text = "Windows that were not judged, with a score beyond its limit"
         self._beyond = self._counter("windows_not_judged_beyond_limit", text)

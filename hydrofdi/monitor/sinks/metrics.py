@@ -16,7 +16,7 @@ class MetricsSink:
     Parameters
     ----------
     address : str
-        ``host:port``; a free port where it is 0. ``[::1]:9100`` for IPv6.
+        ``host:port``; a free port where it is 0. ``[::1]:9464`` for IPv6.
     file : DetectorFile
 
     Raises
@@ -50,7 +50,7 @@ class MetricsSink:
         if self._is_told:
             return ()
         self._is_told = True
-        return (Event(EventKind.STARTED, f"metrics are served at {self.url}"),)
+        return (Event(EventKind.NOTICE, f"metrics are served at {self.url}"),)
 
     def close(self) -> None:
         """End the server."""
@@ -65,5 +65,5 @@ def _host_and_port(address: str) -> tuple[str, int]:
     if ":" in host and not (host.startswith("[") and host.endswith("]")):
         is_port = False
     if not (host and colon and is_port):
-        raise ConfigError(f"--metrics: {address!r} is not host:port; write such as 127.0.0.1:9100")
+        raise ConfigError(f"--metrics: {address!r} is not host:port; write such as 127.0.0.1:9464")
     return host.strip("[]"), int(port)

@@ -187,7 +187,7 @@ class GrowingFile:
         text = "is not there yet; waiting for it" if is_missing else f"cannot be read: {error.strerror}"
         if text != self._trouble:
             self._trouble = text
-            self._say(text, EventKind.DISCONNECTED)
+            self._say(text, EventKind.NOTICE if is_missing else EventKind.DISCONNECTED)
 
     def _say(self, text: str, kind: EventKind = EventKind.CONNECTED) -> None:
         self._events.append(Event(kind, f"{self._path}: {text}"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hydrofdi.cli.monitor.live.watched import Watched
-from hydrofdi.cli.monitor.live.wording import duration_text, instant_text, judged_noun
+from hydrofdi.cli.monitor.live.wording import duration_text, judged_noun
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import percent, percentage
 from hydrofdi.monitor.lines import EventKind
@@ -23,23 +23,29 @@ _COUNTED = {
 
 def counts_text(watched: Watched) -> str:
     """How many windows came, what became of them, and what was wrong with the stream."""
-    return "; ".join((windows_text(watched), *_faults(watched), *_events(watched)))
+    return "; ".join((windows_text(watched), *fault_texts(watched), *event_texts(watched)))
 
 
 def windows_text(watched: Watched) -> str:
-    """How many windows were judged, and how many raised an alarm."""
-    return (
-        f"{_number(watched.n_judged, judged_noun(watched.file))} judged, {_number(watched.n_alarm, 'alarm')}"
-    )
+    """How many windows were judged, how many lie beyond the limit, and how many alarms were raised."""
+    judged = f"{_number(watched.n_judged, judged_noun(watched.file))} judged"
+    return f"{judged}, {watched.n_beyond:,} beyond the limit, {_number(n_alarm(watched), 'alarm')}"
 
 
-def _faults(watched: Watched) -> Iterator[str]:
+def n_alarm(watched: Watched) -> int:
+    """Alarms that were raised."""
+    return watched.counts[EventKind.ALARM_RAISED]
+
+
+def fault_texts(watched: Watched) -> Iterator[str]:
+    """How many windows were not judged, by kind."""
     if watched.faults:
         kinds = ", ".join(f"{kind} {n:,}" for kind, n in watched.faults.most_common())
         yield f"{watched.faults.total():,} not judged ({kinds})"
 
 
-def _events(watched: Watched) -> Iterator[str]:
+def event_texts(watched: Watched) -> Iterator[str]:
+    """What was wrong with the stream, counted."""
     for kind, (one, several) in _COUNTED.items():
         if n := watched.counts[kind]:
             yield f"{n:,} {one if n == 1 else several}"
@@ -63,13 +69,4 @@ def promise_text(file: DetectorFile) -> str:
     low, high = limits.interval
     ends = f"{percentage(low)} to {percent(high)}"
     wanted = percent(limits.false_alarm_rate)
-    return f"Promise: {wanted} of healthy {noun}s raise an alarm ({ends}), {rests}"
-
-
-def summary_text(watched: Watched) -> str:
-    """What is left on the terminal when the view is closed."""
-    last = str(watched.condition)
-    if watched.since is not None:
-        last += f" since {instant_text(watched.since)}"
-    lasted = duration_text(watched.arrivals.age)
-    return f"{watched.source}, watched for {lasted}: {counts_text(watched)}; at the end: {last}"
+    return f"Promise: {wanted} of healthy {noun}s lie beyond the limit ({ends}), {rests}"

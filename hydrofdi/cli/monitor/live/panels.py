@@ -11,14 +11,14 @@ from hydrofdi.cli.monitor.live.character_plots import draw, envelope, row_of
 from hydrofdi.cli.monitor.live.page import LABEL_WIDTH, Page, heading
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, judged_noun, score_name
-from hydrofdi.detectors.trained.wording import readable_unit
+from hydrofdi.detectors.trained.wording import plain, readable_unit
 from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.units import convert
 
-_ALARM, _NOT_JUDGED = "^", "?"
-_LEGEND = f" {_ALARM} alarm  {_NOT_JUDGED} not judged"
+_BEYOND, _NOT_JUDGED = "^", "?"
+_LEGEND = f" {_BEYOND} beyond  {_NOT_JUDGED} not judged"
 
 
 def signal_lines(watched: Watched, page: Page, height: int) -> list[Text]:
@@ -88,12 +88,12 @@ def _number_or_nan(number: float | None) -> float:
 
 
 def _marks(windows: Sequence[WindowLine], n_each: int) -> Text:
-    """A mark below each alarm and each window that is not judged."""
+    """A mark below each window beyond the limit, and each that is not judged."""
     text = Text(" " * (LABEL_WIDTH + 1))
     for start in range(0, len(windows), n_each):
         verdicts = [window.verdict for window in windows[start : start + n_each]]
         if any(verdict.alarm for verdict in verdicts):
-            text.append(_ALARM, "bold red")
+            text.append(_BEYOND, "bold red")
         else:
             text.append(_NOT_JUDGED if any(verdict.alarm is None for verdict in verdicts) else " ")
     return text
@@ -109,7 +109,7 @@ def _span(values: Array) -> tuple[float, float]:
 
 
 def _number(value: float) -> str:
-    return f"{value:.3g}"
+    return plain(value, 3)
 
 
 def _labelled(labels: Mapping[int, str], drawn: Sequence[str]) -> list[Text]:

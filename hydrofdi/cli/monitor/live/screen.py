@@ -24,14 +24,15 @@ _STYLES = {
     Condition.ALARM: "bold bright_white on red",
     Condition.UNKNOWN: "bold black on yellow",
 }
-_LEAST_EVENTS, _MOST_SIGNAL, _MOST_SCORE = 3, 6, 12
+_LEAST_EVENTS, _MOST_EVENTS, _MOST_SIGNAL, _MOST_SCORE = 3, 7, 6, 12
 
 
 def screen_lines(watched: Watched, page: Page) -> list[Text]:
     """All lines of the view; as many as the page has."""
     head = [_title(watched, page), _state(watched), *_folded(reading_text(watched), page, most=2)]
     foot = [*_folded(counts_text(watched), page, most=3), *_folded(promise_text(watched.file), page, most=2)]
-    n_signal, n_score = _heights(page.height - len(head) - len(foot) - 4, len(watched.channels))
+    free = page.height - len(head) - len(foot) - 4 - _event_height(watched, page)
+    n_signal, n_score = _heights(free, len(watched.channels))
     plots = [*signal_lines(watched, page, n_signal), *score_lines(watched, page, n_score)]
     above = [*head, *plots, heading("Counts and promise", page), *foot]
     lines = [*above, *_events(watched, page, page.height - len(above))]
@@ -48,8 +49,14 @@ def _fitting(line: Text, page: Page) -> Text:
 
 def _heights(free: int, n_channel: int) -> tuple[int, int]:
     """Lines of the plot of a channel, and of that of the score."""
-    each = max((free - _LEAST_EVENTS) // (n_channel + 2), 1)
-    return min(each, _MOST_SIGNAL), min(max(free - _LEAST_EVENTS - n_channel * each, 2), _MOST_SCORE)
+    each = max(free // (n_channel + 2), 1)
+    return min(each, _MOST_SIGNAL), min(max(free - n_channel * each, 2), _MOST_SCORE)
+
+
+def _event_height(watched: Watched, page: Page) -> int:
+    """Lines of the events with their heading: the newest one is told in full."""
+    newest = folded(event_text(watched.events[-1]), page.width) if watched.events else []
+    return min(max(len(newest) + 1, _LEAST_EVENTS), _MOST_EVENTS)
 
 
 def _title(watched: Watched, page: Page) -> Text:

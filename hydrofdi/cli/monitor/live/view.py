@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from rich.console import Console, ConsoleOptions, Group, RenderResult
 from rich.live import Live
 
-from hydrofdi.cli.monitor.live.counting import summary_text
 from hydrofdi.cli.monitor.live.page import Page
 from hydrofdi.cli.monitor.live.screen import screen_lines
+from hydrofdi.cli.monitor.live.summary import summary_lines
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.monitor.lines import Line
@@ -50,7 +50,8 @@ class LiveView:
         if not self._live.is_started:
             return
         self._live.stop()
-        self._console.print(summary_text(self.watched), soft_wrap=True)
+        for line in summary_lines(self.watched):
+            self._console.print(line, soft_wrap=True, markup=False, highlight=False)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """The screen as it is now."""

@@ -36,6 +36,12 @@ class Watched:
     events : deque of Event
     counts, faults : Counter
         Kind of event → how often; kind of fault → windows that are not judged for it.
+    n_beyond : int
+        Judged windows beyond the limit.
+    alarms : deque of float
+        When the last alarms were raised [s].
+    n_unread, unread_text : int, str
+        What was malformed since the last sample, and why the first was.
     n_tail : int
         Samples of a channel that are plotted.
     is_connected : bool or None
@@ -52,7 +58,9 @@ class Watched:
         self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
         self.counts: Counter[EventKind] = Counter()
         self.faults: Counter[str] = Counter()
-        self.n_window = self.n_alarm = 0
+        self.n_window = self.n_beyond = self.n_unread = 0
+        self.unread_text = ""
+        self.alarms: deque[float] = deque(maxlen=_MOST_EVENTS)
         self.is_connected: bool | None = None
         n_wanted = file.n_sample or round(_SECONDS_WITHOUT_WINDOWS * file.sampling_frequency)
         self.n_tail = max(min(n_wanted, _MOST_SAMPLES), 1)
@@ -69,7 +77,7 @@ class Watched:
                 self._take_event(line)
 
     def _take_samples(self, chunk: Chunk) -> None:
-        self.time = float(chunk.time[-1])
+        self.time, self.n_unread = float(chunk.time[-1]), 0
         self.arrivals.add(chunk.n_time, self.time)
         if self.is_connected is not None:
             self.is_connected = True
@@ -81,18 +89,27 @@ class Watched:
         if line.condition is not self.condition:
             self.condition, self.since = line.condition, line.end
         self.n_window += 1
-        self.n_alarm += bool(line.verdict.alarm)
+        self.n_beyond += bool(line.verdict.alarm)
         if line.verdict.fault is not None:
             self.faults[line.verdict.fault.kind] += 1
         self.windows.append(line)
 
     def _take_event(self, event: Event) -> None:
-        is_known = event.kind is EventKind.DISCONNECTED and self.is_connected is False
-        self.counts[event.kind] += 0 if is_known or event.is_end else event.count
+        is_nothing_lost = event.kind is EventKind.DISCONNECTED and not self._was_connected
+        self.counts[event.kind] += 0 if is_nothing_lost or event.is_end else event.count
         if event.kind in (EventKind.CONNECTED, EventKind.DISCONNECTED):
             self.is_connected = event.kind is EventKind.CONNECTED
+        if event.kind is EventKind.ALARM_RAISED and event.time is not None:
+            self.alarms.append(event.time)
+        if event.kind is EventKind.MALFORMED:
+            self.unread_text = self.unread_text if self.n_unread else event.text
+            self.n_unread += event.count
         if not event.is_silent:
             self.events.append(event)
+
+    @property
+    def _was_connected(self) -> bool:
+        return self.time is not None if self.is_connected is None else self.is_connected
 
     def tail(self, channel: Channel) -> Array:
         """Last samples of a channel: those of a window, unless it is very long."""

@@ -6,7 +6,7 @@ from datetime import datetime
 
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.wording import readable
+from hydrofdi.detectors.trained.wording import plain, readable
 from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 
 _FIRST_DATE = 1e9
@@ -49,6 +49,8 @@ def state_text(watched: Watched) -> str:
 def _silence_text(watched: Watched) -> str:
     silence = duration_text(round(watched.arrivals.silence, 1))
     connection = "disconnected, " if watched.is_connected is False else ""
+    if watched.n_unread:
+        return f"{connection}no sample could be read: {watched.n_unread:,} malformed"
     if watched.time is None:
         return f"{connection}waiting for samples for {silence}"
     return f"{connection}no samples for {silence}; last condition: {watched.condition}"
@@ -61,7 +63,9 @@ def flow_text(watched: Watched) -> str:
 
 
 def reading_text(watched: Watched) -> str:
-    """The last window: score, margin, what the chart says, or why it is not judged."""
+    """The last window: score, margin, what the chart says, or why it is not judged; or why there is none."""
+    if watched.is_silent and watched.n_unread:
+        return watched.unread_text
     if not watched.windows:
         return f"{score_name(watched.file)}: {limits_text(watched.file)}"
     line, file = watched.windows[-1], watched.file
@@ -96,7 +100,7 @@ def chart_text(line: WindowLine) -> str:
     """What the control chart says."""
     if line.chart is None or line.chart.statistic is None:
         return ""
-    return f", chart {line.chart.statistic:.3g} of {line.chart.limit:.3g}"
+    return f", chart {plain(line.chart.statistic, 3)} of {plain(line.chart.limit, 3)}"
 
 
 def signed(value: float) -> str:

@@ -146,8 +146,6 @@ def sweep(
 ) -> Results:
     """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
 
-    A script calls it below ``if __name__ == "__main__":``, because workers load the script as well.
-
     Parameters
     ----------
     experiment : path, mapping or ExperimentConfig

@@ -10,13 +10,15 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
-from types import TracebackType
+from types import ModuleType, TracebackType
 from typing import Any, Self
 
 from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
@@ -43,7 +45,8 @@ class _Worker:
     def __init__(self, context: Any) -> None:
         self.pipe, other = multiprocessing.Pipe()
         self.process = context.Process(target=_serve, args=(other,), daemon=True)
-        self.process.start()
+        with _without_main():
+            self.process.start()
         other.close()
         self.task: _Task | None = None
         self._deadline = float("inf")
@@ -89,6 +92,17 @@ class _Worker:
         self.process.join(_SECONDS_TO_END)
         if self.process.is_alive():
             self.process.kill()
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Hide the main module from new processes, which would run a script again that started them."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 class LocalPoolEngine:

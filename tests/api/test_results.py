@@ -1,6 +1,5 @@
 """`hydrofdi.sweep` and `hydrofdi.results`."""
 
-import json
 import shutil
 import subprocess
 import sys
@@ -96,13 +95,10 @@ def test_the_sentence_without_results_is_that_of_the_command(tmp_path, monkeypat
     assert run("report", cwd=tmp_path, check=2).stderr.strip() == f"hydrofdi: {raised.value}"
 
 
-def test_a_script_with_workers_runs(tmp_path):
+def test_workers_do_not_run_the_script_again(tmp_path):
     script = tmp_path / "study.py"
-    script.write_text(
-        f"import hydrofdi\nif __name__ == '__main__':\n"
-        f"    print(hydrofdi.sweep({json.loads(json.dumps(STUDY))!r}, workers=2))\n"
-    )
+    script.write_text(f"import hydrofdi\nprint('once')\nprint(hydrofdi.sweep({STUDY!r}, workers=2))\n")
     done = subprocess.run(
         [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True
     )
-    assert done.stdout.strip().endswith("4 runs in results/small: 4 ok")
+    assert done.stdout.splitlines() == ["once", "4 runs in results/small: 4 ok"]

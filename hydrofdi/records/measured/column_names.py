@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_units import is_counts, known_unit
+from hydrofdi.records.measured.column_units import is_counts, known_unit, unit_by_name
 from hydrofdi.records.measured.formats.table import Table, split_title
 from hydrofdi.units import parse_unit
 
@@ -26,6 +26,8 @@ NAMES = {
 _CHANNELS = {name.replace(" ", ""): channel for channel, text in NAMES.items() for name in text.split(", ")}
 _TIMES = ("time", "t")
 """Names of time columns, the plainer one first."""
+_DATES = {"timestamp", "datetime", "zeit", "zeitstempel"}
+"""Names of time columns that hold dates."""
 
 
 def channel_of(table: Table, position: int) -> Channel | None:
@@ -35,7 +37,7 @@ def channel_of(table: Table, position: int) -> Channel | None:
 
 def channel_named(title: str, unit: str) -> Channel | None:
     """The channel that a title means; None where there is none, or the unit is of another dimension."""
-    channel = _CHANNELS.get(_short(title))
+    channel = _CHANNELS.get(short_name(title))
     if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
         return channel
     return channel if found.exponents == parse_unit(channel.unit).exponents else None
@@ -51,8 +53,8 @@ def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
     named: dict[str, list[int]] = {name: [] for name in _TIMES}
     for position, (title, text) in enumerate(zip(titles, units, strict=True)):
         unit = known_unit(text)
-        if _short(title) in named and (unit is None or unit.exponents == parse_unit("s").exponents):
-            named[_short(title)].append(position)
+        if short_name(title) in named and (unit is None or unit.exponents == parse_unit("s").exponents):
+            named[short_name(title)].append(position)
     return next((found for found in named.values() if found), [])
 
 
@@ -61,5 +63,13 @@ def time_columns(table: Table) -> list[int]:
     return [position for position in named_like_time(table) if known_unit(table.unit(position)) is not None]
 
 
-def _short(title: str) -> str:
+def times_without_unit(table: Table) -> list[int]:
+    """Columns that are times without a unit of time: of dates, or else numbers under the name ``time``."""
+    named = [n for n, title in enumerate(table.titles) if short_name(title) in _DATES.union(_TIMES)]
+    dated = [position for position in named if table.dates(position) is not None]
+    return dated or [n for n in named_like_time(table) if not table.unit(n) and unit_by_name(table.titles[n])]
+
+
+def short_name(title: str) -> str:
+    """A title without its unit, its blanks and signs, in small letters."""
     return re.sub(r"[\s_.\-]+", "", split_title(title)[0]).lower()

@@ -8,11 +8,13 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
+from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.units import Unit, parse_unit, similar_units
 
 COUNTS = "counts"
 _COUNTS = {"counts", "count", "cts", "lsb"}
+_SI_BY_NAME = {channel.value: channel.unit for channel in Channel} | {"time": "s"}
 _EXACT = 2**53
 
 
@@ -34,6 +36,14 @@ def known_unit(text: str) -> Unit | None:
         return None
 
 
+def unit_by_name(column: str) -> str:
+    """SI unit of a column under a channel's full name, or ``time``; empty for other names.
+
+    Such columns are in SI where neither file nor description states a unit.
+    """
+    return _SI_BY_NAME.get(column, "")
+
+
 def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     """Unit of a channel after gain and offset.
 
@@ -48,7 +58,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     Raises
     ------
     DataError
-        There is none, or file and description disagree.
+        There is none and the name says none, or file and description disagree.
     """
     if config.unit and (config.gain is not None or _may_agree(config.unit, header)):
         return config.unit
@@ -57,6 +67,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
             f"{where}: the file says {header}, the description says {config.unit};"
             " leave 'unit' out, or give the 'gain' between them"
         )
+    header = header or unit_by_name(config.column)
     if not header:
         raise DataError(f"{where}: has no unit; write 'unit: …', such as bar, or 'unit: counts'")
     if config.gain is not None and not is_counts(header):

@@ -17,6 +17,7 @@ from hydrofdi.records.measured.column_units import (
     calibrated,
     in_si,
     is_counts,
+    unit_by_name,
     unknown_header_unit,
 )
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
@@ -24,7 +25,14 @@ from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.rejection import RejectionError
-from hydrofdi.records.measured.sampling import Sampling, folding, given_sampling, resampled, sampling_of_times
+from hydrofdi.records.measured.sampling import (
+    Sampling,
+    counts_samples,
+    folding,
+    given_sampling,
+    resampled,
+    sampling_of_times,
+)
 
 _TOLERANCE = 0.01
 """Share by which a stated sampling frequency may differ from a column of time."""
@@ -132,9 +140,11 @@ def _times(table: Table, config: MeasuredConfig) -> Array:
     assert config.time is not None
     position = table.find(config.time.column)
     where = f"{table.place}: column {config.time.column!r} (time)"
+    if (dates := table.dates(position)) is not None:
+        return dates
     values = table.numbers(position)
     header = table.unit(position)
-    if not (config.time.unit or header):
+    if not (config.time.unit or header) and (counts_samples(values) or not unit_by_name(config.time.column)):
         raise _no_unit_of_time(where, values)
     unit = agreed_unit(ChannelConfig(column=config.time.column, unit=config.time.unit), header, where)
     if is_counts(unit):
@@ -162,7 +172,7 @@ def _contradicting_times(table: Table, frequency: float) -> tuple[Remark, ...]:
 
 def _no_unit_of_time(where: str, values: Array) -> DataError:
     """What to say of a time column without a unit."""
-    if values.size > 1 and bool(np.all(np.diff(values) == 1.0)):
+    if counts_samples(values):
         return DataError(
             f"{where}: counts the samples and is no time; give the sampling frequency instead,"
             " such as 'sampling_frequency: 1 kHz'"

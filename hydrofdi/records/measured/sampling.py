@@ -37,6 +37,11 @@ class Sampling:
     start: float = 0.0
 
 
+def counts_samples(values: Array) -> bool:
+    """Whether a column rises by one from sample to sample: a counter, where it has no unit."""
+    return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
+
+
 def given_sampling(config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]]:
     """The sampling that a description states."""
     assert config.sampling_frequency is not None

@@ -69,7 +69,9 @@ def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
     if config.time is not None and config.time.unit:
         unit = known_unit(config.time.unit)
         if unit is None or unit.exponents != parse_unit("s").exponents:
-            yield source.mistake(("time", "unit"), f"{config.time.unit!r} is no unit of time")
+            yield source.mistake(
+                ("time", "unit"), f"{config.time.unit!r} is no unit of time; dates need none"
+            )
 
 
 def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:

@@ -92,13 +92,14 @@ class ChannelConfig(Section):
 
 
 class TimeConfig(Section):
-    """The column that holds the sampling instants."""
+    """The column that holds the sampling instants: numbers, or dates with times of day."""
 
     column: Column
     """Name of the column, or its number from 1."""
 
     unit: str = ""
-    """Its unit; taken from the header where left out. A column without a unit is no time but a counter."""
+    """Its unit; taken from the header where left out; numbers under the name ``time`` are in
+    seconds where neither states one. Dates need none. A column that counts the samples is no time."""
 
 
 class TrimConfig(Section):

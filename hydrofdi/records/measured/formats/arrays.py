@@ -63,6 +63,14 @@ class ArrayTable(Table):
             raise DataError(f"{where}: holds {values.dtype.name}, not numbers")
         return np.asarray(values, dtype=np.float64)
 
+    def dates(self, position: int) -> Array | None:
+        """Time since the first date of a column [s]; None where it holds none."""
+        values = self._vector(position)
+        if values.dtype.kind != "M":
+            return None
+        known = values[~np.isnat(values)]
+        return (values - known[:1]) / np.timedelta64(1, "s") if known.size else np.full(values.size, np.nan)
+
     def text(self, position: int) -> str:
         """The one value of a column that does not change."""
         values = {_as_text(value) for value in self._vector(position).tolist()}

@@ -86,6 +86,16 @@ class Table(ABC):
             It holds something else than real numbers.
         """
 
+    def dates(self, position: int) -> Array | None:
+        """Time since the first date of a column [s], shape (n_row,); None where it holds no dates.
+
+        Raises
+        ------
+        DataError
+            It holds dates and something else.
+        """
+        return None
+
     @abstractmethod
     def text(self, position: int) -> str:
         """The one value of a column that does not change.

@@ -9,11 +9,18 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
+from hydrofdi.records.dates import is_dated
 from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text_cells import Cells
-from hydrofdi.records.measured.formats.text_numbers import CellError, column_numbers, is_number
+from hydrofdi.records.measured.formats.text_numbers import (
+    CellError,
+    column_dates,
+    column_numbers,
+    is_missing,
+    is_number,
+)
 
 
 class TextTable(Table):
@@ -56,6 +63,20 @@ class TextTable(Table):
             hint = self._first_row_hint() if error.row == 0 else ""
             place, title = self._cells.place(row), self.titles[position]
             raise DataError(f"{place}: column {title!r}: {error}{hint}") from None
+
+    def dates(self, position: int) -> Array | None:
+        """Time since the first date of a column [s]; None where it holds none."""
+        if self._matrix is not None:
+            return None
+        cells = self._cells.column(position, self._first_row)
+        first = next((cell for cell in cells if not is_missing(cell, self._form.missing)), "")
+        if not is_dated(first):
+            return None
+        try:
+            return column_dates(cells, self._form.missing)
+        except CellError as error:
+            place, title = self._cells.place(self._first_row + error.row), self.titles[position]
+            raise DataError(f"{place}: column {title!r}: {error}") from None
 
     def text(self, position: int) -> str:
         """The one value of a column that does not change."""

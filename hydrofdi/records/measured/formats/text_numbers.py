@@ -8,6 +8,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from hydrofdi.records.batch import Array
+from hydrofdi.records.dates import Instant, instant, seconds_from_first
 
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
 """Texts, in small letters, that stand for a missing value."""
@@ -54,6 +55,32 @@ def column_numbers(cells: Sequence[str], decimal: str = ".", missing: Collection
     )
 
 
+def column_dates(cells: Sequence[str], missing: Collection[str] = ()) -> Array:
+    """Time since the first of the dates in cells [s], shape (n_row,); NaN where one is missing.
+
+    Raises
+    ------
+    CellError
+        For the first cell that is neither a date nor missing.
+    """
+    found: list[Instant | None] = []
+    for row, cell in enumerate(cells):
+        try:
+            found.append(None if is_missing(cell, missing) else instant(cell))
+        except ValueError as error:
+            raise CellError(row, str(error)) from None
+    try:
+        return seconds_from_first(found)
+    except ValueError as error:
+        raise CellError(0, str(error)) from None
+
+
+def is_missing(cell: str, missing: Collection[str] = ()) -> bool:
+    """Whether a cell stands for a missing value."""
+    text = cell.strip()
+    return text in missing or text.lower() in MISSING
+
+
 def is_number(cell: str, decimal: str = ".", missing: Collection[str] = ()) -> bool:
     """Whether a cell is a number or missing."""
     try:
@@ -65,7 +92,7 @@ def is_number(cell: str, decimal: str = ".", missing: Collection[str] = ()) -> b
 
 def _number(row: int, cell: str, decimal: str, missing: Collection[str]) -> float:
     text = cell.strip()
-    if text in missing or text.lower() in MISSING:
+    if is_missing(text, missing):
         return float("nan")
     foreign = "_" if decimal == "." else "_."
     try:

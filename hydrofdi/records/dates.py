@@ -1,0 +1,108 @@
+"""Dates with times of day as instants, to the nanosecond."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrofdi.records.batch import Array
+
+_POINTED = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):(.*)")
+"""Day, month and year with points between them, as in 31.01.2026 12:00."""
+_BEYOND = re.compile(r":\d\d[.,]\d{6}(\d{1,3})")
+_USUAL = len("31.1.2026 8:00:00.123456")
+_EPOCH = datetime(1970, 1, 1)
+_EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
+_BILLION = 10**9
+_EXAMPLE = "2026-01-31T12:00:00.25Z"
+
+
+class Instant(NamedTuple):
+    """A date and time of day.
+
+    Attributes
+    ----------
+    nanoseconds : int
+        Since 1970-01-01T00:00 of its zone, which is UTC where the text states one [ns].
+    has_zone : bool
+    """
+
+    nanoseconds: int
+    has_zone: bool
+
+
+def is_dated(text: str) -> bool:
+    """Whether a text is a date with a time of day and not a number, right or wrong."""
+    return ":" in text
+
+
+def instant(text: str) -> Instant:
+    """A date and time of ISO 8601, or one such as 31.01.2026 12:00:00,25, with or without a zone.
+
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
+    written = text.strip()
+    try:
+        found = datetime.fromisoformat(written)
+    except ValueError:
+        found = _pointed(written)
+    passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
+    whole = passed.days * 86_400 + passed.seconds
+    return Instant(
+        whole * _BILLION + passed.microseconds * 1000 + _beyond_microseconds(written),
+        found.tzinfo is not None,
+    )
+
+
+def _pointed(text: str) -> datetime:
+    match = _POINTED.fullmatch(text)
+    try:
+        if match is None:
+            raise ValueError
+        day, month, year, hour, rest = match.groups()
+        return datetime.fromisoformat(f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}:{rest}")
+    except ValueError:
+        raise ValueError(f"{text[:40]!r} is no date and time such as {_EXAMPLE}") from None
+
+
+def _beyond_microseconds(text: str) -> int:
+    """Nanoseconds in the digits that ``datetime`` leaves out."""
+    digits = _BEYOND.search(text) if len(text) > _USUAL else None
+    return int(f"{digits[1]:0<3}") if digits else 0
+
+
+def seconds_from_first(instants: Sequence[Instant | None]) -> Array:
+    """Time since the first instant [s], shape (n_time,); NaN for None. Rounded once, after the difference.
+
+    Raises
+    ------
+    ValueError
+        Some have a zone and others have none.
+    """
+    known = [found for found in instants if found is not None]
+    if len({found.has_zone for found in known}) > 1:
+        raise ValueError("some dates have a zone and others have none")
+    first = known[0].nanoseconds if known else 0
+    passed = (float("nan") if at is None else (at.nanoseconds - first) / _BILLION for at in instants)
+    return np.fromiter(passed, np.float64, len(instants))
+
+
+def unix_seconds(texts: Sequence[str]) -> Array:
+    """Dates with their zones as time since 1970-01-01T00:00Z [s], shape (n_time,).
+
+    Raises
+    ------
+    ValueError
+        One is no date, or has no zone.
+    """
+    instants = [instant(text) for text in texts]
+    if not all(found.has_zone for found in instants):
+        raise ValueError(f"the time has no zone; write it like {_EXAMPLE}")
+    return np.array([found.nanoseconds / _BILLION for found in instants], dtype=np.float64)

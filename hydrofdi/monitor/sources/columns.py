@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from fractions import Fraction
 
 import numpy as np
@@ -13,7 +12,14 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_names import channel_named, titles_of_time
-from hydrofdi.records.measured.column_units import agreed_unit, calibrated, factor_to_si, is_counts, scaled
+from hydrofdi.records.measured.column_units import (
+    agreed_unit,
+    calibrated,
+    factor_to_si,
+    is_counts,
+    scaled,
+    unit_by_name,
+)
 from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
 from hydrofdi.records.measured.formats.table import find_column, split_title
 
@@ -102,25 +108,6 @@ def columns_of(
     return Columns(_time(titles, stated, time, place), channels)
 
 
-def seconds(text: str) -> float:
-    """A date and time of ISO 8601 with its zone as time since 1970-01-01T00:00Z [s].
-
-    Raises
-    ------
-    ValueError
-        It is none, or has no zone.
-    """
-    instant = datetime.fromisoformat(text)
-    if instant.tzinfo is None:
-        raise ValueError("the time has no zone; write it like 2026-01-31T12:00:00Z")
-    return instant.timestamp()
-
-
-def instants(texts: Sequence[str]) -> Array:
-    """The same for many."""
-    return np.array([seconds(text.strip()) for text in texts], dtype=np.float64)
-
-
 def _configured(
     titles: Sequence[str], units: Sequence[str], configured: Channels, place: str
 ) -> dict[Channel, Column]:
@@ -152,7 +139,7 @@ def _column(
 ) -> Column:
     title = titles[position]
     where = f"{place}: {title[:60]!r}"
-    header = units[position] or (channel.unit if title == channel.value and not config.unit else "")
+    header = units[position] or ("" if config.unit else unit_by_name(title))
     if not (header or config.unit):
         raise DataError(f"{where}: has no unit; write it like '{channel.symbol} [{_USUAL[channel.unit]}]'")
     unit = agreed_unit(config, header, where)
@@ -173,7 +160,7 @@ def _time(
     title, header = titles[found[0]], units[found[0]]
     where = f"{place}: {title[:60]!r}"
     stated = ChannelConfig(column=title, unit=config.unit if config else "")
-    if not (stated.unit or header) and title != "time":
+    if not (stated.unit or header or unit_by_name(title)):
         raise DataError(f"{where}: has no unit; write it like 'time [s]'")
-    unit = agreed_unit(stated, header or stated.unit or "s", where)
+    unit = agreed_unit(stated, header, where)
     return Column(found[0], title, ChannelConfig(column=title), factor_to_si(unit, "s", where))

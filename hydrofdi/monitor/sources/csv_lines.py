@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from itertools import chain
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of, instants
+from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of
 from hydrofdi.monitor.sources.malformed import Malformed
 from hydrofdi.monitor.sources.sample_clock import SampleClock
 from hydrofdi.monitor.sources.text_config import TextConfig
 from hydrofdi.records.batch import Array
+from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.formats.text_cells import blank_divided, delimiter_of
 from hydrofdi.records.measured.formats.text_numbers import CellError, column_numbers, is_number
@@ -114,7 +115,7 @@ class CsvLines:
             assert self._clock is not None
             return self._clock.take(n_time)
         texts = cells[columns.time.position :: width]
-        return instants(texts) if ":" in texts[0] else columns.time.in_si(self._numbers(texts))
+        return unix_seconds(texts) if is_dated(texts[0]) else columns.time.in_si(self._numbers(texts))
 
     def _line(self, line: str) -> list[Chunk]:
         """A line that is no row, or the first after a header."""

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of, instants
+from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of
 from hydrofdi.monitor.sources.joining import joined
 from hydrofdi.monitor.sources.sample_clock import SampleClock
 from hydrofdi.records.batch import Array
+from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.description.sections import TimeConfig
 from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.records.streams import Chunk
@@ -165,7 +166,7 @@ def _times(key: str, value: Any) -> Array:
     texts = value if isinstance(value, list) else [value]
     if texts and all(isinstance(text, str) for text in texts):
         try:
-            return instants(texts)
+            return unix_seconds(texts)
         except (ValueError, OverflowError) as error:
             raise PayloadError(f"{key[:60]!r}: {str(error)[:120]}") from None
     return _numbers(key, value)

@@ -16,6 +16,7 @@ from hydrofdi.cli.calibrate import calibrate
 from hydrofdi.cli.check import check
 from hydrofdi.cli.configs import configs
 from hydrofdi.cli.experiment_folder import collect, rerun, status, verify, why
+from hydrofdi.cli.init import init
 from hydrofdi.cli.monitor.detect import detect
 from hydrofdi.cli.monitor.monitor import monitor
 from hydrofdi.cli.monitor.replay import replay
@@ -46,8 +47,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for command in (
-    simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate, configs,
-    measure, indicators, inspect, evaluate, train, detect, monitor, replay,
+    simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate,
+    configs, init, measure, indicators, inspect, evaluate, train, detect, monitor, replay,
 ):  # fmt: skip
     app.command()(command)
 

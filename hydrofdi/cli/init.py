@@ -1,0 +1,82 @@
+"""``hydrofdi init``."""
+
+from __future__ import annotations
+
+import re
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+_NAME = re.compile(r"^name: .*$", re.MULTILINE)
+_COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
+
+
+class Template(StrEnum):
+    """What a new configuration begins as."""
+
+    ACTUATOR = "actuator"
+    PAPER = "paper"
+    ONLINE = "online"
+
+
+def init(
+    name: Annotated[
+        str, typer.Argument(help="Name of the experiment; the file is NAME.yaml here.")
+    ] = "my-actuator",
+    template: Annotated[
+        Template,
+        typer.Option(
+            "--from",
+            help="actuator: which leak is found on your actuator. online: after how long a leak is found that"
+            " sets in. paper: the actuator and the sweep of the paper.",
+        ),
+    ] = Template.ACTUATOR,
+) -> int:
+    """Write a commented configuration for your own actuator.
+
+    It holds the data sheet, motion, load, sensors and study, with units, and runs as it is. An existing file
+    is never overwritten.
+    """
+    from hydrofdi.cli.terminal import write_out
+    from hydrofdi.settings.ready import ready_copy
+    from hydrofdi.settings.yaml_source import scalar
+
+    experiment = name.removesuffix(".yaml")
+    _require_name(experiment)
+    stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
+    text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template.value}"), count=1)
+    file = Path(f"{experiment}.yaml")
+    _write(file, _COMMANDS.sub("", text, count=1))
+    write_out(
+        f"{file}: put in your numbers, then\n"
+        f"  hydrofdi plan {file}\n"
+        f"  hydrofdi sweep {file} && hydrofdi report results/{experiment}\n"
+    )
+    return 0
+
+
+def _require_name(name: str) -> None:
+    from pydantic import ValidationError
+
+    from hydrofdi.config import ExperimentConfig
+    from hydrofdi.errors import ConfigError
+    from hydrofdi.settings.mistakes import describe_error
+
+    try:
+        ExperimentConfig(name=name)
+    except ValidationError as error:
+        raise ConfigError(f"NAME: {describe_error(error.errors()[0])}") from None
+
+
+def _write(file: Path, text: str) -> None:
+    from hydrofdi.errors import ConfigError
+
+    try:
+        with open(file, "x", encoding="utf-8") as new:
+            new.write(text)
+    except FileExistsError:
+        raise ConfigError(f"{file}: exists already; give another name") from None
+    except OSError as error:
+        raise ConfigError(f"{file}: {error.strerror}") from None

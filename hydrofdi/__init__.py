@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from hydrofdi.api.detector import Detector
     from hydrofdi.api.measuring import measure
     from hydrofdi.api.results import Results, results, sweep
     from hydrofdi.api.run import Run, simulate
@@ -34,6 +35,7 @@ _HOMES = {
     "Run": "hydrofdi.api.run",
     "Table": "hydrofdi.api.table",
     "simulate": "hydrofdi.api.run",
+    "Detector": "hydrofdi.api.detector",
     "measure": "hydrofdi.api.measuring",
     "Results": "hydrofdi.api.results",
     "results": "hydrofdi.api.results",
@@ -51,6 +53,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Detector",
     "HydrofdiError",
     "Results",
     "Run",

@@ -134,7 +134,8 @@ class Table:
 def _array(values: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
     """Numbers as an array of them, NaN where one is missing; everything else as objects."""
     array = np.asarray([np.nan if value is None else value for value in values])
-    if array.dtype.kind in "fiub":
+    is_partly_bool = array.dtype.kind != "b" and any(isinstance(value, bool) for value in values)
+    if array.dtype.kind in "fiub" and not is_partly_bool:
         return array
     objects = np.empty(len(values), dtype=object)
     objects[:] = list(values)

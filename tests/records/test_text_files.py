@@ -111,12 +111,33 @@ def test_a_last_line_that_was_cut_off_is_left_out_and_said(tmp_path):
 
 
 @pytest.mark.parametrize(("text", "kind", "sentence"), [
-    ("P1,x\n1,1\n2\n3,3\n", "ragged", "rows with fewer cells than there are column names: 1"),
+    ("P1,x,z\n1,1,1\n2,2\n3,3,3\n", "ragged",
+     "rows with fewer cells than there are column names: 1; 1"
+     " cut off and taken as missing, the first in line 3"),
     ("P1,x\n1,1\n\n# lost\n3,3\n\n", "interrupted", "lines among the rows that are blank or comments: 2"),
 ])  # fmt: skip
 def test_rows_that_may_be_shifted_are_said(tmp_path, text, kind, sentence):
-    (remark,) = one(tmp_path, run_csv=text).remarks[0]
+    remark = one(tmp_path, run_csv=text).remarks[0][0]
     assert (remark.kind, remark.text) == (kind, sentence)
+
+
+TIMED = "time [s],P1 [bar],P2 [bar]\n0,84,20\n0.1,85,20\n0.2,86,20\n0.3,87,20\n0.4,88,20\n"
+
+
+@pytest.mark.parametrize("cut", ["0.2,8\n", "0\n"])
+def test_no_number_of_a_row_that_was_cut_off_is_believed(tmp_path, cut):
+    (tmp_path / "run.csv").write_text(TIMED.replace("0.2,86,20\n", cut))
+    (batch,) = plain_file_source(tmp_path / "run.csv").batches()
+    np.testing.assert_array_equal(batch[P1], [np.array([84.0, 85.0, np.nan, 87.0, 88.0]) * 1e5])
+    assert batch.sampling_frequency == pytest.approx(10.0)
+    assert {"ragged", "missing"} <= set(kinds(batch))
+
+
+def test_a_last_row_that_was_cut_off_is_left_out_although_a_line_end_follows(tmp_path):
+    (tmp_path / "run.csv").write_text(TIMED + "0.5,8\n")
+    (batch,) = plain_file_source(tmp_path / "run.csv").batches()
+    assert batch.n_time == 5
+    assert "truncated" in kinds(batch)
 
 
 def test_numbers_without_header_are_found_by_their_column(tmp_path):

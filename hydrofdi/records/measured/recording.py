@@ -142,7 +142,7 @@ def _times(table: Table, config: MeasuredConfig) -> Array:
     where = f"{table.place}: column {config.time.column!r} (time)"
     if (dates := table.dates(position)) is not None:
         return dates
-    values = table.numbers(position)
+    values = table.instants(position)
     header = table.unit(position)
     if not (config.time.unit or header) and (counts_samples(values) or not unit_by_name(config.time.column)):
         raise _no_unit_of_time(where, values)

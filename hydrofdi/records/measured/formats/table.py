@@ -96,6 +96,10 @@ class Table(ABC):
         """
         return None
 
+    def instants(self, position: int) -> Array:
+        """The same of a column of time."""
+        return self.numbers(position)
+
     @abstractmethod
     def text(self, position: int) -> str:
         """The one value of a column that does not change.

@@ -12,6 +12,7 @@ from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.dates import is_dated
 from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.description.sections import FormatConfig
+from hydrofdi.records.measured.formats.cut_rows import bridged, broken_rows, rows_to_keep
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text_cells import Cells
 from hydrofdi.records.measured.formats.text_numbers import (
@@ -40,6 +41,7 @@ class TextTable(Table):
         self._first_row, self._units = 0, [""]
         self.titles = self._take_header() if self._has_header() else self._numbered()
         self._check_widths()
+        self._broken: list[int] = []
         self.remarks = tuple(self._irregularities(is_ended=text.endswith(("\n", "\r"))))
 
     def unit(self, position: int) -> str:
@@ -73,19 +75,25 @@ class TextTable(Table):
         if not is_dated(first):
             return None
         try:
-            return column_dates(cells, self._form.missing)
+            return bridged(column_dates(cells, self._form.missing), self._broken)
         except CellError as error:
             place, title = self._cells.place(self._first_row + error.row), self.titles[position]
             raise DataError(f"{place}: column {title!r}: {error}") from None
 
+    def instants(self, position: int) -> Array:
+        """The same of a column of time: a row that is cut off lies between its neighbours."""
+        return bridged(self.numbers(position), self._broken)
+
     def text(self, position: int) -> str:
         """The one value of a column that does not change."""
-        values = [cell.strip() for cell in self._cells.column(position, self._first_row)]
-        for row, value in enumerate(values, self._first_row):
-            if value != values[0]:
-                place, title = self._cells.place(row), self.titles[position]
-                raise DataError(f"{place}: column {title!r} changes from {values[0]!r} to {value!r}")
-        return values[0] if values else ""
+        cells = enumerate(self._cells.column(position, self._first_row))
+        values = {row: cell.strip() for row, cell in cells if row not in self._broken}
+        first = next(iter(values.values()), "")
+        for row, value in values.items():
+            if value != first:
+                place, title = self._cells.place(self._first_row + row), self.titles[position]
+                raise DataError(f"{place}: column {title!r} changes from {first!r} to {value!r}")
+        return first
 
     @cached_property
     def _matrix(self) -> Array | None:
@@ -149,18 +157,28 @@ class TextTable(Table):
             )
 
     def _irregularities(self, is_ended: bool) -> Iterator[Remark]:
-        cells, n_row = self._cells, self._cells.n_row
-        if (
-            not is_ended
-            and n_row - self._first_row > 1
-            and len(cells.row(n_row - 1)) < len(cells.row(n_row - 2))
-        ):
+        cells, first = self._cells, self._first_row
+        widths = cells.widths(first)
+        kept = rows_to_keep(widths, len(self.titles), is_ended=is_ended)
+        for _ in widths[kept:]:
             cells.leave_out_last()
+        if widths[kept:]:
             yield Remark("truncated", "the last line is incomplete and left out")
-        if n_between := cells.lines_between(self._first_row):
+        if n_between := cells.lines_between(first):
             yield Remark("interrupted", f"lines among the rows that are blank or comments: {n_between}")
-        if n_short := cells.rows_shorter(self._first_row, len(self.titles)):
-            yield Remark("ragged", f"rows with fewer cells than there are column names: {n_short}")
+        self._broken = broken_rows(widths[:kept], len(self.titles))
+        for row in self._broken:
+            cells.empty(first + row)
+        if n_short := sum(width < len(self.titles) for width in widths[:kept]):
+            yield Remark(
+                "ragged", f"rows with fewer cells than there are column names: {n_short}{self._cut()}"
+            )
+
+    def _cut(self) -> str:
+        if not self._broken:
+            return ""
+        line = self._cells.line_number(self._first_row + self._broken[0])
+        return f"; {len(self._broken)} cut off and taken as missing, the first in line {line}"
 
     def _is_number(self, cell: str) -> bool:
         return is_number(cell, self._form.decimal, self._form.missing)

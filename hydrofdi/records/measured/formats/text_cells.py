@@ -84,9 +84,13 @@ class Cells:
         numbers = self._numbers[first_row : self.n_row]
         return numbers[-1] - numbers[0] + 1 - len(numbers) if numbers else 0
 
-    def rows_shorter(self, first_row: int, width: int) -> int:
-        """Rows from one on that have fewer cells than `width`."""
-        return sum(len(row) < width for row in self._rows[first_row:])
+    def widths(self, first_row: int) -> list[int]:
+        """Numbers of cells of the rows from one on; none where all rows have equally many."""
+        return [len(row) for row in self._rows[first_row:]]
+
+    def empty(self, number: int) -> None:
+        """Forget the cells of a row, but not the row."""
+        self._rows[number] = []
 
     def leave_out_last(self) -> None:
         """Forget the last row."""
@@ -95,7 +99,11 @@ class Cells:
 
     def place(self, number: int) -> str:
         """File and line of a row."""
-        return f"{self._place}:{self._numbers[number] + 1}"
+        return f"{self._place}:{self.line_number(number)}"
+
+    def line_number(self, number: int) -> int:
+        """Line of a row, from 1."""
+        return self._numbers[number] + 1
 
     def line(self, number: int) -> str:
         """A row as it is written."""

@@ -285,3 +285,20 @@ def test_on_a_terminal_a_leak_is_seen_when_it_sets_in(machine):
     assert "MPa" in terminal.text
     summary = f"{machine.n_window} windows judged"
     wait_until(lambda: summary in terminal.text.rpartition("standard input, watched for")[2])
+
+
+def test_a_configuration_may_name_channels_that_the_stream_lacks_and_the_detector_does_not_need(
+    machine, tmp_path
+):
+    header, rows = machine.stream.read_text().split("\n", 1)
+    assert "P1 [bar]" in header
+    (tmp_path / "stream.csv").write_text(header.replace("P1 [bar]", "Druck A") + "\n" + rows)
+    pressures = {
+        f"chamber_{n}_pressure: {{column: Druck {name}, unit: bar}}" for n, name in ((1, "A"), (2, "B"))
+    }
+    channels = ", ".join(pressures)
+    (tmp_path / "monitor.yaml").write_text(f"channels: {{{channels}}}\n")
+    given = ("monitor", machine.detector, tmp_path / "stream.csv", "--config", tmp_path / "monitor.yaml")
+    done = run_process(*given, "--no-follow")
+    assert done.returncode == 0, done.stderr
+    assert windows(done.stdout)[-1]["condition"] == "alarm"

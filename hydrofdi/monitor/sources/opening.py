@@ -51,6 +51,7 @@ def open_stream(
     ConfigError
         It is nothing of these, an option does not fit, or an extra is not installed.
     """
+    config = _needed(config, file)
     scheme = _SCHEME.match(text)
     if scheme is None:
         return _text(text, config, sampling_frequency, is_followed)
@@ -60,6 +61,13 @@ def open_stream(
     if sampling_frequency is not None:
         raise ConfigError("--sampling-frequency: is for text; other samples need a time of their own")
     return _opcua(text, config, file) if kind == "opc.tcp" else _mqtt(text, config, detector)
+
+
+def _needed(config: MonitorConfig, file: DetectorFile) -> MonitorConfig:
+    """The configuration without channels that the detector does not look at, if others are left."""
+    seen = {*file.channels, file.config.window.channel}
+    channels = {channel: each for channel, each in config.channels.items() if channel in seen}
+    return config.model_copy(update={"channels": channels}) if channels else config
 
 
 def _hint(kind: str, text: str) -> str:

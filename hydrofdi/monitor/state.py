@@ -17,7 +17,7 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.sources import Position
 from hydrofdi.records.streams import State
-from hydrofdi.store.files import reason, whole_file
+from hydrofdi.store.files import reason, require_regular, whole_file
 from hydrofdi.store.folder.lock import file_lock
 
 SCHEMA, VERSION = "hydrofdi.monitor-state", 2
@@ -65,8 +65,9 @@ class StateFile:
         Raises
         ------
         StoreError
-            Another monitor uses it, or its folder cannot be written.
+            It is no regular file, another monitor uses it, or its folder cannot be written.
         """
+        require_regular(self.path)
         lock = self.path.with_name(f".{self.path.name}.lock")
         with file_lock(lock, f"{self.path}: another monitor uses it"):
             yield

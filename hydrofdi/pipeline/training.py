@@ -16,7 +16,7 @@ from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.healthy_records import HealthyRecords, LeftOut
 from hydrofdi.pipeline.sources import open_source
-from hydrofdi.store.files import write_whole_text
+from hydrofdi.store.files import require_regular, write_whole_text
 
 
 @dataclass(frozen=True)
@@ -73,19 +73,22 @@ def train_on(
 
 
 def require_place(out: Path) -> None:
-    """Check that a detector may be written at a path without harm to another kind of file.
+    """Check that a detector may be written at a path without harm to anything else.
 
     Raises
     ------
     StoreError
-        Something else stands there.
+        Something else stands there, or there is no such folder.
     """
-    if out.is_dir() or (out.exists() and out.stat().st_size and not is_detector(out)):
+    if not out.resolve().parent.is_dir():
+        raise StoreError(f"{out}: there is no folder {out.resolve().parent}")
+    require_regular(out)
+    if out.exists() and not is_detector(out):
         raise StoreError(f"{out}: is there already and no detector file; it is left alone")
 
 
 def write_detector(out: Path, file: DetectorFile) -> None:
-    """Write the file of a detector, whole or not at all.
+    """Write the file of a detector, whole or not at all; a symbolic link stays one.
 
     Raises
     ------
@@ -93,4 +96,4 @@ def write_detector(out: Path, file: DetectorFile) -> None:
         It cannot be written, or something else stands there.
     """
     require_place(out)
-    write_whole_text(out, detector_text(file))
+    write_whole_text(out.resolve(), detector_text(file))

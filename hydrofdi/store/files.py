@@ -44,6 +44,18 @@ def whole_file(path: Path) -> Iterator[Path]:
             aside.unlink()
 
 
+def require_regular(path: Path) -> None:
+    """Check, without opening it, that nothing but a regular file stands at a path, or where its link leads.
+
+    Raises
+    ------
+    StoreError
+        Something else does: a folder, a pipe, a device.
+    """
+    if path.exists() and not path.is_file():
+        raise StoreError(f"{path}: is no regular file; it is left alone")
+
+
 def require_replaceable(path: Path) -> None:
     """Check that an HDF5 file may be written at a path without harm to another kind of file.
 

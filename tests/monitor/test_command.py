@@ -166,6 +166,37 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(machine, source, options, 
     assert windows(done.stdout) == []
 
 
+@pytest.mark.parametrize("option", ["--state", "--log"])
+def test_a_pipe_is_refused_as_state_and_as_log(machine, option, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    done = run_process(
+        "monitor", machine.detector, "-", option, "pipe", cwd=tmp_path, input="", timeout=PATIENCE
+    )
+    assert done.returncode == 2, done.stderr
+    assert "pipe: is no regular file; it is left alone" in done.stderr
+    assert (tmp_path / "pipe").is_fifo()
+
+
+def test_sigterm_before_the_detector_is_read_is_exit_code_0(machine, tmp_path):
+    os.mkfifo(tmp_path / "detector")
+    with start(tmp_path / "detector", "-") as process, (tmp_path / "detector").open("w") as detector:
+        process.send_signal(signal.SIGTERM)
+        detector.write(machine.detector.read_text())
+        detector.close()
+        output, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, errors
+    assert events(output) == ["started", "stopped"]
+
+
+def test_a_number_beyond_all_pressures_is_no_warning_with_a_source_path(machine, tmp_path):
+    lines = machine.lines
+    for place, value in ((4000, "1e302"), (4001, "-1e302"), (4002, "1.7e303"), (4003, "-1.7e303")):
+        lines[place] = f"{lines[place].split(',')[0]},{value}\n"
+    done = run_process("monitor", machine.detector, "-", input="".join(lines))
+    assert done.returncode == 0
+    assert done.stderr.splitlines() == ["no --state: after a restart, it begins anew"]
+
+
 def test_what_is_no_detector_is_refused_with_its_name(machine, tmp_path):
     (tmp_path / "empty.json").write_text("{}")
     for name in ("absent.json", "empty.json", machine.stream):

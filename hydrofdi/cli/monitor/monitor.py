@@ -60,31 +60,32 @@ def monitor(
     with --state it goes on from there. Exit code 0 at the end of the stream and after SIGTERM, 130 after
     Ctrl-C.
     """
-    from hydrofdi.cli.terminal import tell
-    from hydrofdi.detectors.trained.reading import load_detector
-    from hydrofdi.monitor.configuration import load_monitor_config
-    from hydrofdi.monitor.loop import monitor as watch_stream
-    from hydrofdi.monitor.sinks.log import WindowLog
-    from hydrofdi.monitor.sinks.opening import open_sinks
-    from hydrofdi.monitor.sources.opening import open_stream
-    from hydrofdi.monitor.state import StateFile
     from hydrofdi.monitor.stopping import StopSignals
-    from hydrofdi.monitor.watch import Watch
 
-    file, settings = load_detector(detector), load_monitor_config(config)
-    stream = open_stream(
-        source,
-        settings,
-        file,
-        detector,
-        sampling_frequency=frequency(sampling_frequency),
-        is_followed=follow,
-    )
-    watch = Watch(file)
-    sinks = [_shown(file, stream.name, json), *open_sinks(settings, file, metrics, events or ())]
-    if state is None:
-        tell("no --state: after a restart, it begins anew")
     with StopSignals() as stop:
+        from hydrofdi.cli.terminal import tell
+        from hydrofdi.detectors.trained.reading import load_detector
+        from hydrofdi.monitor.configuration import load_monitor_config
+        from hydrofdi.monitor.loop import monitor as watch_stream
+        from hydrofdi.monitor.sinks.log import WindowLog
+        from hydrofdi.monitor.sinks.opening import open_sinks
+        from hydrofdi.monitor.sources.opening import open_stream
+        from hydrofdi.monitor.state import StateFile
+        from hydrofdi.monitor.watch import Watch
+
+        file, settings = load_detector(detector), load_monitor_config(config)
+        stream = open_stream(
+            source,
+            settings,
+            file,
+            detector,
+            sampling_frequency=frequency(sampling_frequency),
+            is_followed=follow,
+        )
+        watch = Watch(file)
+        sinks = [_shown(file, stream.name, json), *open_sinks(settings, file, metrics, events or ())]
+        if state is None:
+            tell("no --state: after a restart, it begins anew")
         watch_stream(
             watch,
             stream,

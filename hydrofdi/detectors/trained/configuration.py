@@ -10,8 +10,8 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.records.channels import Channel
 from hydrofdi.settings.quantities import SI, Section
 
-Duration = Annotated[float, SI("s", above=0.0)]
-Share = Annotated[float, SI("1", above=0.0, most=0.5)]
+Duration = Annotated[float, SI("s", least=1e-9, most=1e9)]
+Share = Annotated[float, SI("1", least=1e-9, most=0.5)]
 
 
 class WindowConfig(Section):

@@ -75,17 +75,18 @@ def _of_numbers(file: DetectorFile) -> Iterator[Mistake]:
         yield Mistake(f"must not be below limits.low; found {limits.high:g}", "limits.high")
     if not 0.0 <= limits.interval[0] <= limits.interval[1] <= 1.0:
         yield Mistake("expected two shares from 0 to 1, the lower one first", "limits.interval")
-    if not file.healthy.spread > 0.0:
-        yield Mistake(f"must be greater than 0; found {file.healthy.spread:g}", "healthy.spread")
-    if not 1e-3 <= file.sampling_frequency <= 1e9:
-        yield Mistake(
-            f"must lie between 1 mHz and 1 GHz; found {file.sampling_frequency:g}", "sampling_frequency"
-        )
+    centre = file.healthy.centre
+    if limits.low is not None and limits.low > centre:
+        yield Mistake(f"must not be above healthy.centre; found {limits.low:g}", "limits.low")
+    if limits.high is not None and limits.high < centre:
+        yield Mistake(f"must not be below healthy.centre; found {limits.high:g}", "limits.high")
     for channel, limits_of_channel in file.ranges.items():
         for name in ("low", "high", "activity"):
             low, high = getattr(limits_of_channel, name)
             if low > high:
                 yield Mistake("the lower end comes first", f"ranges.{channel}.{name}")
+        if limits_of_channel.low[0] > limits_of_channel.high[1]:
+            yield Mistake("must not be below the range of low", f"ranges.{channel}.high")
 
 
 def _of_windows(file: DetectorFile) -> Iterator[Mistake]:
@@ -112,8 +113,6 @@ def _of_windows(file: DetectorFile) -> Iterator[Mistake]:
 def _of_chart(file: DetectorFile) -> Iterator[Mistake]:
     if (file.config.chart is None) is not (file.chart is None):
         yield Mistake("stands in the file with config.chart, or neither does", "chart")
-    if file.chart is not None and not file.chart.limit > 0.0:
-        yield Mistake(f"must be greater than 0; found {file.chart.limit:g}", "chart.limit")
     if file.config.chart is not None:
         try:
             make_chart(file.config.chart.chart, file.config.chart.options)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -11,6 +11,8 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.settings.quantities import Section
 
 SCHEMA, VERSION = "hydrofdi.detector", 1
+
+Count = Annotated[int, Field(ge=0)]
 
 
 class Made(Section):
@@ -29,22 +31,22 @@ class Made(Section):
 class Basis(Section):
     """What the promise rests on."""
 
-    sources: tuple[str, ...]
+    sources: tuple[str, ...] = Field(min_length=1)
     """Where the healthy records came from."""
 
-    n_record: int
+    n_record: int = Field(ge=1)
     """Healthy records."""
 
-    n_window: int
+    n_window: int = Field(ge=1)
     """Windows of them that set the threshold; they do not overlap."""
 
-    n_group: int
+    n_group: Count
     """Groups that do not depend on each other, such as units or days; 0 where nobody stated any."""
 
-    populations: dict[str, int]
+    populations: dict[str, Count]
     """Label of healthy records → number of their windows; empty where they have none."""
 
-    not_judged: dict[str, int]
+    not_judged: dict[str, Count]
     """Kind of fault → number of healthy windows that taught nothing for it."""
 
 
@@ -54,7 +56,7 @@ class Scale(Section):
     centre: float
     """Median."""
 
-    spread: float
+    spread: float = Field(gt=0.0)
     """Interquartile range over 1.349."""
 
 
@@ -67,13 +69,13 @@ class Limits(Section):
     high: float | None
     """A score above it is an alarm; null where there is no such limit."""
 
-    false_alarm_rate: float
+    false_alarm_rate: float = Field(ge=1e-9, le=0.5)
     """Wanted share of healthy windows that raise an alarm."""
 
     interval: tuple[float, float]
     """Where the true share lies, with the confidence."""
 
-    confidence: float
+    confidence: float = Field(ge=0.5, le=0.9999)
     """Of the interval."""
 
     method: str
@@ -87,7 +89,7 @@ class Limits(Section):
 class ChartLimit(Section):
     """The limit of the control chart."""
 
-    limit: float
+    limit: float = Field(gt=0.0)
     """An alarm where the statistic reaches it; the chart then starts anew."""
 
     mean_time: float | None
@@ -115,7 +117,7 @@ class ChannelRange(Section):
     activity: tuple[float, float]
     """Range of the rms change from sample to sample."""
 
-    at_end: float
+    at_end: float = Field(ge=0.0, le=1.0)
     """Largest share of samples at the lowest or at the highest value; above it a window is clipped."""
 
 
@@ -144,10 +146,10 @@ class DetectorFile(Section):
     channels: tuple[Channel, ...]
     """Channels that a window needs."""
 
-    sampling_frequency: float
+    sampling_frequency: float = Field(ge=1e-3, le=1e9)
     """[Hz]"""
 
-    n_sample: int
+    n_sample: Count
     """Samples of a window; 0 where estimates are judged."""
 
     basis: Basis

@@ -68,11 +68,14 @@ def channel_facts(samples: Array) -> ChannelFacts:
     ordered = np.partition(samples, (rank, n_time - 1 - rank), axis=1)
     lowest, highest = samples.min(axis=1), samples.max(axis=1)
     at_low, at_high = (np.mean(samples == end[:, None], axis=1) for end in (lowest, highest))
-    changes = np.diff(samples, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        activity = (
+            np.sqrt(np.mean(np.diff(samples, axis=1) ** 2, axis=1)) if n_time > 1 else np.zeros(len(samples))
+        )
     return ChannelFacts(
         ordered[:, rank],
         ordered[:, n_time - 1 - rank],
-        np.sqrt(np.mean(changes**2, axis=1)) if n_time > 1 else np.zeros(len(samples)),
+        activity,
         np.maximum(at_low, at_high),
         lowest,
         highest,

@@ -92,7 +92,7 @@ def _require_known_form(path: Path, data: Any) -> None:
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise ConfigError(f'{path}: is no detector file; those say "schema": "{SCHEMA}"')
     version = data.get("version")
-    if version != VERSION:
+    if type(version) is not int or version != VERSION:
         raise ConfigError(
             [
                 Mistake(

@@ -10,7 +10,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Line
 from hydrofdi.monitor.sinks.stream_lines import lines_text
 from hydrofdi.monitor.sources import Position
-from hydrofdi.store.files import reason
+from hydrofdi.store.files import reason, require_regular
 
 LARGEST_BACKLOG = 16 * 2**20
 """Bytes of lines that wait in memory while the disk is full."""
@@ -40,8 +40,9 @@ class WindowLog:
         Raises
         ------
         StoreError
-            It cannot be written.
+            It is no regular file, or cannot be written.
         """
+        require_regular(self.path)
         is_same = position.get("path") == str(self.path.resolve())
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,7 @@
 """``hydrofdi train``: healthy records alone teach, the summary says what the promise rests on."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -248,3 +249,39 @@ def test_nothing_but_a_detector_is_overwritten(hydrofdi, tmp_path):
     assert (tmp_path / "run.csv").read_bytes() == before
     for _ in range(2):
         assert hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s").returncode == 0
+
+
+def test_only_a_detector_or_nothing_stands_where_a_detector_is_written(hydrofdi, tmp_path):
+    write_record(tmp_path / "run.csv", 1, n_sample=4000)
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "empty.json").touch()
+    (tmp_path / "link").symlink_to("pipe")
+    for out, said in (
+        ("pipe", "pipe: is no regular file; it is left alone"),
+        ("link", "link: is no regular file; it is left alone"),
+        (".", "is no regular file; it is left alone"),
+        ("empty.json", "empty.json: is there already and no detector file; it is left alone"),
+        ("absent/x.json", "absent/x.json: there is no folder "),
+    ):
+        refused = hydrofdi("train", "run.csv", *TRAIN[:-1], out, "--window", "1 s")
+        assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
+        assert said in refused.stderr
+    assert (tmp_path / "pipe").is_fifo()
+    assert not (tmp_path / "absent").exists()
+    assert (tmp_path / "empty.json").read_bytes() == b""
+
+
+def test_behind_a_symbolic_link_the_detector_is_written_and_the_link_stays(hydrofdi, tmp_path):
+    write_record(tmp_path / "run.csv", 1, n_sample=4000)
+    (tmp_path / "detector.json").symlink_to("target.json")
+    for _ in range(2):
+        assert hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s").returncode == 0
+    assert (tmp_path / "detector.json").is_symlink()
+    load_detector(tmp_path / "target.json")
+
+
+def test_a_rate_that_nobody_can_show_is_refused_in_a_short_sentence(hydrofdi, tmp_path):
+    write_record(tmp_path / "run.csv", 1)
+    refused = hydrofdi("train", "run.csv", *TRAIN, "--false-alarm-rate", "1e-300")
+    assert refused.returncode == 2
+    assert "false_alarm_rate: must be at least 1e-09; found 1e-300" in refused.stderr

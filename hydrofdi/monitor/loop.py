@@ -10,6 +10,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Event, EventKind, Line
 from hydrofdi.monitor.sinks import Sink
 from hydrofdi.monitor.sinks.log import WindowLog
+from hydrofdi.monitor.source_totals import SourceTotals
 from hydrofdi.monitor.sources import Reading, StreamSource
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
@@ -23,6 +24,7 @@ class Ending(StrEnum):
     """Why a monitor ended."""
 
     OVER = "the stream is over"
+    UNREADABLE = "the stream is over, and no sample of it could be read"
     STOPPED = "it was asked to end"
     OUTPUT_CLOSED = "nobody reads its output any more"
 
@@ -86,6 +88,7 @@ class _Monitor:
         self._state_file, self._log = state_file, log
         self._state = watch.start()
         self._pending: list[Line] = []
+        self._totals = SourceTotals()
         self._is_unstored = False
 
     def run(self, stop: Callable[[], bool]) -> Ending:
@@ -95,7 +98,7 @@ class _Monitor:
                 reading = self._source.read(PATIENCE)
                 self._step(reading)
                 if reading.is_over:
-                    return self._end(Ending.OVER)
+                    return self._end(Ending.UNREADABLE if self._totals.is_unreadable else Ending.OVER)
             return self._end(Ending.STOPPED)
         except BrokenPipeError:
             return Ending.OUTPUT_CLOSED
@@ -115,6 +118,7 @@ class _Monitor:
         return Event(EventKind.RESUMED, text)
 
     def _step(self, reading: Reading) -> None:
+        self._totals.note(reading)
         lines: list[Line] = [*reading.events]
         if reading.chunk is not None and reading.chunk.n_time:
             self._state, more = self._watch.step(self._state, reading.chunk)
@@ -122,9 +126,9 @@ class _Monitor:
         self._deliver(reading.chunk, lines)
 
     def _end(self, ending: Ending) -> Ending:
-        """The last lines; a stream that is over ends its episodes."""
-        lines: list[Line] = []
-        if ending is Ending.OVER:
+        """The last lines; what nobody goes on with ends its episodes."""
+        lines: list[Line] = [*self._totals.events()]
+        if ending is not Ending.STOPPED or self._state_file is None:
             self._state, more = self._watch.end(self._state)
             lines += more
         self._deliver(None, [*lines, Event(EventKind.STOPPED, f"stopped: {ending}")])

@@ -15,6 +15,7 @@ from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.loop import Ending, monitor
 from hydrofdi.monitor.sinks.log import WindowLog
 from hydrofdi.monitor.sinks.stream_lines import StreamLines
+from hydrofdi.monitor.sources.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.stopping import StopSignals
 from hydrofdi.monitor.watch import Watch
@@ -161,6 +162,25 @@ def test_what_a_source_says_is_a_line(tmp_path):
     assert [
         (each["count"], each["text"]) for each in logged(tmp_path) if each.get("event") == "malformed"
     ] == [(3, "no JSON")]
+
+
+def test_what_was_counted_in_silence_is_summed_up_at_the_end(tmp_path):
+    said = [Event(EventKind.MALFORMED, "no JSON", is_silent=bool(n)) for n in range(3)]
+    run(tmp_path, Samples(MADE, events={1400: said}))
+    assert [each["text"] for each in logged(tmp_path) if each.get("is_end")][-1:] == [
+        "3 malformed in all, the first: no JSON"
+    ]
+
+
+def test_a_stream_without_a_readable_sample_ends_so(tmp_path):
+    text = tmp_path / "run.csv"
+    text.write_text("time [s],P1 [bar]\n" + "0.0;1\n" * 60_000)
+    kept = Kept()
+    ending = monitor(Watch(FILE), GrowingFile(text, follow=False), [kept])
+    assert ending is Ending.UNREADABLE
+    *_, total, last = kept.lines
+    assert total.text.startswith("60,000 malformed in all, the first: malformed line '0.0;1': has 1 cells")
+    assert last.text == "stopped: the stream is over, and no sample of it could be read"
 
 
 def test_a_source_may_forget_what_is_stored_alone(tmp_path):

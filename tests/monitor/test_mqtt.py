@@ -194,6 +194,7 @@ def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing)
     source.confirm()
     malformed = events(readings, EventKind.MALFORMED)
     assert sum(event.count for event in malformed) == 5
+    assert malformed[0].text == "malformed message 'no JSON': is no JSON"
     assert [event.is_silent for event in malformed] == [False, *[True] * (len(malformed) - 1)]
     source.close()
     wait_for(lambda: f"{source._connection._session.client_id} disconnected" in broker.log)

@@ -57,8 +57,8 @@ def monitor(
 
     A line of JSON for each window and for each event goes to standard output; on a terminal, a live view is
     shown instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples that it has read, and
-    with --state it goes on from there. Exit code 0 at the end of the stream and after SIGTERM, 130 after
-    Ctrl-C.
+    with --state it goes on from there. Exit code 0 at the end of the stream and after SIGTERM, 1
+    where the stream is over and no sample of it could be read, 130 after Ctrl-C.
     """
     from hydrofdi.monitor.stopping import StopSignals
 
@@ -66,6 +66,7 @@ def monitor(
         from hydrofdi.cli.terminal import tell
         from hydrofdi.detectors.trained.reading import load_detector
         from hydrofdi.monitor.configuration import load_monitor_config
+        from hydrofdi.monitor.loop import Ending
         from hydrofdi.monitor.loop import monitor as watch_stream
         from hydrofdi.monitor.sinks.log import WindowLog
         from hydrofdi.monitor.sinks.opening import open_sinks
@@ -86,7 +87,7 @@ def monitor(
         sinks = [_shown(file, stream.name, json), *open_sinks(settings, file, metrics, events or ())]
         if state is None:
             tell("no --state: after a restart, it begins anew")
-        watch_stream(
+        ending = watch_stream(
             watch,
             stream,
             sinks,
@@ -94,7 +95,9 @@ def monitor(
             log=None if log is None else WindowLog(log, file.unit),
             stop=stop,
         )
-    return INTERRUPTED if stop.number == signal.SIGINT else 0
+    if stop.number == signal.SIGINT:
+        return INTERRUPTED
+    return int(ending is Ending.UNREADABLE)
 
 
 def _shown(file: DetectorFile, source: str, json: bool) -> Sink:

@@ -135,7 +135,7 @@ class MqttSource:
         try:
             if delivery.fault:
                 raise PayloadError(delivery.fault)
-            payload, delivery.payload = delivery.payload, b""
+            payload, delivery.payload = delivery.payload, delivery.payload[:60]
             return self._read_payload(payload)
         except PayloadError as error:
             self._malformed.note(delivery.payload[:60].decode(errors="replace"), str(error))

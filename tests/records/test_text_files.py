@@ -258,3 +258,9 @@ channels: {chamber_1_pressure: {column: P1, unit: bar}}
         batches(tmp_path, description, run_csv="Time,P1\n1,1\n2,2\n3,3\n")
     with pytest.raises(DataError, match="has no unit; write 'time:"):
         batches(tmp_path, description, run_csv="Time,P1\n0.1,1\n0.2,2\n0.3,3\n")
+
+
+def test_a_text_in_utf_16_is_said_to_be_one(tmp_path):
+    (tmp_path / "run.csv").write_text("time [s],P1 [bar]\n0,1\n1,2\n", encoding="utf-16")
+    with pytest.raises(DataError, match="is in UTF-16; convert it with 'iconv -f UTF-16 -t UTF-8'"):
+        plain_file_source(tmp_path / "run.csv")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -78,6 +79,11 @@ def kind_of(path: Path, place: str) -> str:
 
 def _decoded(path: Path, place: str, encoding: str) -> str:
     data = file_bytes(path)
+    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) and encoding.lower() in ("utf-8", "utf8"):
+        raise DataError(
+            f"{place}: is in UTF-16; convert it with 'iconv -f UTF-16 -t UTF-8', or write"
+            " 'format: {encoding: utf-16}' in the YAML that describes the file (docs/measured.md)"
+        )
     try:
         text = data.decode("utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding)
     except UnicodeError:

@@ -290,3 +290,13 @@ def test_the_configuration_names_the_key_of_time(broker, closing):
     client.disconnect()
     client.loop_stop()
     assert times(readings).tolist() == [1.5]
+
+
+def test_a_broker_that_stops_is_no_other_client(broker, closing):
+    source = closing(source_at(broker.address()))
+    connected(source)
+    broker._process.kill()
+    lost = until(source, lambda readings: any(event.kind == "disconnected" for event in events(readings)))
+    text = next(event.text for event in events(lost) if event.kind == "disconnected")
+    assert "the broker closed the connection" in text or "it shuts down" in text
+    assert "another client" not in text

@@ -69,6 +69,7 @@ class MqttConnection:
         self._is_closed, self._is_over = Signal(), Signal()
         self._client: Client | None = None
         self._reason = ""
+        self._n_broken = 0
         self._was_connected = self._is_forgotten = False
         self._thread = Thread(target=self._keep, name=f"mqtt {address.broker}", daemon=True)
 
@@ -132,6 +133,7 @@ class MqttConnection:
             if self._is_closed.is_set():
                 client.disconnect()
             if time.monotonic() >= steady_at:
+                self._n_broken = 0
                 self._announcements.steady()
 
     def _new_client(self) -> Client:
@@ -143,9 +145,9 @@ class MqttConnection:
         return client
 
     def _broken(self) -> str:
-        name = self._session.client_id
-        asked = f"; perhaps another client has the client id {name!r}" if name else ""
-        return f"the connection broke{asked}"
+        name, self._n_broken = self._session.client_id, self._n_broken + 1
+        asked = f"; perhaps another client has the client id {name!r}" if name and self._n_broken > 1 else ""
+        return f"the broker closed the connection, or the network broke it{asked}"
 
     def _on_connect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
         if code.is_failure:

@@ -32,6 +32,7 @@ from tests.monitor.mqtt_streams import (
     until,
     wait_for,
 )
+from tests.monitor.streams import made_detector
 
 pytestmark = needs_mosquitto
 
@@ -281,7 +282,7 @@ def test_a_reader_that_is_killed_again_and_again_misses_no_sample(broker, closin
 
 def test_the_configuration_names_the_key_of_time(broker, closing):
     config = MonitorConfig.model_validate({"text": {"time": {"column": "stamp", "unit": "ms"}}})
-    source = closing(open_stream(broker.address(), config, None, Path("detector.json")))
+    source = closing(open_stream(broker.address(), config, made_detector(), Path("detector.json")))
     source.open({})
     connected(source)
     client = client_at(broker)

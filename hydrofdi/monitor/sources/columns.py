@@ -21,7 +21,7 @@ from hydrofdi.records.measured.column_units import (
     unit_by_name,
 )
 from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
-from hydrofdi.records.measured.formats.table import find_column, split_title
+from hydrofdi.records.measured.formats.table import find_column, shortened, split_title
 
 Channels = Mapping[Channel, ChannelConfig]
 """Channel → column, as in descriptions of measured files. Empty where names and units say it."""
@@ -103,7 +103,7 @@ def columns_of(
         stated = [own or header for own, header in zip(units, stated, strict=True)]
     channels = _configured(titles, stated, configured or {}, place) or _named(titles, stated, place)
     if not channels:
-        shown = ", ".join(titles[:12])
+        shown = ", ".join(map(shortened, titles[:12]))
         raise DataError(f"{place}: nothing is named like a channel; found {shown[:200]!r}")
     return Columns(_time(titles, stated, time, place), channels)
 

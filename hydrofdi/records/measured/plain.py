@@ -12,7 +12,7 @@ from hydrofdi.records.measured.column_names import channel_of, time_columns, tim
 from hydrofdi.records.measured.column_units import unit_by_name
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.formats.table import Table
+from hydrofdi.records.measured.formats.table import Table, shortened
 from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.records.measured.source import MeasuredSource, described
 from hydrofdi.records.measured.suggesting import is_counter, refusal
@@ -58,7 +58,7 @@ def _description(table: Table, file: Path, sampling_frequency: float | None) -> 
         if channel.value in channels:
             raise refusal(file, f"more than one column is named like {channel}", table)
         if not (table.unit(position) or unit_by_name(title)):
-            raise refusal(file, f"column {title!r} has no unit", table)
+            raise refusal(file, f"column {shortened(title)!r} has no unit", table)
         channels[channel.value] = {"column": title}
     if not channels:
         raise refusal(file, f"no column is named like a channel; found {_first(table.titles)}", table)
@@ -97,4 +97,4 @@ def _unused(table: Table, data: dict[str, Any]) -> tuple[Remark, ...]:
 
 
 def _first(titles: Sequence[str]) -> str:
-    return ", ".join(titles[:_MOST_SHOWN]) + (", …" if len(titles) > _MOST_SHOWN else "")
+    return ", ".join(map(shortened, titles[:_MOST_SHOWN])) + (", …" if len(titles) > _MOST_SHOWN else "")

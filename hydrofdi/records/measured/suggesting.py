@@ -8,7 +8,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_names import channel_of, named_like_time, short_name, times_without_unit
 from hydrofdi.records.measured.column_units import is_unit, known_unit, unit_by_name
-from hydrofdi.records.measured.formats.table import Table, split_title
+from hydrofdi.records.measured.formats.table import Table, shortened, split_title
 from hydrofdi.records.measured.sampling import counts_samples
 from hydrofdi.units import parse_unit, similar_units
 
@@ -51,7 +51,7 @@ def _sampling(table: Table) -> str:
 
 
 def _column(table: Table, position: int, si_unit: str) -> str:
-    title = split_title(table.titles[position])[0]
+    title = shortened(split_title(table.titles[position])[0])
     return f"{{column: {title!r}, unit: {_stated_unit(table, position, si_unit)}}}"
 
 

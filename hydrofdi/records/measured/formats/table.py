@@ -12,14 +12,21 @@ from hydrofdi.settings.mistakes import nearest
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 _MOST_SHOWN = 12
+_LONGEST_TITLE = 1000
+"""Characters of a header; what is longer is no name with a unit."""
 
 
 def split_title(title: str) -> tuple[str, str]:
     """Name and unit of a header such as ``P1 [bar]``; no unit where it has none."""
-    match = _TITLE.fullmatch(title)
+    match = _TITLE.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
     if match is None or not match[1] or (match[2] or match[3] or "").isdigit():
         return title.strip(), ""
     return match[1], (match[2] or match[3] or "").strip()
+
+
+def shortened(title: str, most: int = 60) -> str:
+    """A header as a message quotes it."""
+    return title if len(title) <= most else f"{title[: most - 1]}…"
 
 
 def find_column(titles: Sequence[str], column: str, place: str) -> int:
@@ -41,8 +48,10 @@ def find_column(titles: Sequence[str], column: str, place: str) -> int:
     if column.isdecimal() and 1 <= int(column) <= len(titles):
         return int(column) - 1
     more = ", …" if len(titles) > _MOST_SHOWN else ""
-    has = f"; it has {', '.join(titles[:_MOST_SHOWN])}{more}" if titles else "; it has none"
-    raise DataError(f"{place}: has no column {column!r}{nearest(column, [*titles, *names]) or has}")
+    shown = [shortened(title) for title in titles[:_MOST_SHOWN]]
+    has = f"; it has {', '.join(shown)}{more}" if titles else "; it has none"
+    close = nearest(column, [title for title in [*titles, *names] if len(title) <= _LONGEST_TITLE])
+    raise DataError(f"{place}: has no column {column!r}{close or has}")
 
 
 class Table(ABC):

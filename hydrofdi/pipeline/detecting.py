@@ -99,7 +99,8 @@ def _forbidden(
 ) -> WindowFault | None:
     """Why a record cannot be taken for a stream of the detector."""
     if missing := [channel for channel in channels if channel not in records.channels]:
-        return WindowFault("missing_channel", f"has no {' and no '.join(missing)}")
+        unused = [remark.text for remark in records.remarks[row] if remark.kind == "unused"]
+        return WindowFault("missing_channel", "; ".join([f"has no {' and no '.join(missing)}", *unused]))
     if abs(records.sampling_frequency / file.sampling_frequency - 1.0) > _RATE:
         rates = f"{records.sampling_frequency:.4g} Hz instead of {file.sampling_frequency:.4g} Hz"
         return WindowFault("other_rate", f"is sampled at {rates}")

@@ -215,3 +215,11 @@ def test_what_is_no_detector_is_refused_in_one_line(tmp_path):
     assert ended.returncode == 2
     assert len(ended.stderr.splitlines()) == 1
     assert "detector" in ended.stderr
+
+
+def test_a_channel_with_a_unit_of_something_else_is_named_where_it_is_missing(trained, tmp_path):
+    file = written(tmp_path / "odd.csv", pressure())
+    header, *rows = file.read_text().splitlines()
+    file.write_text("\n".join([header.replace("P1 [Pa]", "P1 [mm],P2 [Pa]"), *(f"{row},1" for row in rows)]))
+    _, found = detected(trained, file)
+    assert found["windows"][0]["fault"]["text"] == "has no chamber_1_pressure; columns not used: P1 [mm]"

@@ -77,7 +77,8 @@ def in_chunks(detector, model, records, places):
 
 
 def kind_of(name):
-    (made,) = make_indicators({name: {"transient": "1 s"}}).values()
+    window = {"output": "d2", "window": "1 s"} if name == "sliding" else {}
+    (made,) = make_indicators({name: {"transient": "1 s"} | window}).values()
     return made
 
 
@@ -89,7 +90,9 @@ def test_a_stream_has_the_scores_of_the_record_to_the_bit(name, chart):
     indicator = Smoothed() if name == "smoothed" else kind_of(name)
     records = pressures(1, 8) if name == "smoothed" else all_channels(6)
     options = {"window": 5} if chart in ("glr", "moving_window") else {}
-    detector = RecursiveDetector(indicator, chart and make_chart(chart, options), limit=3.0)
+    made = chart and make_chart(chart, options)
+    direction = Feature(indicator, indicator.estimates[0].name).described.direction or Direction.BOTH
+    detector = RecursiveDetector(indicator, made, direction=direction, limit=3.0)
     model = detector.fit(records)
     whole = in_chunks(detector, model, records, [])
     for places in ([1, 2, 3, 777], [500], [499, 501, 1200]):

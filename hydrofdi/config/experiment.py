@@ -145,11 +145,6 @@ class ExperimentConfig(RunRequest):
         """Whether the experiment is an ensemble; a run that is impossible is recorded, not rejected."""
         return bool(self.ensemble.names)
 
-    @property
-    def measures_phases(self) -> bool:
-        """Whether the runs are measured at every start phase."""
-        return self.wavelet.phase == "all"
-
     @cached_property
     def nominal_parameters(self) -> RunRequest:
         """The parameters that all runs start from."""

@@ -65,28 +65,8 @@ def records_of(
     return RecordBatch(samples, sampling_frequency, tuple(str(window.number) for window in windows))
 
 
-def scores_of(
-    windows: Sequence[Window], feature: Feature, channels: Collection[Channel], sampling_frequency: float
-) -> WindowScores:
-    """Scores of sound windows. That of a window does not depend, to the bit, on the others.
-
-    Parameters
-    ----------
-    windows : sequence of Window
-        All of equal length, with all channels; there may be none.
-    feature : Feature
-    channels : collection of Channel
-        What the indicator is shown: those that it needs, and the optional ones of the detector.
-    sampling_frequency : float
-        [Hz]
-    """
-    if not windows:
-        return WindowScores(np.empty(0), ())
-    return scores_of_records(records_of(windows, channels, sampling_frequency), feature)
-
-
 def scores_of_records(records: RecordBatch, feature: Feature) -> WindowScores:
-    """The same of windows that are records already."""
+    """Scores of sound windows. That of a window does not depend, to the bit, on the others."""
     measures = measure(records, {"it": feature.indicator})
     return WindowScores(measures.values[f"it.{feature.described.name}"], measures.obstacles["it"])
 

@@ -36,7 +36,7 @@ class StreamSource(Protocol):
     """A stream of samples. One thread calls its methods; sockets, event loops and other threads are its own.
 
     Samples that come again (after a restart, or from a broker that was not sure) need no care: the watch
-    leaves out what is not later than what it has seen.
+    leaves out what is not later than what it has seen. A source that keeps nothing need not say so.
     """
 
     @property
@@ -60,23 +60,23 @@ class StreamSource(Protocol):
 
     @property
     def position(self) -> Position:
-        """Where to go on behind all that `read` gave."""
-        ...
+        """Where to go on behind all that `read` gave; nothing where it cannot go back."""
+        return {}
 
     @property
     def may_repeat_all(self) -> bool:
         """Whether a restart without a position may bring all of the stream again, as a pipe does; a broker
         brings the last few seconds again at most."""
-        ...
+        return False
 
     @property
     def wants_confirmation(self) -> bool:
         """Whether so much was read since the last confirmation that the state should be stored now."""
-        ...
+        return False
 
     def confirm(self) -> None:
         """A state that holds all that `read` gave is stored: a broker may forget it."""
-        ...
+        return
 
     def close(self) -> None:
         """End connections, threads and files."""

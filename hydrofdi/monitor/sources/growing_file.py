@@ -10,7 +10,7 @@ from typing import Any
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources.columns import Channels
-from hydrofdi.monitor.sources.contract import Position, Reading
+from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
 from hydrofdi.monitor.sources.followed_file import FollowedFile, following, found_again
 from hydrofdi.monitor.sources.payload import LARGEST
 from hydrofdi.monitor.sources.standard_input import BLOCK
@@ -22,7 +22,7 @@ _POLL = 0.1
 """Time between looks at a file that does not grow [s]."""
 
 
-class GrowingFile:
+class GrowingFile(StreamSource):
     """A text file, read from its beginning and followed as it grows.
 
     A file that is renamed is read to its end; the new one of its name begins once it holds something. A file
@@ -106,19 +106,6 @@ class GrowingFile:
         if self._file is None:
             return self._stored
         return self._file.position(self._text.n_unfinished) | self._text.position
-
-    @property
-    def may_repeat_all(self) -> bool:
-        """Never: it goes on at its position."""
-        return False
-
-    @property
-    def wants_confirmation(self) -> bool:
-        """Never: the file keeps what was read."""
-        return False
-
-    def confirm(self) -> None:
-        """Nothing to do."""
 
     def close(self) -> None:
         """Close the file."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig, MqttConnection
 from hydrofdi.monitor.mqtt.session import Session
-from hydrofdi.monitor.sources.contract import Position, Reading
+from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
 from hydrofdi.monitor.sources.joining import joined
 from hydrofdi.monitor.sources.malformed import Malformed
 from hydrofdi.monitor.sources.mqtt_deliveries import MOST_UNACKNOWLEDGED, Deliveries, Delivery
@@ -30,7 +30,7 @@ _SAID_AGAIN = 60.0
 """Losses are said again after so long without any [s]."""
 
 
-class MqttSource:
+class MqttSource(StreamSource):
     """A topic, read at quality of service 1 in a session that outlives the monitor.
 
     The broker keeps every message until a state that holds its samples is stored.
@@ -102,16 +102,6 @@ class MqttSource:
             delivery = None if full else self._deliveries.take(0.0)
         events = (*self._connection.take_events(), *self._malformed.events(n_sample), *self._losses())
         return Reading(joined(chunks) if chunks else None, events)
-
-    @property
-    def position(self) -> Position:
-        """Nothing: the broker knows it."""
-        return {}
-
-    @property
-    def may_repeat_all(self) -> bool:
-        """Never: what was confirmed does not come again."""
-        return False
 
     @property
     def wants_confirmation(self) -> bool:

@@ -13,7 +13,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.opcua.configuration import OpcUaConfig, credentials, doubts, server_url
 from hydrofdi.monitor.sources.columns import Column
-from hydrofdi.monitor.sources.contract import Position, Reading
+from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
 from hydrofdi.monitor.sources.sample_queue import SampleQueue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hydrofdi.monitor.opcua.following import ServerFollower
 
 
-class OpcUaSource:
+class OpcUaSource(StreamSource):
     """Nodes of an OPC UA server.
 
     Parameters
@@ -67,21 +67,6 @@ class OpcUaSource:
         """The address."""
         return self._name
 
-    @property
-    def position(self) -> Position:
-        """A server cannot go back."""
-        return {}
-
-    @property
-    def may_repeat_all(self) -> bool:
-        """Never: a server keeps nothing."""
-        return False
-
-    @property
-    def wants_confirmation(self) -> bool:
-        """Never: a server keeps nothing."""
-        return False
-
     def open(self, position: Position) -> None:
         """Begin to connect; a server that does not answer is waited for."""
         for doubt in doubts(self._name, self._config):
@@ -91,9 +76,6 @@ class OpcUaSource:
     def read(self, timeout: float) -> Reading:
         """What has come."""
         return self._queue.take(timeout)
-
-    def confirm(self) -> None:
-        """Nothing to tell the server."""
 
     def close(self) -> None:
         """End the connection and its thread."""

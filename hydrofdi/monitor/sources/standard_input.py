@@ -7,7 +7,7 @@ import select
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.sources.columns import Channels
-from hydrofdi.monitor.sources.contract import Position, Reading
+from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
 from hydrofdi.monitor.sources.payload import LARGEST
 from hydrofdi.monitor.sources.text_config import TextConfig
 from hydrofdi.monitor.sources.text_lines import TextLines
@@ -19,7 +19,7 @@ _LEAP = 2
 """Counted samples that are left out at a restart, so that a gap is seen where there was one."""
 
 
-class StandardInput:
+class StandardInput(StreamSource):
     """Standard input, or another descriptor: a pipe, a file or a terminal. It cannot go back.
 
     Parameters
@@ -89,14 +89,6 @@ class StandardInput:
     def may_repeat_all(self) -> bool:
         """Whoever writes may begin anew."""
         return True
-
-    @property
-    def wants_confirmation(self) -> bool:
-        """Never: what was read cannot be read again."""
-        return False
-
-    def confirm(self) -> None:
-        """Nothing to do."""
 
     def close(self) -> None:
         """Nothing to do."""

@@ -13,7 +13,7 @@ PYTEST = $(BIN)/pytest --numprocesses 2 --dist loadscope
 CHECKED = $(INSTALL) --require-hashes --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help install table3 test test-long test-all check bench bench-runner bench-monitor torture constraints docs clean
+.PHONY: help install table3 test test-long test-all check bench bench-runner bench-monitor torture constraints docs site clean
 
 help:  ## list the targets
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -61,9 +61,13 @@ docs: .venv/installed-runtime  ## generate the pages of YAML files and indicator
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/table3.png > $(RESULT)/table3.txt
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png > $(RESULT)/table3.txt
 
+site: .venv/installed-test  ## build the documentation into site/; open site/index.html
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs site
+	@echo "built site/index.html"
+
 constraints: .venv/made  ## resolve all dependencies anew into constraints.txt
 	$(INSTALL) uv
-	$(BIN)/python .ci/requirements.py runtime test bench dask > .venv/wanted.txt
+	$(BIN)/python .ci/requirements.py runtime test docs bench dask > .venv/wanted.txt
 	echo pip >> .venv/wanted.txt
 	$(BIN)/uv pip compile .venv/wanted.txt --quiet --upgrade --universal --python-version 3.11 \
 		--fork-strategy fewest --generate-hashes --no-header --no-annotate --no-emit-index-url \
@@ -72,7 +76,7 @@ constraints: .venv/made  ## resolve all dependencies anew into constraints.txt
 	$(INSTALL) --dry-run --require-hashes --constraint constraints.txt --requirement .venv/wanted.txt
 
 clean:  ## remove .venv and caches; results stay
-	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf site .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/made: constraints.txt .ci/requirements.py
@@ -89,7 +93,7 @@ clean:  ## remove .venv and caches; results stay
 	@touch $@
 
 .venv/installed-test: .venv/installed-runtime
-	$(BIN)/python .ci/requirements.py test > .venv/test.txt
+	$(BIN)/python .ci/requirements.py test docs > .venv/test.txt
 	$(CHECKED) --requirement .venv/test.txt
 	@touch $@
 

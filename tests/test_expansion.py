@@ -108,7 +108,7 @@ def test_the_baseline_of_the_file_rules():
 
 
 def test_an_impossible_combination_names_the_point():
-    with pytest.raises(ConfigError, match=r"at record.step = 0.0003.*not a multiple"):
+    with pytest.raises(ConfigError, match=r"at record.step = 0.3 ms.*not a multiple"):
         table_of("sweep.grid.record.step=[0.1 ms, 0.3 ms]")
 
 

@@ -9,8 +9,8 @@ from rich.text import Text
 from hydrofdi.assessment.observability import KnownUnknown, Observability
 from hydrofdi.cli.mode_table import table
 from hydrofdi.cli.terminal import terminal
-from hydrofdi.report.detection.varied import readable_unit
 from hydrofdi.report.detection.wording import two_digits
+from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
 

@@ -140,29 +140,21 @@ def _lines(record: dict[str, Any]) -> list[str]:
 
 def _run_lines(record: dict[str, Any]) -> list[str]:
     """The runs of a sweep, its axes, and its first and last point."""
-    from hydrofdi.report.runs.table import label_header
-
-    def point(values: dict[str, Any]) -> str:
-        return (
-            ", ".join(
-                f"{label_header(name)} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
-                for name, value in values.items()
-            )
-            or "nominal"
-        )
+    from hydrofdi.config.shown_values import shown_parameter, shown_values
 
     lines = [
         f"runs         {record['planned']}: {record['swept']} of the sweep,"
         f" {record['controls_added']} healthy ones added to compare with"
     ]
     for name, values in record["axes"].items():
+        shown = shown_parameter(name, values)
         are_numbers = bool(values) and all(isinstance(value, float) for value in values)
-        spread = f" from {min(values):g} to {max(values):g}" if are_numbers else ""
-        lines.append(f"  axis       {label_header(name)}: {len(values)} values{spread}")
+        spread = f" from {shown.text(min(values))} to {shown.text(max(values))}" if are_numbers else ""
+        lines.append(f"  axis       {shown.header}: {len(values)} values{spread}")
     if record["axes"]:
         lines += [
-            f"first point  {point(record['first_point'])}",
-            f"last point   {point(record['last_point'])}",
+            f"first point  {shown_values(record['first_point']) or 'nominal'}",
+            f"last point   {shown_values(record['last_point']) or 'nominal'}",
         ]
     return lines
 

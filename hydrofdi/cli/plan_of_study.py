@@ -46,7 +46,7 @@ def study_record(plan: SweepPlan) -> dict[str, Any] | None:
 
 def study_lines(study: Mapping[str, Any]) -> list[str]:
     """The lines of a plan that belong to its study."""
-    from hydrofdi.report.detection.varied import described
+    from hydrofdi.config.shown_values import shown_value
 
     designs = study["designs"]
     n_record, n_design = study["records"], len(designs)
@@ -60,7 +60,7 @@ def study_lines(study: Mapping[str, Any]) -> list[str]:
         if n_design > _MOST_DESIGNS:
             lines.append(f"             and {n_design - _MOST_DESIGNS} more")
     width = max(map(len, study["varies"]), default=0)
-    varied = [f"{name:<{width}}  {described(name, own)}" for name, own in study["varies"].items()]
+    varied = [f"{name:<{width}}  {shown_value(name, own)}" for name, own in study["varies"].items()]
     lines += _titled("varies", varied or ["nothing"])
     return [*lines, f"  per record {', '.join(study['differs_per_record']) or 'nothing'}"]
 
@@ -95,9 +95,9 @@ def _listed(names: list[str]) -> str:
 
 
 def _settings(values: Mapping[str, Any]) -> str:
-    from hydrofdi.report.detection.varied import described
+    from hydrofdi.config.shown_values import shown_value
 
-    return ", ".join(f"{name} {described(name, value)}" for name, value in values.items())
+    return ", ".join(f"{name} {shown_value(name, value)}" for name, value in values.items())
 
 
 def _titled(title: str, texts: list[str]) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
-from hydrofdi.config.run_table.shown_values import shown_values, varied_parameters
+from hydrofdi.config.shown_values import shown_values, varied_parameters
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.execution.engine import Engine
 from hydrofdi.physics import PHYSICS_VERSION

@@ -14,7 +14,7 @@ CONTRADICTIONS = {
     ),
     "boiling in a sweep": (
         ["sweep.grid.supply.pressure=[17.2 MPa, 1 MPa]", "fluid.vapour_pressure=0.8 MPa"],
-        "at supply.pressure = 1e+06 Pa: fluid.vapour_pressure = 800000 Pa must be below",
+        "at supply.pressure = 1 MPa: fluid.vapour_pressure = 800000 Pa must be below",
     ),
     "negative periods": (
         ["analysis.discard=-1 period"],

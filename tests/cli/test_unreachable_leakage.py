@@ -32,8 +32,8 @@ def test_a_sweep_without_any_possible_leak_names_each_condition_and_stores_nothi
     result = hydrofdi("sweep", config, "--engine", "in-process")
     most = "; the most that this actuator leaks is 0 L/min"
     assert result.stderr.splitlines() == [
-        f"{SENTENCE} at valve.lap = 6e-05 m{most}",
-        f"{SENTENCE} at valve.lap = 5e-05 m{most}",
+        f"{SENTENCE} at valve.lap = 60 µm{most}",
+        f"{SENTENCE} at valve.lap = 50 µm{most}",
     ]
     assert (result.returncode, os.listdir(tmp_path)) == (2, [config.name])
 

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrofdi.config.request import RunRequest
-from hydrofdi.config.run_table.shown_values import shown_values
+from hydrofdi.config.shown_values import shown_values
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.mistakes import describe_error
 

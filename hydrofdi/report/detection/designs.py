@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from hydrofdi.config.run_table.shown_values import shown_value
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.report.detection.record import design_record

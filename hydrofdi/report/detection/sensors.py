@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.records import Channel
 from hydrofdi.report.detection.selection import best_of_sensors
-from hydrofdi.report.detection.varied import described
 from hydrofdi.report.document import Cell, Sheet
 from hydrofdi.report.wording import HOLE, joined
 from hydrofdi.studies.judgement import Detection
@@ -62,7 +62,7 @@ def _sensor(experiment: ExperimentConfig, detection: Detection, channel: Channel
     def text(field: str) -> str:
         name = f"{section}.{field}"
         value = chosen.get(name, experiment.value(name))
-        return described(name, value) if value else ""
+        return shown_value(name, value) if value else ""
 
     return Sensor(channel, section, text("noise") or text("noise_density"), text("bias"), text("bits"))
 

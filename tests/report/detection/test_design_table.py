@@ -67,7 +67,7 @@ def test_designs_are_named_by_what_they_change(detections):
     assert list(rows(detections)[1]) == [
         "record.duration = 20 s",
         "record.duration = 5 s",
-        "pressure_1_sensor.noise, pressure_2_sensor.noise = 2500 Pa",
+        "pressure_1_sensor.noise, pressure_2_sensor.noise = 2.5 kPa",
     ]
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.selection import chosen_levels
-from hydrofdi.report.detection.varied import readable_unit
 from hydrofdi.report.figures.detection.marks import panels, titled, with_threshold
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE
+from hydrofdi.settings.readable import readable_unit
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.units import convert
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hydrofdi.report.detection.varied import described
+from hydrofdi.config.shown_values import shown_value
 
 
 @pytest.mark.parametrize(
@@ -13,11 +13,11 @@ from hydrofdi.report.detection.varied import described
         ("supply.pressure", {"normal": [17.2e6, 1e5]}, "17.2 ± 0.1 MPa (normal)"),
         ("actuator.mass", {"lognormal": [12.3, 1.1]}, "12.3 kg, factor 1.1 (lognormal)"),
         ("fluid.bulk_modulus", {"lognormal": [551e6, 1.1]}, "551 MPa, factor 1.1 (lognormal)"),
-        ("actuator.load_stiffness", 150e3, "150000 N/m"),
+        ("actuator.load_stiffness", 150e3, "150 kN/m"),
         ("friction.scale", {"uniform": [0.7, 1.3]}, "0.7 … 1.3"),
         ("friction.law", {"choice": ["lugre", "smooth"]}, "lugre or smooth"),
         ("pressure_1_sensor.bias", {"normal": [0.0, 25e3]}, "0 ± 25 kPa (normal)"),
     ],
 )
 def test_a_value_or_a_distribution_is_said_with_its_unit(name, value, text):
-    assert described(name, value) == text
+    assert shown_value(name, value) == text

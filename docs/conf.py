@@ -1,0 +1,35 @@
+"""How Sphinx builds the site: ``make site``."""
+
+from hydrofdi import __version__
+
+project = "hydrofdi"
+author = "the authors of hydrofdi"
+release = version = __version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
+exclude_patterns = ["README.md", "deploy"]
+
+myst_enable_extensions = ["colon_fence", "deflist"]
+myst_heading_anchors = 4
+nb_execution_mode = "off"
+
+templates_path = ["_templates"]
+html_static_path = ["_static"]
+
+html_theme = "pydata_sphinx_theme"
+html_title = "hydrofdi"
+html_show_sourcelink = False
+html_theme_options = {
+    "show_toc_level": 2,
+    "navigation_with_keys": False,
+    "navbar_end": ["theme-switcher"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}

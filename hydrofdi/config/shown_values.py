@@ -1,0 +1,112 @@
+"""Values of dotted parameters as a person reads them: in units that suit them, with four digits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.request import parameter_names, parameter_unit
+from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.settings.readable import readable_unit
+from hydrofdi.units import convert
+
+_WRITTEN = {
+    "uniform": "{} … {} {unit}",
+    "integers": "{} … {} {unit}",
+    "loguniform": "{} … {} {unit} (logarithmic)",
+    "normal": "{} ± {} {unit} (normal)",
+    "truncated_normal": "{} ± {} {unit} (normal), from {} to {} {unit}",
+    "lognormal": "{} {unit}, factor {} (lognormal)",
+    "triangular": "{} … {} … {} {unit} (triangular)",
+}
+
+
+@dataclass(frozen=True)
+class ShownParameter:
+    """How a person reads the values of a parameter, all in one unit.
+
+    Attributes
+    ----------
+    name : str
+        Dotted name.
+    own_unit, unit : str
+        SI unit of the values, and the unit in which they are shown; empty where they have none.
+    """
+
+    name: str
+    own_unit: str
+    unit: str
+
+    @property
+    def header(self) -> str:
+        """Name and unit, such as ``fluid.bulk_modulus [MPa]``."""
+        return f"{self.name} [{_typeset(self.unit)}]" if self.unit not in ("", "1") else self.name
+
+    def number(self, value: float) -> float:
+        """A value in SI in the unit in which it is shown."""
+        return convert(value, self.unit) if self.unit != self.own_unit else value
+
+    def text(self, value: Any) -> str:
+        """A value in SI without its unit, such as ``689``."""
+        return four_digits(self.number(value)) if _is_number(value) else str(without_contents(value))
+
+
+def shown_parameter(name: str, values: Iterable[Any]) -> ShownParameter:
+    """A parameter with the unit that suits the largest of its values [SI]."""
+    own = (parameter_unit(name) if name in parameter_names() else None) or ""
+    numbers = [abs(value) for value in values if _is_number(value)]
+    return ShownParameter(name, own, readable_unit(own, max(numbers)) if numbers else own)
+
+
+def shown_values(values: Mapping[str, Any]) -> str:
+    """Values of dotted parameters: ``valve.lap = 50 µm, fluid.law = free_air``."""
+    return ", ".join(f"{name} = {shown_value(name, value)}" for name, value in values.items())
+
+
+def shown_value(name: str, value: Any) -> str:
+    """A value of a dotted parameter with its unit, such as ``689 MPa``, or its distribution.
+
+    Parameters
+    ----------
+    name : str
+        Dotted name.
+    value
+        A value in SI, or a distribution as an experiment file states it, such as ``{"uniform": [4e8, 6e8]}``.
+    """
+    kind, arguments = next(iter(value.items())) if isinstance(value, dict) and value else ("", [value])
+    if not isinstance(arguments, list | tuple):
+        return str(without_contents(value))
+    n_own = 1 if kind == "lognormal" else len(arguments)
+    parameter = shown_parameter(name, arguments[:n_own])
+    texts = [parameter.text(argument) for argument in arguments[:n_own]]
+    texts += [four_digits(argument) for argument in arguments[n_own:]]
+    written = _WRITTEN.get(kind, "")
+    if not written or len(texts) != written.count("{}"):
+        written = f"{' or '.join(texts)} {{unit}}"
+    unit = _typeset(parameter.unit) if any(map(_is_number, arguments)) and parameter.unit != "1" else ""
+    return " ".join(written.format(*texts, unit=unit).split()).replace(" ,", ",")
+
+
+def four_digits(value: float) -> str:
+    """A number with four digits, without an exponent where it is below a million."""
+    return f"{float(f'{value:.4g}'):g}"
+
+
+def varied_parameters(runs: Iterable[RunParameters]) -> list[str]:
+    """The dotted parameters that are not the same in all runs."""
+    first, *others = list(dict.fromkeys(runs))
+    return [
+        name
+        for name in parameter_names(type(first))
+        if any(other.value(name) != first.value(name) for other in others)
+    ]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _typeset(unit: str) -> str:
+    return unit.replace("*", "·")

@@ -64,7 +64,7 @@ def why(directory: Directory, run: Run, json: Json = False) -> int:
     """
     from dataclasses import asdict
 
-    from hydrofdi.cli.rendering import print_explanation
+    from hydrofdi.cli.explanation import print_explanation
     from hydrofdi.cli.terminal import print_json
     from hydrofdi.pipeline import explain
 

@@ -1,4 +1,4 @@
-"""Reports, runs and explanations on the terminal."""
+"""Reports and runs on the terminal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
@@ -19,11 +18,6 @@ from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.report.document import Block, Cell, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
-from hydrofdi.report.runs.table import label_header
-from hydrofdi.units import convert
-
-if TYPE_CHECKING:
-    from hydrofdi.pipeline.inspecting import Explanation
 
 _ANY_WIDTH, _SENTENCE_WIDTH = 10_000, 30
 _UNIT, _WORD, _DOT, _UNDERSCORE = r" (?=\[)", " ", r"(?<=[^\W\d]\.)", r"(?<=\w_)(?=\w\w)"
@@ -145,46 +139,3 @@ def _shown_cell(cell: Cell, is_text: bool) -> Text | Folded:
 def _marked(cell: Cell) -> str:
     """A cell with a mark that also stands where there is no bold type."""
     return cell.text + ("*" if cell.is_strong else " ")
-
-
-def print_explanation(explanation: Explanation) -> None:
-    """What a run was asked to do and how it went."""
-    console = terminal()
-    console.print(
-        Text(
-            f"run {explanation.run_id}, row {explanation.position}, record {explanation.record_id}",
-            style="bold",
-        )
-    )
-    console.print(f"status    {explanation.status} {explanation.message}".rstrip())
-    if explanation.reason:
-        console.print(f"to do     {explanation.reason}")
-    for cause in explanation.causes:
-        console.print(f"because   {cause}")
-    console.print(f"stored in {explanation.shard or 'nothing'}")
-    for label, analysis in explanation.analysis.items():
-        options = ", ".join(f"{name} {value}" for name, value in analysis["options"].items())
-        console.print(Text(f"analysis  {label} {analysis['analysis_id']}: {options or 'default options'}"))
-    grid = Table(title="differs from the fixed baseline in", title_justify="left", box=None, pad_edge=False)
-    for header in ("parameter", "baseline", "run"):
-        grid.add_column(header)
-    for name, (before, now) in explanation.differences.items():
-        grid.add_row(label_header(name), _shown(before), _shown(now))
-    console.print(grid if explanation.differences else "is the fixed baseline itself")
-    if explanation.calibration:
-        beta = convert(explanation.calibration["fluid"]["bulk_modulus"], "MPa")
-        console.print(f"K_i was solved at an EBM of {beta:g} MPa, other baseline conditions alike")
-    if explanation.provenance:
-        made = explanation.provenance
-        git = made["git"] or {"commit": "unknown", "dirty": False}
-        console.print(
-            f"swept {made['started']} by: {' '.join(made['command'])}\n"
-            f"commit {git['commit']}{' with changes' if git['dirty'] else ''}, Python {made['python']},"
-            f" seeds {made['seeds'] or 'none'}"
-        )
-    if explanation.log:
-        console.print(explanation.log)
-
-
-def _shown(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else "–" if value is None else str(value)

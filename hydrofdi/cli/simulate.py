@@ -44,6 +44,8 @@ def simulate(
     from hydrofdi.cli.rendering import print_run, tell_doubtful_settings
     from hydrofdi.cli.terminal import print_json, tell
     from hydrofdi.config import load_experiment
+    from hydrofdi.quality.doubts import doubts_of
+    from hydrofdi.quality.failures import REMEDIES
     from hydrofdi.store.files import require_replaceable
 
     experiment = load_experiment(config, settings or ())
@@ -66,8 +68,8 @@ def simulate(
     else:
         print_run(run.summary)
     if run.status != "ok":
-        tell(f"the run failed: {run.status}: {run.message}")
+        tell(f"the run failed: {run.status}: {run.message}; {REMEDIES[run.status]}")
         return 1
-    if run.verdict != "ok":
-        tell(f"read its numbers with care: {run.verdict} (see docs/physics.md)")
+    for doubt in doubts_of(run.verdict):
+        tell(f"{doubt.word}: {doubt.remedy}")
     return 0

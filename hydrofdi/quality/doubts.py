@@ -27,6 +27,8 @@ class Doubt:
         What stands at rows of tables.
     meaning : str
         A sentence with a place for the number in percent.
+    remedy : str
+        What to do about it: a sentence without its full stop, with the keys to set.
     """
 
     word: str
@@ -34,6 +36,7 @@ class Doubt:
     applies: Callable[[float], bool]
     mark: str
     meaning: str
+    remedy: str
 
 
 DOUBTS = {
@@ -42,22 +45,27 @@ DOUBTS = {
         Doubt(
             "cavitating", "cavitating_share", lambda share: share > 0.0, "C",
             "a chamber is at or below the vapour limit in up to {} % of the samples",
+            "lower input.amplitude or load.constant_force, or raise supply.return_pressure",
         ),
         Doubt(
             "above_supply", "above_supply_share", lambda share: share > 0.0, "A",
             "a chamber is above the supply in up to {} % of the samples",
+            "lower input.amplitude or actuator.mass, or raise supply.pressure",
         ),
         Doubt(
             "unsettled", "settling_change", lambda change: change > SETTLED_CHANGE, "U",
             "the RMS of a detail of P_1 changes by up to {} % from the last but one period to the last",
+            "lengthen record.duration by some periods; analysis.discard then leaves out the first ones",
         ),
         Doubt(
             "clipped", "clipped_share", lambda share: share > 0.0, "R",
             "the sensor of P_1 is at an end of its range in up to {} % of the samples",
+            "widen pressure_1_sensor.lowest and pressure_1_sensor.highest",
         ),
         Doubt(
             "still", "pressure_variation", lambda variation: variation < STILL, "S",
             "P_1 varies by no more than {} % of the supply, which is rounding",
+            "raise input.amplitude, or control.amplitude in closed loop, until the valve opens",
         ),
     )
 }  # fmt: skip

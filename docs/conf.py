@@ -1,5 +1,10 @@
 """How Sphinx builds the site: ``make site``."""
 
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # generators
+
 from hydrofdi import __version__
 
 project = "hydrofdi"
@@ -7,6 +12,7 @@ author = "the authors of hydrofdi"
 release = version = __version__
 
 extensions = [
+    "generators",
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
@@ -14,7 +20,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
 ]
-exclude_patterns = ["README.md", "deploy"]
+exclude_patterns = ["deploy"]
 
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 4

@@ -1,0 +1,23 @@
+"""What the site shows beside the pages that people write: made anew by every build."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from generators import commands, configurations, links, outside
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Write the generated pages before Sphinx looks for pages, and lead links to them."""
+    app.connect("builder-inited", write_pages)
+    app.connect("source-read", links.lead_to_pages)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def write_pages(app: Sphinx) -> None:
+    """Write all generated pages below ``reference/``."""
+    for room in (commands, configurations, outside):
+        room.write(app.srcdir / "reference")

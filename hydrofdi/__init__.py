@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hydrofdi.api.detector import Detector
+    from hydrofdi.api.exporting import Exported, export
     from hydrofdi.api.measuring import measure
     from hydrofdi.api.results import Results, results, sweep
     from hydrofdi.api.run import Run, simulate
@@ -36,6 +37,8 @@ _HOMES = {
     "Table": "hydrofdi.api.table",
     "simulate": "hydrofdi.api.run",
     "Detector": "hydrofdi.api.detector",
+    "Exported": "hydrofdi.api.exporting",
+    "export": "hydrofdi.api.exporting",
     "measure": "hydrofdi.api.measuring",
     "Results": "hydrofdi.api.results",
     "results": "hydrofdi.api.results",
@@ -54,6 +57,7 @@ _HOMES = {
 
 __all__ = [
     "Detector",
+    "Exported",
     "HydrofdiError",
     "Results",
     "Run",
@@ -61,6 +65,7 @@ __all__ = [
     "__version__",
     "detail_rms",
     "expand_runs",
+    "export",
     "load_experiment",
     "measure",
     "percentage_change",

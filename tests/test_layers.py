@@ -49,7 +49,7 @@ HOMES = {
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures/", "api/"),
-    "pyarrow": ("report/forms/tidy.py", "report/forms/measures.py", "records/measured/"),
+    "pyarrow": ("report/forms/tidy.py", "report/forms/measures.py", "records/measured/", "records/written/"),
     "xarray": ("api/",),
     "pandas": ("api/",),
     "pebble": ("execution/",),

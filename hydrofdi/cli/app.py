@@ -16,6 +16,7 @@ from hydrofdi.cli.calibrate import calibrate
 from hydrofdi.cli.check import check
 from hydrofdi.cli.configs import configs
 from hydrofdi.cli.experiment_folder import collect, rerun, status, verify, why
+from hydrofdi.cli.export import export
 from hydrofdi.cli.init import init
 from hydrofdi.cli.monitor.detect import detect
 from hydrofdi.cli.monitor.monitor import monitor
@@ -48,7 +49,7 @@ app = typer.Typer(
 )
 for command in (
     simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate,
-    configs, init, measure, indicators, inspect, evaluate, train, detect, monitor, replay,
+    configs, init, measure, indicators, inspect, evaluate, train, detect, monitor, replay, export,
 ):  # fmt: skip
     app.command()(command)
 

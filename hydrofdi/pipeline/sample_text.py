@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
+from hydrofdi.records.written.columns import titled
 
 
 class CsvText:
@@ -21,8 +22,8 @@ class CsvText:
         header = ""
         if self._channels != (channels := tuple(chunk.channels)):
             self._channels = channels
-            titles = [f"{channel.symbol} [{channel.unit}]" for channel in channels]
-            header = ",".join(["time [s]", *titles]) + "\n"
+            titles = [titled(channel.symbol, channel.unit) for channel in channels]
+            header = ",".join([titled("time", "s"), *titles]) + "\n"
         return header + "".join(f"{','.join(map(repr, row))}\n" for row in _rows(chunk))
 
 

@@ -144,7 +144,7 @@ class StoredRecords:
         """Runs that follow each other and have the period of their drive in common."""
         length = batch_length(self._n_time)
         are_ok = [self._is_ok(row) for row in range(self.data.n_run)]
-        rows = distinct_records(self._identities, are_ok, self.only)
+        rows = distinct_records(self.record_ids, are_ok, self.only)
         for first in range(0, len(rows), length):
             window = rows[first : first + length]
             by_period = sorted(window, key=lambda row: self._periods[row] or 0.0)
@@ -161,7 +161,7 @@ class StoredRecords:
         return RecordBatch(
             channels,
             self._sampling_frequency,
-            tuple(self._identities[row] for row in rows),
+            tuple(self.record_ids[row] for row in rows),
             sources=(self.name,) * len(rows),
             drive_period=self._periods[positions[0]],
             remarks=tuple(_holes(channels, place) for place in range(len(rows))),
@@ -171,7 +171,7 @@ class StoredRecords:
         columns = self.data.columns
         status, message = str(columns[STATUS][row]), str(columns[MESSAGE][row])
         label = self._label(row) if labels else ""
-        return RejectedRecord(self._identities[row], self.name, "", Remark(status, message or status), label)
+        return RejectedRecord(self.record_ids[row], self.name, "", Remark(status, message or status), label)
 
     def _is_ok(self, row: int) -> bool:
         return bool(self.data.columns[STATUS][row] == "ok")
@@ -181,7 +181,7 @@ class StoredRecords:
         return condition_label(*(float(self.data.columns[name][row]) for name in names))
 
     @cached_property
-    def _identities(self) -> list[str]:
+    def record_ids(self) -> list[str]:
         """Of the records; of the runs in files that do not name records."""
         run_ids = self.data.columns[RUN_ID]
         record_ids = self.data.columns.get(RECORD_ID, run_ids)

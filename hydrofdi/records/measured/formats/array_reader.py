@@ -68,7 +68,10 @@ class MatFile:
 
         variables = loadmat(cast(Any, content), appendmat=False, simplify_cells=True)
         own = {name: value for name, value in variables.items() if not name.startswith("__")}
-        self._arrays = dict(_leaves("", own))
+        leaves = dict(_leaves("", own))
+        self._units = {name: _stated(leaves, name) for name in leaves}
+        stating = {_place_of_unit(name) for name, unit in self._units.items() if unit}
+        self._arrays = {name: array for name, array in leaves.items() if name not in stating}
         self.shapes = {name: array.shape for name, array in self._arrays.items()}
 
     def array(self, name: str) -> Any:
@@ -76,8 +79,8 @@ class MatFile:
         return self._arrays[name]
 
     def unit(self, name: str) -> str:
-        """MAT files state no units."""
-        return ""
+        """The field of that name of the structure ``units`` beside a variable; empty where there is none."""
+        return self._units[name]
 
     def close(self) -> None:
         """Nothing is held open."""
@@ -151,6 +154,17 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
             yield from _leaves(f"{path}/{name}" if path else str(name), inner)
     else:
         yield path, np.asarray(value)
+
+
+def _place_of_unit(name: str) -> str:
+    """Where a structure ``units`` has the unit of a variable: ``rig/units/P1`` for ``rig/P1``."""
+    structure, slash, variable = name.rpartition("/")
+    return f"{structure}{slash}units/{variable}"
+
+
+def _stated(leaves: Mapping[str, Any], name: str) -> str:
+    unit = leaves.get(_place_of_unit(name))
+    return str(unit) if unit is not None and unit.dtype.kind == "U" and unit.size == 1 else ""
 
 
 def _text(value: Any) -> str:

@@ -1,0 +1,112 @@
+"""Signals as files of other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+from hydrofdi.api.places import path_of
+from hydrofdi.api.sources import sources_of
+from hydrofdi.errors import DataError
+from hydrofdi.records import Channel
+
+Texts = str | Sequence[str]
+"""Names as a list, or in one text with commas."""
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What `hydrofdi.export` has written.
+
+    Attributes
+    ----------
+    files : list of Path
+        One for each record.
+    rejected : dict of str to str
+        Record that is left out → why.
+    """
+
+    files: list[Path] = field(default_factory=list)
+    rejected: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def first_rejection(self) -> str:
+        """One of them as a sentence; empty where there is none."""
+        return next((f"{record_id}: {reason}" for record_id, reason in self.rejected.items()), "")
+
+
+def export(
+    source: Any,
+    path: str | PathLike[str],
+    *,
+    format: Literal["csv", "parquet", "mat"] | None = None,
+    channels: Texts = (),
+    unit: Texts = (),
+    runs: Texts | Sequence[int] | int = (),
+    sampling_frequency: str | float | None = None,
+) -> Exported:
+    """Write signals as CSV, Parquet or MAT, as ``hydrofdi export`` does.
+
+    Parameters
+    ----------
+    source : path, sequence of path, array_like, mapping, pandas.DataFrame, xarray.DataArray or xarray.Dataset
+        As `hydrofdi.measure` takes it: results with signals, an experiment to be simulated, measured files.
+    path : path
+        A file ending in ``.csv``, ``.parquet`` or ``.mat`` for one record; otherwise a folder with a file for
+        each.
+    format : {"csv", "parquet", "mat"}, optional
+        Of files in a folder; CSV where left out.
+    channels : str or sequence of str, optional
+        Such as ``"P1,P2,x"``; all where left out.
+    unit : str or sequence of str, optional
+        Such as ``"bar,mm"``: each for the channels that it fits. The others are in SI.
+    runs : str, int or sequence of them, optional
+        Of simulated runs: positions, ranges ``"3-9"``, beginnings of identities; all where left out.
+    sampling_frequency : str or float, optional
+        Of a data file without a column of time [Hz].
+
+    Returns
+    -------
+    Exported
+        The files, and the records that are left out.
+
+    Raises
+    ------
+    ConfigError, DataError, StoreError
+        As the command says it; or there is no record at all.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> hydrofdi.export({"P1 [bar]": [50.0, 50.5], "time [s]": [0.0, 0.01]}, "rig.csv").files[0].read_text()
+    'time [s],P1 [Pa]\\n0.0,5000000.0\\n0.01,5050000.0\\n'
+    """
+    from hydrofdi.pipeline.exporting import exported, target_of
+    from hydrofdi.records import RejectedRecord
+    from hydrofdi.records.written.columns import selection
+
+    chosen = selection(_texts(channels), _texts(unit))
+    target = target_of(path_of(path), format)
+    sources = sources_of(source, chosen.channels or tuple(Channel), sampling_frequency)
+    done = Exported()
+    for each in exported(sources, target, chosen, _texts(runs)):
+        if isinstance(each, RejectedRecord):
+            done.rejected[each.record_id] = each.remark.text
+        else:
+            done.files.append(each)
+    if not done.files:
+        names = ", ".join(each.name for each in sources)
+        raise DataError(
+            f"{names}: no record could be exported{'; ' * bool(done.rejected)}{done.first_rejection}"
+        )
+    return done
+
+
+def _texts(given: Texts | Sequence[int] | int) -> list[str]:
+    """Names, given as a list or in one text with commas."""
+    if isinstance(given, str):
+        return [name.strip() for name in given.split(",") if name.strip()]
+    return [str(given)] if isinstance(given, int) else [str(name) for name in given]

@@ -1,0 +1,77 @@
+"""``hydrofdi export``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydrofdi.cli.options import SamplingFrequency
+
+
+class Format(StrEnum):
+    """Forms of exported signals."""
+
+    csv = "csv"
+    parquet = "parquet"
+    mat = "mat"
+
+
+def export(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SOURCE...",
+            help="A results folder, an experiment file (.h5, or .yaml to be simulated), a description of"
+            " measured files, or one data file.",
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE|DIR",
+            help="A file .csv, .parquet or .mat for one record; otherwise a folder with a file for each.",
+        ),
+    ],
+    form: Annotated[
+        Format | None, typer.Option("--format", help="Form of files in a folder [default: csv].")
+    ] = None,
+    channels: Annotated[
+        str, typer.Option(metavar="P1,P2,…", help="Channels: P1, P2, Ps, Pr, x, v, xv, u [default: all].")
+    ] = "",
+    unit: Annotated[
+        str,
+        typer.Option(metavar="UNIT,…", help="Such as bar,mm: each for the channels it fits [default: SI]."),
+    ] = "",
+    runs: Annotated[
+        str,
+        typer.Option(
+            metavar="RUN,…", help="Positions, ranges such as 3-9, or beginnings of identities [default: all]."
+        ),
+    ] = "",
+    sampling_frequency: SamplingFrequency = None,
+) -> int:
+    """Write signals as CSV, Parquet or MAT, one file for each record.
+
+    Headers state units, as in time [s], P1 [Pa]; measure, inspect and monitor read such files without a
+    description. Exit code 1 where records are left out.
+    """
+    from hydrofdi.api.exporting import export as export_signals
+    from hydrofdi.cli.terminal import tell
+
+    done = export_signals(
+        sources,
+        out,
+        format=None if form is None else form.value,
+        channels=channels,
+        unit=unit,
+        runs=runs,
+        sampling_frequency=sampling_frequency,
+    )
+    n_file, n_rejected = len(done.files), len(done.rejected)
+    tell(f"wrote {done.files[0]}" if n_file == 1 else f"wrote {n_file:,} records to {out}")
+    if n_rejected:
+        tell(f"left out {n_rejected:,} of {n_file + n_rejected:,} records; {done.first_rejection}")
+    return 1 if n_rejected else 0

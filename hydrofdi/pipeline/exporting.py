@@ -1,0 +1,136 @@
+"""Records of any source as files of other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.pipeline.exported_names import with_runs
+from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
+from hydrofdi.records.measured.source import MeasuredSource
+from hydrofdi.records.written.columns import Selection
+from hydrofdi.records.written.forms import BEGINNINGS, WRITERS
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.store.files import require_regular, whole_file
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where records go.
+
+    Attributes
+    ----------
+    path : Path
+    form : str
+        ``csv``, ``parquet`` or ``mat``.
+    is_file : bool
+        Whether it is the file of one record; a folder with a file for each otherwise.
+    """
+
+    path: Path
+    form: str
+    is_file: bool
+
+
+def target_of(path: Path, form: str | None) -> Target:
+    """What a path means: a file where it has the suffix of a form, a folder otherwise.
+
+    Raises
+    ------
+    ConfigError
+        The form is unknown, or not that of the suffix.
+    """
+    if form is not None and form not in WRITERS:
+        raise ConfigError(f"format: {form!r} is unknown{nearest(form, [*WRITERS])}")
+    suffix = path.suffix.lower().removeprefix(".")
+    if path.is_dir() or not suffix:
+        return Target(path, form or "csv", is_file=False)
+    if suffix not in WRITERS:
+        known = ", ".join(f".{each}" for each in WRITERS)
+        raise ConfigError(f"{path}: unknown suffix '.{suffix}'; name a file {known}, or a folder")
+    if form not in (None, suffix):
+        raise ConfigError(f"{path}: the suffix says {suffix}, the format {form}")
+    return Target(path, suffix, is_file=True)
+
+
+def exported(
+    sources: Sequence[RecordSource], target: Target, selection: Selection, runs: Sequence[str] = ()
+) -> Iterator[Path | RejectedRecord]:
+    """Write records one by one; yields each file, and the records that are left out.
+
+    Parameters
+    ----------
+    sources : sequence of RecordSource
+    target : Target
+    selection : Selection
+    runs : sequence of str
+        Positions, ranges, or beginnings of identities of simulated runs; empty: all records.
+
+    Raises
+    ------
+    ConfigError
+        There is no such run, or a file was asked for and there is more than one record.
+    DataError
+        A record lacks a channel, or a file of something else would be replaced.
+    """
+    taken = {path.resolve() for source in sources for path in _files_of(source)}
+    for record in _records(sources, target, runs):
+        if isinstance(record, RejectedRecord):
+            yield record
+            continue
+        batch, row, file = record
+        if file.resolve() in taken:
+            raise DataError(f"{file}: holds or gets another of these records; choose another folder or name")
+        taken.add(file.resolve())
+        require_own(file, target.form)
+        with whole_file(file) as aside:
+            WRITERS[target.form](aside, list(selection.columns(batch, row)))
+        yield file
+
+
+def require_own(path: Path, form: str) -> None:
+    """Check that what stands at a path may be an earlier export.
+
+    Raises
+    ------
+    DataError
+        It is something else.
+    """
+    require_regular(path)
+    if not path.exists():
+        return
+    with path.open("rb") as file:
+        beginning = file.read(len(BEGINNINGS[form]))
+    if beginning and beginning != BEGINNINGS[form]:
+        raise DataError(f"{path}: is there already and no export in this format; it is left alone")
+
+
+def _records(
+    sources: Sequence[RecordSource], target: Target, runs: Sequence[str]
+) -> Iterator[tuple[RecordBatch, int, Path] | RejectedRecord]:
+    """Records with the file that each of them gets; a single file has to wait for the last one."""
+    held: tuple[RecordBatch, int, Path] | None = None
+    for source in sources:
+        chosen, names = with_runs(source, runs)
+        number = 0
+        for batch in chosen.batches():
+            yield from batch.rejected
+            for row, record_id in enumerate(batch.record_ids):
+                number += 1
+                if not target.is_file:
+                    yield batch, row, target.path / f"{names.name(record_id, number)}.{target.form}"
+                    continue
+                if held is not None:
+                    raise ConfigError(
+                        f"{target.path}: there is more than one record (healthy baselines count); name a"
+                        " folder, which gets a file for each, or choose one run (--runs)"
+                    )
+                held = batch.rows([row]), 0, target.path
+    if held is not None:
+        yield held
+
+
+def _files_of(source: RecordSource) -> Collection[Path]:
+    return source.files if isinstance(source, MeasuredSource) else ()

@@ -1,0 +1,1 @@
+"""Records in files that other programs read, and hydrofdi reads again without a description."""

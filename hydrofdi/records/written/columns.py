@@ -1,0 +1,126 @@
+"""Columns of a record with their headers: ``time [s],P1 [Pa],…``."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.records.batch import Array, RecordBatch
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_names import channel_named
+from hydrofdi.records.measured.column_units import known_unit, scaled
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.units import parse_unit, similar_units
+
+
+@dataclass(frozen=True)
+class Column:
+    """Samples with a name and a unit.
+
+    Attributes
+    ----------
+    name : str
+        Symbol of the channel, or ``time``.
+    unit : str
+    values : ndarray, shape (n_time,)
+    """
+
+    name: str
+    unit: str
+    values: Array
+
+    @property
+    def title(self) -> str:
+        """Header of the column, such as ``P1 [Pa]``."""
+        return titled(self.name, self.unit)
+
+
+def titled(name: str, unit: str) -> str:
+    """The header that states a unit, which readers of measured files and of streams understand."""
+    return f"{name} [{unit}]"
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which channels are written, and in which units.
+
+    Attributes
+    ----------
+    channels : sequence of Channel
+        In this order; empty: all that a record has.
+    units : sequence of str
+        Each is that of all channels that it fits; the others are in SI.
+    """
+
+    channels: Sequence[Channel] = ()
+    units: Sequence[str] = ()
+
+    def columns(self, batch: RecordBatch, row: int) -> Iterator[Column]:
+        """Time and the channels of a record.
+
+        Raises
+        ------
+        DataError
+            The record lacks a channel that is asked for.
+        """
+        yield Column("time", "s", batch.time)
+        for channel in self.channels or batch.channels:
+            if channel not in batch.channels:
+                has = ", ".join(each.symbol for each in batch.channels)
+                raise DataError(f"{batch.sources[row]}: has no {channel.symbol} ({channel}); it has {has}")
+            yield self._column(batch, row, channel)
+
+    def _column(self, batch: RecordBatch, row: int, channel: Channel) -> Column:
+        own, values = batch.unit(channel), batch[channel][row]
+        if channel in batch.relative:
+            return Column(channel.symbol, "-" if own == "1" else own, values)
+        unit = next((unit for unit in self.units if _fits(unit, channel)), own)
+        factor = parse_unit(own).factor / parse_unit(unit).factor
+        return Column(channel.symbol, unit, scaled(values, factor))
+
+
+def selection(channels: Collection[str], units: Collection[str]) -> Selection:
+    """Channels and units by what people call them.
+
+    Parameters
+    ----------
+    channels : collection of str
+        Symbols or names: ``P1``, ``chamber_1_pressure``, ``position``.
+    units : collection of str
+        Such as ``bar`` and ``mm``.
+
+    Raises
+    ------
+    ConfigError
+        A channel or a unit is unknown, or a unit fits no channel that is written.
+    """
+    chosen = tuple(dict.fromkeys(map(_channel, channels)))
+    for unit in units:
+        fitting = [channel for channel in Channel if _fits(_known(unit), channel)]
+        if not set(fitting) & set(chosen or Channel):
+            symbols = ", ".join(channel.symbol for channel in chosen or Channel)
+            raise ConfigError(f"unit {unit!r} is of none of the channels {symbols}")
+    return Selection(chosen, tuple(units))
+
+
+def _channel(name: str) -> Channel:
+    channel = channel_named(name, "")
+    if channel is None:
+        known = [*(each.symbol for each in Channel), *(each.value for each in Channel)]
+        shown = ", ".join(each.symbol for each in Channel)
+        raise ConfigError(f"unknown channel {name!r}{nearest(name, known) or f'; known are {shown}'}")
+    return channel
+
+
+def _known(unit: str) -> str:
+    if known_unit(unit) is None:
+        dimensions = dict.fromkeys(channel.unit for channel in Channel)
+        similar = [each for own in dimensions for each in similar_units(unit, own)]
+        hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
+        raise ConfigError(f"unknown unit {unit!r}{hint}")
+    return unit
+
+
+def _fits(unit: str, channel: Channel) -> bool:
+    return parse_unit(unit).exponents == parse_unit(channel.unit).exponents

@@ -1,0 +1,235 @@
+"""``hydrofdi export``: signals that other programs read, and that hydrofdi reads again to the bit."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas
+import pyarrow.parquet
+import pytest
+import scipy.io
+
+import hydrofdi
+from tests.cli.test_measure import FAILING
+from tests.commands import run, run_json
+from tests.monitor.machines import Machine, make_machine
+
+FORMS = ("csv", "parquet", "mat")
+SYMBOLS = ["time", "P1", "P2", "x", "v", "xv", "u"]
+
+
+def numbers(*sources: Path | str, indicators: str = "dwt,ring_down,weak_rls,sliding") -> list[Any]:
+    records = run_json("measure", *sources, "--indicators", indicators)["records"]
+    return [record["values"] for record in records]
+
+
+def files_in(folder: Path) -> list[Path]:
+    return sorted(folder.iterdir())
+
+
+@pytest.fixture(scope="module", params=FORMS)
+def folder(request, small_sweep: SimpleNamespace, tmp_path_factory) -> Path:
+    """The stored runs of a sweep, exported."""
+    out = tmp_path_factory.mktemp("export") / request.param
+    done = run("export", small_sweep.directory, "--out", out, "--format", request.param, check=0)
+    assert done.stderr == f"wrote 4 records to {out}\n"
+    assert done.stdout == ""
+    return out
+
+
+def test_what_is_exported_measures_as_its_source_does_to_the_last_bit(folder, small_sweep) -> None:
+    assert numbers(*files_in(folder)) == numbers(small_sweep.directory)
+
+
+def test_a_simulated_experiment_gives_the_same_files_as_its_stored_runs(
+    folder, small_sweep, tmp_path
+) -> None:
+    form = folder.name
+    run("export", small_sweep.config, "--out", tmp_path / "again", "--format", form, check=0)
+    names = [file.name for file in files_in(folder)]
+    assert [file.name for file in files_in(tmp_path / "again")] == names
+    assert numbers(*files_in(tmp_path / "again")) == numbers(*files_in(folder))
+
+
+def test_the_name_of_a_file_finds_its_run(folder, small_sweep) -> None:
+    for file in files_in(folder):
+        position, identity = file.stem.split("-")
+        found = run_json("why", small_sweep.directory, identity)
+        assert found["position"] == int(position)
+
+
+def test_inspect_knows_all_channels_and_their_units(folder) -> None:
+    done = run_json("inspect", files_in(folder)[0])
+    assert "chamber_1_pressure" in str(done)
+    assert "unused" not in str(done)
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory) -> dict[str, Path]:
+    """One simulated record in every form."""
+    place = tmp_path_factory.mktemp("one")
+    short, leaking = "record.duration=2 s", "leakage.internal_flow=0.2 L/min"
+    run("simulate", "--set", short, "--set", leaking, "--out", place / "run.h5", check=0)
+    for form in FORMS:
+        run("export", place / "run.h5", "--out", place / f"run.{form}", check=0)
+    return {form: place / f"run.{form}" for form in FORMS}
+
+
+def test_csv_is_plain_text_with_units_in_its_header(one) -> None:
+    raw = one["csv"].read_bytes()
+    assert raw.startswith(b"time [s],P1 [Pa],P2 [Pa],")
+    assert b"\r" not in raw
+    frame = pandas.read_csv(one["csv"])
+    assert [title.split(" [")[0] for title in frame.columns if "Ps" not in title] == SYMBOLS
+    assert set(map(str, frame.dtypes)) == {"float64"}
+
+
+def test_parquet_states_units_in_names_and_in_metadata(one) -> None:
+    schema = pyarrow.parquet.read_schema(one["parquet"])
+    assert {field.name: field.metadata[b"units"].decode() for field in schema} == {
+        title: title.partition("[")[2][:-1] for title in pandas.read_csv(one["csv"], nrows=1).columns
+    }
+
+
+def test_mat_has_column_vectors_by_valid_names_and_their_units(one) -> None:
+    content = {name: value for name, value in scipy.io.loadmat(one["mat"]).items() if name[0] != "_"}
+    units = scipy.io.loadmat(one["mat"], simplify_cells=True)["units"]
+    assert all(name.isidentifier() for name in content)
+    assert content["P1"].shape == (1000, 1)
+    assert content.keys() - {"units"} == units.keys()
+    assert (units["time"], units["P1"], units["x"], units["u"]) == ("s", "Pa", "m", "V")
+
+
+def exact_frame(path: Path) -> pandas.DataFrame:
+    with open(path, newline="") as file:
+        header, *rows = csv.reader(file)
+    return pandas.DataFrame([[float(cell) for cell in row] for row in rows], columns=header)
+
+
+def test_all_forms_hold_the_same_numbers(one) -> None:
+    frame, table = (
+        exact_frame(one["csv"]),
+        pandas.read_parquet(one["parquet"]),
+    )
+    pandas.testing.assert_frame_equal(frame, table, check_exact=True)
+    mat = scipy.io.loadmat(one["mat"], simplify_cells=True)
+    for title in frame.columns:
+        assert np.array_equal(mat[title.split(" [")[0]], frame[title])
+
+
+def test_a_monitor_reads_what_is_exported(tmp_path) -> None:
+    machine = make_machine(tmp_path)
+    run("export", machine.stream, "--out", tmp_path / "exported.csv", check=0)
+    judged = [windows_of_monitor(machine, path) for path in (machine.stream, tmp_path / "exported.csv")]
+    assert judged[0] == judged[1]
+    assert len(judged[0]) == machine.n_window
+
+
+def windows_of_monitor(machine: Machine, stream: Path) -> list[tuple[int, str, float]]:
+    done = run("monitor", machine.detector, stream, "--no-follow", check=0)
+    lines = map(json.loads, done.stdout.splitlines())
+    return [(each["number"], each["condition"], each["score"]) for each in lines if each["line"] == "window"]
+
+
+def test_replay_has_the_same_headers(one) -> None:
+    assert run("replay", one["mat"], "--rate", "max", check=0).stdout == one["csv"].read_text()
+
+
+def test_channels_and_units_are_chosen(one, tmp_path) -> None:
+    out = tmp_path / "few.csv"
+    run("export", one["mat"], "--out", out, "--channels", "position,P2", "--unit", "bar,mm", check=0)
+    few, whole = pandas.read_csv(out), pandas.read_csv(one["csv"])
+    assert list(few.columns) == ["time [s]", "x [mm]", "P2 [bar]"]
+    assert np.allclose(few["x [mm]"] / 1e3, whole["x [m]"], rtol=1e-14)
+    assert np.allclose(few["P2 [bar]"] * 1e5, whole["P2 [Pa]"], rtol=1e-14)
+
+
+def test_runs_are_chosen_by_position_range_and_identity(small_sweep, tmp_path) -> None:
+    everything = files_in_export(small_sweep.directory, tmp_path / "all")
+    identity = everything[3].split("-")[1][:6]
+    assert files_in_export(small_sweep.directory, tmp_path / "some", "--runs", f"{identity},0-1") == [
+        everything[0], everything[1], everything[3],
+    ]  # fmt: skip
+    assert files_in_export(small_sweep.config, tmp_path / "made", "--runs", "2") == [everything[2]]
+
+
+def files_in_export(source: Path, out: Path, *options: str) -> list[str]:
+    run("export", source, "--out", out, *options, check=0)
+    return [file.name for file in files_in(out)]
+
+
+def test_missing_samples_stay_missing(tmp_path) -> None:
+    (tmp_path / "rig.csv").write_text("time [s],P1 [bar]\n0,50\n0.1,\n0.2,51\n0.3,52\n")
+    for form in FORMS:
+        run("export", tmp_path / "rig.csv", "--out", tmp_path / f"out.{form}", check=0)
+    assert (tmp_path / "out.csv").read_text().splitlines()[2] == "0.1,"
+    assert math.isnan(scipy.io.loadmat(tmp_path / "out.mat")["P1"][1, 0])
+    assert math.isnan(pandas.read_parquet(tmp_path / "out.parquet")["P1 [Pa]"][1])
+
+
+def test_counts_of_a_converter_stay_counts(tmp_path) -> None:
+    (tmp_path / "rig.csv").write_text("time [s],P1 [counts]\n0,50\n0.1,51\n0.2,51\n")
+    run("export", tmp_path / "rig.csv", "--out", tmp_path / "out.csv", check=0)
+    with open(tmp_path / "out.csv", newline="") as file:
+        assert next(csv.reader(file)) == ["time [s]", "P1 [counts]"]
+
+
+def test_runs_that_fail_are_left_out_and_named(tmp_path) -> None:
+    (tmp_path / "failing.yaml").write_text(FAILING)
+    done = run("export", tmp_path / "failing.yaml", "--out", tmp_path / "out", check=1)
+    assert "wrote 2 records" in done.stderr
+    assert "left out 1 of 3 records; " in done.stderr
+    assert [file.name[:4] for file in files_in(tmp_path / "out")] == ["0000", "0002"]
+
+
+def test_one_file_does_not_take_several_records(small_sweep, tmp_path) -> None:
+    done = run("export", small_sweep.directory, "--out", tmp_path / "out.csv", check=2)
+    assert "name a folder, which gets a file for each" in done.stderr
+    assert not files_in(tmp_path)
+
+
+def test_files_of_others_are_left_alone(one, tmp_path) -> None:
+    mine, theirs = tmp_path / "mine.csv", tmp_path / "theirs.csv"
+    run("export", one["csv"], "--out", mine, check=0)
+    run("export", one["csv"], "--out", mine, "--channels", "P1", check=0)
+    assert mine.read_text().startswith("time [s],P1 [Pa]\n")
+    theirs.write_text("a thesis")
+    assert "is left alone" in run("export", one["csv"], "--out", theirs, check=2).stderr
+    assert theirs.read_text() == "a thesis"
+    before = mine.read_text()
+    assert "choose another folder or name" in run("export", mine, "--out", mine, check=2).stderr
+    assert mine.read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--channels", "P3"), "unknown channel 'P3'"),
+        (("--channels", "Pr"), "has no Pr (return_pressure); it has P1, P2"),
+        (("--unit", "Bar"), "unknown unit 'Bar'; did you mean 'bar'?"),
+        (("--channels", "x", "--unit", "bar"), "unit 'bar' is of none of the channels x"),
+        (("--runs", "3"), "has no runs to choose from"),
+        (("--format", "mat"), "the suffix says csv, the format mat"),
+    ],
+)
+def test_a_mistake_is_one_sentence_and_nothing_is_written(one, tmp_path, options, message) -> None:
+    done = run("export", one["mat"], "--out", tmp_path / "out.csv", *options, check=2)
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not files_in(tmp_path)
+
+
+def test_python_exports_what_the_command_does_and_frames_too(one, tmp_path) -> None:
+    done = hydrofdi.export(one["mat"], tmp_path / "again.csv")
+    assert done.files == [tmp_path / "again.csv"]
+    assert done.files[0].read_bytes() == one["csv"].read_bytes()
+    frame = exact_frame(one["csv"])
+    assert hydrofdi.export(frame, tmp_path / "frame.csv").files[0].read_bytes() == one["csv"].read_bytes()
+    with pytest.raises(hydrofdi.HydrofdiError, match="unknown unit 'lpm'"):
+        hydrofdi.export(frame, tmp_path / "frame.csv", unit="lpm")

@@ -1,4 +1,4 @@
-"""Records of any source as files of other programs."""
+"""Each record as a file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.pipeline.exported_names import with_runs
+from hydrofdi.pipeline.exporting.names import with_runs
 from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.records.written.columns import Selection

@@ -1,0 +1,1 @@
+"""Records of any source as files of other programs."""

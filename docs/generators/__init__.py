@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from generators import commands, configurations, links, outside
+from generators import commands, configurations, detectors, interface, links, outside, units
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -19,5 +19,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 def write_pages(app: Sphinx) -> None:
     """Write all generated pages below ``reference/``."""
-    for room in (commands, configurations, outside):
+    for room in (commands, configurations, detectors, interface, outside, units):
         room.write(app.srcdir / "reference")

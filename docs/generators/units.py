@@ -1,0 +1,71 @@
+"""The page of the units that hydrofdi knows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from generators.writing import table, write_page
+from hydrofdi import units
+
+INTRODUCTION = """\
+# Units
+
+A quantity is a number and a unit, such as `551 MPa`, `0.12 L/min` or `22 µm/V`. A bare number is in SI. Units
+are multiplied with `·`, `*` or a space and divided with `/`. Powers are `m²`, `m^2` or `m^1.5`; `√Hz` is
+`Hz^0.5`. All factors are exact: every spelling of a quantity gives the same number.
+
+"""
+
+SPELLINGS = """\
+## Other spellings
+
+These are refused, and the message names the right unit: `did you mean 'L/min'?`. Upper and lower case differ:
+`mPa` is a millipascal, `MPa` a megapascal.
+
+"""
+
+NAMES = {
+    "1": "a number without a unit", "%": "percent", "kg": "kilogram", "g": "gram", "m": "metre", "in": "inch",
+    "s": "second", "min": "minute", "h": "hour", "Hz": "hertz, cycles per second", "rad": "radian",
+    "N": "newton", "Pa": "pascal", "bar": "bar", "psi": "pound-force per square inch", "L": "litre",
+    "l": "litre", "A": "ampere", "V": "volt", "J": "joule", "W": "watt",
+}  # fmt: skip
+
+
+def write(reference: Path) -> None:
+    """Write ``reference/units.md``."""
+    known = [
+        (f"`{symbol}`", NAMES[symbol], _in_si(unit), _mark(symbol in units._PREFIXABLE))
+        for symbol, unit in units._SYMBOLS.items()
+    ]
+    prefixes = [(f"`{prefix}`", f"10{_superscript(power)}") for prefix, power in units._PREFIXES.items()]
+    parts = [
+        INTRODUCTION + table(("unit", "name", "in SI", "takes a prefix"), known),
+        "## Prefixes\n\n" + table(("prefix", "factor"), prefixes),
+        SPELLINGS + _spellings(),
+    ]
+    write_page(reference / "units.md", "\n\n".join(parts) + "\n")
+
+
+def _in_si(unit: units.Unit) -> str:
+    bases = zip(units.BASE_UNITS, unit.exponents, strict=True)
+    powers = [f"{base}{_superscript(int(power)) if power != 1 else ''}" for base, power in bases if power]
+    return " ".join([f"{float(unit.factor):.7g}", "·".join(powers)]).strip()
+
+
+def _spellings() -> str:
+    meant: dict[str, list[str]] = {}
+    for spelling, unit in (units._SPELLINGS | units._EXPRESSIONS).items():
+        meant.setdefault(unit.replace("pa", "Pa") if unit == "pa" else unit.replace("v", "V"), []).append(
+            spelling
+        )
+    rows = [(", ".join(f"`{one}`" for one in spellings), f"`{unit}`") for unit, spellings in meant.items()]
+    return table(("spelling", "stands for"), rows)
+
+
+def _superscript(power: int) -> str:
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def _mark(holds: bool) -> str:
+    return "yes" if holds else ""

@@ -1,4 +1,4 @@
-"""What the indicators share that balance the volume of the chambers."""
+"""Common parts of the indicators that balance the volume of the chambers."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ _REWEIGHTING = 4
 
 
 class WindowOptions(UncertainActuator):
-    """What is known of the actuator, how well, and which samples count in windows."""
+    """Prior knowledge of the actuator, its accuracy, and the samples that count in windows."""
 
     chambers: Literal["both", 1] = "both"
-    """Whose pressures are used. ``1``: that of chamber 1 alone; a matched valve gives the other."""
+    """Chamber pressures that are used. ``1``: only that of chamber 1; a matched valve gives the other."""
 
     half_window: Annotated[int, Field(strict=True, ge=2, le=100_000)] = 16
     """Half the length of a window [samples]; windows overlap by half."""
 
     least_opening: Annotated[float, SI("m", least=0)] = 2e-6
-    """Windows in which the spool comes closer to its centre than this are left out [m]: lap and offset decide
-    there what flows."""
+    """Windows in which the spool comes closer to its centre than this are left out [m]: there the flow
+    depends on lap and offset."""
 
     settling: Annotated[float, SI("s", least=0)] = 0.0
-    """Time after a jump of the spool that is left out [s]; a jump is a fifth of the spool's range from one
-    sample to the next. Itself it is left out in any case: samples do not tell what flows meanwhile."""
+    """Time left out after a jump of the spool [s]; a jump is a fifth of the spool's range from one sample to
+    the next. The jump itself is always left out, because samples do not show the flow during it."""
 
     error: Annotated[float, SI("m^3", above=0)] = 4e-9
-    """Standard deviation of what the balance of a window leaves [m³]; it weighs the record against the
+    """Standard deviation of the residual of a window's balance [m³]; it weights the record against the
     deviations of the actuator."""
 
     reference_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 8e6
@@ -57,14 +57,15 @@ class BalanceOptions(WindowOptions):
     """Options of `Balance`."""
 
     spool: Literal["measured", "command", "square"] = "measured"  # type: ignore[assignment]
-    """Where the spool is: as measured, where the nominal valve puts it under the input voltage, or where a
-    square wave puts it that turns with the period of the drive or, unknown, with the jumps of P_1."""
+    """Spool position: ``measured``; computed from the input voltage with the nominal valve (``command``); or
+    that of a ``square`` wave that switches with the period of the drive or, if that is unknown, with the
+    jumps of P_1."""
 
     drive_amplitude: Annotated[float, SI("V", above=0)] = 2.0
     """Amplitude of the input voltage [V], for ``spool: square``."""
 
     robust: bool = False
-    """Whether windows that fit badly count less: those in which a force on the piston jumps."""
+    """Whether windows that fit badly have less weight, such as those in which a force on the piston jumps."""
 
     def spool_position(self, records: RecordBatch) -> Array:
         """x_v [m], of a square wave as well."""

@@ -106,7 +106,7 @@ class Indicator(Protocol[Chosen]):
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
-        """Channels that it looks at where records have them. It sees these and those that it needs alone."""
+        """Channels that it uses if records have them. It sees only these and the channels that it needs."""
         return frozenset()
 
     @property

@@ -1,4 +1,4 @@
-"""What is said of an indicator: on the command line and in its page."""
+"""The description of an indicator, for the command line and its page."""
 
 from __future__ import annotations
 
@@ -60,12 +60,12 @@ class Description:
 
 
 def describe(name: str) -> Description:
-    """What is said of an indicator.
+    """The description of an indicator.
 
     Raises
     ------
     ConfigError
-        There is none of this name, or it cannot be loaded.
+        There is no indicator of this name, or it cannot be loaded.
     """
     kind = indicator_kind(name)
     indicator, texts = sound_indicator(name), field_texts(kind.Options)

@@ -38,7 +38,7 @@ def gives_infinite(indicator: Indicator[Any]) -> str:
 
 
 def tells_fault(obstacle: str) -> bool:
-    """Whether what kept an indicator from a number is a fault of its own, not the record's."""
+    """Whether an indicator has no value because of its own fault, not the record's."""
     return obstacle.startswith("indicator '")
 
 

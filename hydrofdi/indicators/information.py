@@ -1,4 +1,4 @@
-"""What records tell of the unknowns of an estimator, beside what is known of them beforehand."""
+"""Information of records about the unknowns of an estimator, in addition to the prior."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options that the Kalman filters share: which states, how sure of them, how far they walk, which noise."""
+"""Common options of the Kalman filters: states, their prior deviations, random walks and noise."""
 
 from __future__ import annotations
 
@@ -40,38 +40,39 @@ MEASURED_UNITS = {
 
 
 class KalmanOptions(NominalPlant, RecursiveOptions):
-    """What a Kalman filter of the nominal plant takes as known; a walk is what a second adds to a state."""
+    """What a Kalman filter of the nominal plant assumes; a walk is the deviation that a second adds to a
+    state."""
 
     states: tuple[Parameter, ...] = (
         "leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance", "bias_1", "bias_2",
     )  # fmt: skip
-    """Parameters that are estimated beside both pressures, position, velocity and friction; the others are
+    """Parameters estimated in addition to both pressures, position, velocity and friction; the others are
     nominal. ``[leakage]`` makes six states, with ``bulk_modulus`` seven, with ``supply`` and ``flow_gain``
-    nine, with ``offset`` and ``lap`` eleven, with ``clearance`` twelve,
-    with ``bias_1`` and ``bias_2``, the constant errors of the pressure sensors, fourteen."""
+    nine, with ``offset`` and ``lap`` eleven, with ``clearance`` twelve, with ``bias_1`` and ``bias_2``, the
+    constant errors of the pressure sensors, fourteen."""
 
     leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 0.3 * LITRE_PER_MINUTE
-    """Standard deviation of the leakage at the reference pressure beforehand, about zero [m³/s]."""
+    """Prior standard deviation of the leakage at the reference pressure, about zero [m³/s]."""
 
     friction_deviation: Annotated[float, SI("N", least=0)] = 300.0
-    """Standard deviation of friction and load beforehand, about zero or the model [N]."""
+    """Prior standard deviation of friction and load, about zero or the model [N]."""
 
     velocity_deviation: Annotated[float, SI("m/s", above=0)] = 50e-3
-    """Standard deviation of the velocity beforehand, about rest [m/s]."""
+    """Prior standard deviation of the velocity, about rest [m/s]."""
 
     pressure_walk: Annotated[float, SI("Pa", least=0)] = 45e3
-    """Walk of each pressure beside what the plant says [Pa]; 2 kPa in 2 ms. Less trusts the plant more than
-    it deserves where machines differ, more blurs the leakage."""
+    """Random walk of each pressure in addition to the plant model [Pa]; 2 kPa in 2 ms. A smaller value trusts
+    the model too much if machines differ; a larger one blurs the leakage."""
 
     velocity_walk: Annotated[float, SI("m/s", least=0)] = 11e-3
-    """Walk of the velocity beside what the plant says [m/s]; 0.5 mm/s in 2 ms."""
+    """Random walk of the velocity in addition to the plant model [m/s]; 0.5 mm/s in 2 ms."""
 
     friction_walk: Annotated[float, SI("N", least=0)] = 4.5e3
-    """Walk of friction and load [N]; 200 N in 2 ms. They turn with the motion at once."""
+    """Walk of friction and load [N]; 200 N in 2 ms. They reverse with the motion at once."""
 
     leakage_walk: Annotated[float, SI("m^3/s", least=0)] = 2.2e-4 * LITRE_PER_MINUTE
-    """Walk of the leakage [m³/s]; 1e-5 L/min in 2 ms. More follows a leak that sets in sooner, and is less
-    sharp."""
+    """Walk of the leakage [m³/s]; 1e-5 L/min in 2 ms. A larger value follows a leak that sets in sooner, but
+    is less precise."""
 
     bulk_modulus_walk: Annotated[float, SI("1", least=0)] = 4.5e-4
     """Walk of ln β [-]; 2e-5 in 2 ms."""
@@ -92,20 +93,20 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     """Walk of the conductance of the clearance [m³/(s·Pa)]."""
 
     pressure_noise: Annotated[float, SI("Pa", above=0)] = 15e3
-    """Standard deviation of the noise of each pressure sensor as the filter has it [Pa]. It is three times
-    that of usual sensors on purpose: a filter that follows the noise finds β too low (Ljung, IEEE Trans.
+    """Standard deviation of the noise of each pressure sensor assumed by the filter [Pa]. It is deliberately
+    three times that of usual sensors: a filter that follows the noise finds β too low (Ljung, IEEE Trans.
     Automatic Control 24 (1979), why estimates of parameters by this filter are biased)."""
 
     position_noise: Annotated[float, SI("m", above=0)] = 10e-6
     """Standard deviation of the noise of the position sensor [m]."""
 
     null_zone: Annotated[float, SI("m", least=0)] = 2e-6
-    """Distance of the spool from its centre within which parameters learn nothing [m]: offset, lap and
-    clearance decide there what flows. Their variances are considered all the same."""
+    """Distance of the spool from its centre within which parameters are not updated [m]: there the flow
+    depends on offset, lap and clearance. Their variances are still considered."""
 
     largest_travel: Annotated[float, SI("m", above=0)] = 5e-6
-    """Travel of the spool from sample to sample above which parameters learn nothing [m]: no valve moves
-    just as fast as the nominal one."""
+    """Travel of the spool from sample to sample above which parameters are not updated [m]: no valve moves
+    exactly as fast as the nominal one."""
 
     @field_validator("states")
     @classmethod

@@ -1,4 +1,4 @@
-"""What an indicator may be called in an experiment: its label stands in the names of variables."""
+"""Valid labels of indicators in an experiment: they are part of variable names."""
 
 from __future__ import annotations
 

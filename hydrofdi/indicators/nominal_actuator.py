@@ -1,4 +1,4 @@
-"""What is known of an actuator beforehand: areas, volumes and its valve, from data sheets."""
+"""Prior knowledge of an actuator from data sheets: areas, volumes and its valve."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class NominalActuator(Section):
     """Bulk modulus β of the fluid [Pa]."""
 
     load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12)] = 150e3
-    """Stiffness K_ex of the spring that loads the piston [N/m], where it stands in for the position."""
+    """Stiffness K_ex of the spring that loads the piston [N/m], used in place of the position."""
 
     flow_gain: Annotated[float, SI("m^1.5/kg^0.5", above=0, most=1.0)] = 0.0292
     """Flow gain K_v of the valve [m^1.5/kg^0.5]."""
@@ -39,7 +39,8 @@ class NominalActuator(Section):
     """Orifice area gradient w [m]."""
 
     spool: Literal["measured", "command"] = "measured"
-    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
+    """Spool position: ``measured``, or computed from the input voltage with the nominal valve
+    (``command``)."""
 
     spool_gain: Annotated[float, SI("m/V", above=0, most=1.0)] = 22e-6
     """Spool position gain k_v [m/V], for ``spool: command``."""
@@ -52,9 +53,9 @@ class NominalActuator(Section):
 
     supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
     """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the
-    median of P_1 + P_2 less the return pressure, as a matched valve and equal areas have it; of one pressure
-    twice its mean, less what the spring needs. ``auto``: measured, else ``sum`` with equal areas, else
-    nominal."""
+    median of P_1 + P_2 minus the return pressure, which assumes a matched valve and equal areas; with one
+    pressure, twice its mean minus the pressure that balances the spring. ``auto``: measured, else ``sum``
+    with equal areas, else nominal."""
 
     supply_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 17.2e6
     """Nominal supply pressure P_s [Pa]."""

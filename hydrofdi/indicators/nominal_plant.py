@@ -1,4 +1,4 @@
-"""What state estimators take as known of the moving actuator beside its data sheet."""
+"""What state estimators assume about the moving actuator besides its data sheet."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class NominalPlant(UncertainActuator):
 
     supply: Literal["auto", "measured", "nominal"] = "auto"
     """Supply pressure that the estimate starts from. ``measured``: its channel. ``nominal``:
-    ``supply_pressure``. ``auto``: measured where it is, else nominal."""
+    ``supply_pressure``. ``auto``: measured if available, else nominal."""
 
     mass: Annotated[float, SI("kg", above=0, most=1e6)] = 12.3
     """Mass m of piston and load [kg]."""
 
     friction: Literal["random_walk", "model"] = "random_walk"
-    """What brakes the piston. ``random_walk``: a force that is estimated, friction and load together.
-    ``model``: that force beside the nominal friction."""
+    """Force that brakes the piston. ``random_walk``: an estimated force for friction and load together.
+    ``model``: the nominal friction plus such a force."""
 
     coulomb_friction: Annotated[float, SI("N", least=0)] = 200.0
     """Coulomb friction F_c [N], for ``friction: model``."""

@@ -29,19 +29,20 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
     """Options of observers of the chamber pressures."""
 
     spool: Literal["measured", "command"] = "measured"
-    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
+    """Spool position: ``measured``, or computed from the input voltage with the nominal valve
+    (``command``)."""
 
     supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
-    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the
-    mean of P_1 + P_2 so far, less the return pressure, as a matched valve and equal areas have it. ``auto``:
-    measured, else ``sum`` with equal areas, else nominal."""
+    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the running mean
+    of P_1 + P_2 minus the return pressure, which assumes a matched valve and equal areas. ``auto``: measured,
+    else ``sum`` with equal areas, else nominal."""
 
     supply_memory: Annotated[float, SI("s", above=0)] = 5.0
     """Time constant of the mean of P_1 + P_2, for ``supply: sum`` [s]."""
 
     least_opening: Annotated[float, SI("m", least=0)] = 5e-6
-    """Nothing is learned while the spool is closer to its centre than this [m]: lap and offset decide there
-    what flows."""
+    """No adaptation while the spool is closer to its centre than this [m]: there the flow depends on lap and
+    offset."""
 
     reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""

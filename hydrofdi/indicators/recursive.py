@@ -1,4 +1,4 @@
-"""Indicators that follow a stream of samples and need none of the earlier ones again."""
+"""Indicators that follow a stream of samples without keeping earlier ones."""
 
 from __future__ import annotations
 
@@ -44,13 +44,14 @@ class RecursiveOptions(Section):
     """Options of every recursive indicator."""
 
     interval: Annotated[float, SI("s", above=0)] = 0.1
-    """Time from one estimate of a trace to the next [s], rounded to whole samples."""
+    """Interval between estimates of a trace [s], rounded to whole samples."""
 
     transient: Annotated[float, SI("s", least=0)] = 2.0
-    """Time at the start of a record that its numbers leave out [s]: estimates still follow the data sheet."""
+    """Time left out at the start of a record [s], while estimates still follow the data sheet."""
 
     trace_duration: Annotated[float, SI("s", least=0)] = 0.0
-    """Length of the records whose score is kept along the time as well [s], for charts; 0 keeps none."""
+    """Length of the records for which the time trace of the score is also stored [s], for charts; 0 stores
+    none."""
 
 
 Chosen = TypeVar("Chosen", bound=RecursiveOptions)

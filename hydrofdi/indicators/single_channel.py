@@ -13,7 +13,7 @@ class ChannelOptions(Section):
     """Options of an indicator of one channel."""
 
     channel: Channel = Channel.CHAMBER_1_PRESSURE
-    """Channel that is measured."""
+    """Channel to measure."""
 
 
 ChosenChannel = TypeVar("ChosenChannel", bound=ChannelOptions)

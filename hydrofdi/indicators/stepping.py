@@ -22,13 +22,13 @@ class SteppingOptions(Section):
     the largest changes of the signal itself. ``auto``: the first of these that the records have."""
 
     jump_time: Annotated[float, SI("s", above=0)] = 10e-3
-    """Time that a jump may take [s]; it is dated where it exceeds ``least_jump``."""
+    """Longest duration of a jump [s]; its time is where it exceeds ``least_jump``."""
 
     least_jump: Annotated[float, SI("1", above=0, most=1)] = 0.5
     """Size of a jump over the largest in its record [-]; smaller ones do not count."""
 
     spacing: Annotated[float, SI("s", above=0)] = 0.1
-    """Jumps that follow another within this time belong to it [s]."""
+    """Jumps that follow another within this time count as part of it [s]."""
 
 
 def stepping_channels(options: SteppingOptions) -> frozenset[Channel]:

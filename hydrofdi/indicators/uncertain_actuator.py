@@ -32,8 +32,8 @@ class UncertainActuator(NominalActuator):
     """Standard deviation of the flow through the open valve over its nominal value [-]."""
 
     supply_deviation: Share | None = None
-    """Standard deviation of the supply pressure over the value that is used [-]; without it, 0.002 where it
-    is measured, 0.03 where it is nominal, and from the sum of pressures 0.001, or 0.01 with one of them."""
+    """Standard deviation of the supply pressure relative to its value [-]; by default 0.002 if measured, 0.03
+    if nominal, and 0.001 if from the sum of pressures, or 0.01 with one of them."""
 
     offset_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.5e-6
     """Standard deviation of the spool position at which the valve is closed, about zero [m]."""

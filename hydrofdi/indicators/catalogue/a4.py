@@ -21,7 +21,7 @@ class A4Options(Section):
     """Name in PyWavelets."""
 
     level: Levels = 4
-    """Level of the approximation: it holds what lies below f_s/2^(level + 1)."""
+    """Level of the approximation, which contains frequencies below f_s/2^(level + 1)."""
 
     boundary: Literal["kept", "left_out"] = "kept"
     """Whether the coefficients that depend on the symmetric extension of the record count."""
@@ -37,7 +37,7 @@ class A4(Indicator[A4Options]):
 
     name = "a4"
     version = 1
-    summary = "RMS of the approximation of level 4 of either chamber pressure, which external leakage moves."
+    summary = "RMS of the level-4 approximation of each chamber pressure, which external leakage changes."
     source = "Goharrizi and Sepehri, International Journal of Fluid Power (abstract); its RMS is a choice"
     equation = "a_4 = sqrt(mean over k of a_4[k]²) of P_1 and of P_2"
     Options = A4Options

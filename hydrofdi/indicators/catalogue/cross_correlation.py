@@ -18,7 +18,7 @@ class CrossCorrelationOptions(Section):
     """Options of `CrossCorrelation`."""
 
     largest_lag: Annotated[float, SI("s", least=0)] = 0.1
-    """Lags up to this size are looked at [s]."""
+    """Largest lag considered [s]."""
 
 
 class CrossCorrelation(Indicator[CrossCorrelationOptions]):

@@ -24,7 +24,8 @@ class EmdOptions(ChannelOptions):
     """Number of modes, the fastest first."""
 
     siftings: Annotated[int, Field(strict=True, ge=1, le=100)] = 10
-    """So often the mean of the envelopes is taken off for each mode; there is no other stopping rule."""
+    """Number of times the mean of the envelopes is subtracted for each mode; there is no other stopping
+    rule."""
 
 
 class Emd(SingleChannelIndicator[EmdOptions]):
@@ -32,9 +33,7 @@ class Emd(SingleChannelIndicator[EmdOptions]):
 
     name = "emd"
     version = 1
-    summary = (
-        "RMS of the instantaneous amplitude of the first empirical modes: oscillations, the fastest first."
-    )
+    summary = "RMS of the instantaneous amplitude of the first empirical modes, the fastest first."
     source = "Goharrizi and Sepehri, IEEE Trans. Instrum. Meas. 61(2) (2012) 368"
     equation = "imf_k = sqrt(mean over t of |c_k + i H c_k|²), c_k: mode after a fixed number of siftings"
     is_cheap = False

@@ -32,8 +32,7 @@ class EnvelopeOptions(ChannelOptions, SteppingOptions):
     """Options of `Envelope`."""
 
     band: Band | None = None
-    """Band whose envelope is taken [Hz]; a sixteenth to a quarter of the sampling frequency where it is left
-    out."""
+    """Band whose envelope is taken [Hz]; by default a sixteenth to a quarter of the sampling frequency."""
 
     delay: Annotated[float, SI("s", least=0)] = 30e-3
     """Time after a step that is left out [s]: the band's filter smears the step."""

@@ -10,7 +10,7 @@ class FlowBalance(Balance[BalanceOptions]):
 
     name = "flow_balance"
     version = 3
-    summary = "Internal leakage, bulk modulus and valve by the volume balance of the chambers."
+    summary = "Internal leakage, bulk modulus and valve parameters from the volume balance of the chambers."
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); balance: equations (5) to (8) and (11) of the paper;"
         " deviations: Tarantola, Inverse Problem Theory (2005), section 3.2"
@@ -21,7 +21,8 @@ class FlowBalance(Balance[BalanceOptions]):
         " values by their deviations"
     )
     caution = (
-        "A leak in proportion to ΔP looks like the clearance of the valve: cross_port_leakage holds both and"
-        " sees any law, K_i is the sharper number for an orifice. Noise of the pressures biases β upwards."
+        "A leak proportional to ΔP looks like the clearance of the valve: cross_port_leakage contains both"
+        " and covers any law; K_i is the more sensitive value for an orifice. Noise of the pressures"
+        " biases β upwards."
     )
     Options = BalanceOptions

@@ -22,9 +22,9 @@ class ModwtOptions(ChannelOptions):
     """Number of levels; d1 is the finest detail."""
 
     boundary: Literal["left_out", "circle"] = "left_out"
-    """``left_out``: only the coefficients count that look at nothing but the record. ``circle``: the record
-    begins again where it ends, as whole periods of a settled motion do; where its ends do not join, their
-    jump outweighs the fine details."""
+    """``left_out``: only coefficients that depend on the record alone count. ``circle``: the record is
+    continued periodically, which suits whole periods of a settled motion; if its ends do not match, their
+    jump dominates the fine details."""
 
     @property
     def transform(self) -> WaveletConfig:

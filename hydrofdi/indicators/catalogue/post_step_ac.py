@@ -26,16 +26,16 @@ class PostStepAcOptions(SteppingOptions):
     """Options of `PostStepAc`."""
 
     channel: Channel = Channel.CHAMBER_1_PRESSURE
-    """Channel that is measured."""
+    """Channel to measure."""
 
     delay: Annotated[float, SI("s", least=0)] = 0.0
     """Time after a step that is left out [s]."""
 
     window: Annotated[float, SI("s", above=0)] = 0.25
-    """Time that is looked at after each step [s]."""
+    """Time analysed after each step [s]."""
 
     trend_degree: Annotated[int, Field(strict=True, ge=0, le=6)] = 3
-    """Degree of the polynomial that is taken off."""
+    """Degree of the subtracted polynomial."""
 
 
 class PostStepAc(Indicator[PostStepAcOptions]):
@@ -43,7 +43,10 @@ class PostStepAc(Indicator[PostStepAcOptions]):
 
     name = "post_step_ac"
     version = 1
-    summary = "RMS of the pressure about its trend after the steps of the drive, absolute and over its level."
+    summary = (
+        "RMS of the pressure about its trend after the steps of the drive, absolute and relative to its"
+        " level."
+    )
     source = (
         "a choice of hydrofdi; Goharrizi and Sepehri, IEEE Trans. Ind. Electron. (2010), analyse transients"
         " after steps"

@@ -22,12 +22,12 @@ class PressureDecayOptions(Section):
     """Options of `PressureDecay`."""
 
     rest: Literal["auto", "command", "position", "whole"] = "auto"
-    """When the actuator rests. ``command``: the input voltage, if it has a scale, is zero. ``position``: the
+    """Definition of rest. ``command``: the input voltage, if it has a scale, is zero. ``position``: the
     piston stands still. ``auto``: the first of these that the records have. ``whole``: all the time, in a
     rest test."""
 
     largest_command: Annotated[float, SI("V", least=0)] = 0.02
-    """Size of the input voltage up to which it counts as zero [V]."""
+    """Largest input voltage that counts as zero [V]."""
 
     largest_speed: Annotated[float, SI("m/s", least=0)] = 1e-3
     """Speed up to which the piston counts as standing still [m/s], as a mean over ``speed_time``."""
@@ -42,7 +42,7 @@ class PressureDecayOptions(Section):
     """Time at the start of each rest that is left out [s]."""
 
     least_duration: Annotated[float, SI("s", above=0)] = 0.2
-    """Rests that are shorter after settling do not count [s]."""
+    """Shortest rest that counts, after settling [s]."""
 
 
 class PressureDecay(Indicator[PressureDecayOptions]):
@@ -50,7 +50,10 @@ class PressureDecay(Indicator[PressureDecayOptions]):
 
     name = "pressure_decay"
     version = 1
-    summary = "Rate of the chamber pressures, and of the size of their difference, while the actuator rests."
+    summary = (
+        "Rates of change of the chamber pressures, and of the magnitude of their difference, while the"
+        " actuator rests."
+    )
     source = "EN 1779 (1999), leak testing: change of pressure; least squares over the rests are a choice"
     equation = "dP/dt: common slope of all rests; dP_1/dt ≈ −(β/V) q_il where nothing moves or is fed"
     absence = "there is no rest in it that is long enough"

@@ -33,23 +33,22 @@ class RingDownOptions(SteppingOptions):
     """Channel that rings."""
 
     less: Channel | None = None
-    """Channel that is taken off it, such as ``chamber_2_pressure``: their difference scatters less."""
+    """Channel subtracted from it, such as ``chamber_2_pressure``: the difference scatters less."""
 
     delay: Annotated[float, SI("s", least=0)] = 10e-3
     """Time after a step that is left out [s]: the valve moves."""
 
     window: Annotated[float, SI("s", above=0)] = 0.2
-    """Time that is looked at after each step [s]."""
+    """Time analysed after each step [s]."""
 
     trend_degree: Annotated[int, Field(strict=True, ge=0, le=6)] = 2
     """Degree of the polynomial that the pressure rings about."""
 
     largest_damping: Annotated[float, SI("1", above=0, most=1)] = 0.7
-    """Damping ratio up to which a motion counts as ringing [-]; beyond it, there is no resonance."""
+    """Largest damping ratio that counts as ringing [-]; above it there is no resonance."""
 
     least_explained: Annotated[float, SI("1", least=0, most=1)] = 0.5
-    """Share of the pressure less its polynomial that the ringing has to explain [-]; white noise stays
-    below 0.2."""
+    """Share of the detrended pressure that the ringing must explain [-]; white noise stays below 0.2."""
 
 
 class RingDown(Indicator[RingDownOptions]):

@@ -23,13 +23,13 @@ class SlidingOptions(RecursiveOptions):
     """Options of `Sliding`."""
 
     of: str = "dwt"
-    """Name of the indicator that is measured in each window."""
+    """Indicator that is measured in each window."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of that indicator."""
 
     output: str = ""
-    """Which of its numbers is followed, such as ``d2``; the first one that is a score where left out."""
+    """Output that is followed, such as ``d2``; by default the first one that is a score."""
 
     window: Annotated[float, SI("s", above=0)] = 2.0
     """Length of the window [s], rounded to whole samples; a new one ends every ``interval``."""
@@ -70,7 +70,7 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
 
     name = "sliding"
     version = 1
-    summary = "A number of another indicator along the record, in a sliding window: wavelets on line."
+    summary = "An output of another indicator in a sliding window along the record: wavelets on line."
     source = "Goharrizi, Sepehri and Wu, Int. J. Fluid Power 11 (2010) 61, for the RMS of d2"
     equation = "s(t) = indicator of the samples from t − window to t"
     caution = (

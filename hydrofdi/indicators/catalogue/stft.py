@@ -17,8 +17,8 @@ class StftOptions(ChannelOptions):
     """Options of `Stft`."""
 
     band: Band | None = None
-    """Where the strongest frequency is looked for [Hz]; a sixteenth to a quarter of the sampling frequency
-    where it is left out."""
+    """Band searched for the strongest frequency [Hz]; by default a sixteenth to a quarter of the sampling
+    frequency."""
 
     segment: SegmentTime = 0.25
     """Length of the segments, which overlap by half [s]."""

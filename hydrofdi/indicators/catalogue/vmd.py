@@ -23,16 +23,17 @@ class VmdOptions(ChannelOptions):
     """Options of `Vmd`."""
 
     modes: Annotated[int, Field(strict=True, ge=1, le=12)] = 2
-    """Number of modes, the slowest first; more than a record has share one of its oscillations."""
+    """Number of modes, the slowest first; surplus modes share one of the record's oscillations."""
 
     bandwidth_weight: Annotated[float, SI("1", above=0)] = 2000.0
-    """Weight α of the bandwidths, for frequencies in cycles per sample [-]; large makes narrow modes."""
+    """Weight α of the bandwidths, for frequencies in cycles per sample [-]; a large weight gives narrow
+    modes."""
 
     tolerance: Annotated[float, SI("1", above=0)] = 1e-7
-    """Iterations end where the squared change of the modes over their squares is below [-]."""
+    """Iterations stop when the squared change of the modes over their squares falls below this [-]."""
 
     most_iterations: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 1000
-    """Iterations end here in any case."""
+    """Largest number of iterations."""
 
 
 class Vmd(SingleChannelIndicator[VmdOptions]):
@@ -40,7 +41,7 @@ class Vmd(SingleChannelIndicator[VmdOptions]):
 
     name = "vmd"
     version = 1
-    summary = "RMS and mean frequency of modes that are narrow in frequency and together give the record."
+    summary = "RMS and mean frequency of narrow-band modes whose sum is the record."
     source = "Dragomiretskiy and Zosso, IEEE Trans. Signal Process. 62(3) (2014) 531"
     equation = "minimise α Σ bandwidth(u_k)² + |x − Σ u_k|²; rms_k = sqrt(mean of u_k²)"
     is_cheap = False

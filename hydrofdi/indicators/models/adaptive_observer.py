@@ -37,10 +37,10 @@ class AdaptiveObserverOptions(ObserverOptions):
     """Options of `AdaptiveObserver`."""
 
     estimate: Annotated[tuple[Estimated, ...], AfterValidator(_with_leakage)] = ("leakage", "compressibility")
-    """What is adapted: ``[leakage]``, or ``[leakage, compressibility]``, which is 1/β."""
+    """Adapted parameters: ``[leakage]``, or ``[leakage, compressibility]``; the compressibility is 1/β."""
 
     injection: Annotated[float, SI("1/s", above=0)] = 200.0
-    """Rate at which measured pressures draw the observed ones to them [1/s]."""
+    """Rate at which the observer's pressures are corrected towards the measured ones [1/s]."""
 
     leakage_time: Annotated[float, SI("s", above=0)] = 1.5
     """Time constant of K_i where the pressures differ by ``reference_pressure`` [s]."""
@@ -49,10 +49,10 @@ class AdaptiveObserverOptions(ObserverOptions):
     """Time constant of 1/β where the pressures change at ``reference_rate`` [s]."""
 
     reference_rate: Annotated[float, SI("Pa/s", above=0)] = 20e6
-    """Root mean square of the rates of the pressures [Pa/s], of what is slower than the injection."""
+    """Root mean square of the pressure rates [Pa/s], for changes slower than the injection."""
 
     transient: Annotated[float, SI("s", least=0)] = 3.0
-    """Time at the start of a record that its numbers leave out [s]: the observer still adapts."""
+    """Time left out at the start of a record [s], while the observer adapts."""
 
 
 class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
@@ -60,15 +60,15 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
 
     name = "adaptive_observer"
     version = 1
-    summary = "Internal leakage and bulk modulus by pressure observers that adapt them."
+    summary = "Internal leakage and bulk modulus from adaptive pressure observers."
     source = "Garimella and Yao, Proc. American Control Conference (2005) 484; laws: Lyapunov's direct method"
     equation = (
         "V_1 P̂_1'/β̂ = q_1 − A v − K̂_i S + V_1 L e_1/β̂, chamber 2 alike, e = P − P̂, S = sgn(ΔP) √abs(ΔP);"
         " K̂_i' = −γ S (e_1 − e_2), (1/β̂)' = −γ_c Σ V r e with r the rate of P̂ without L"
     )
     caution = (
-        "Errors of supply pressure, flow gain and valve null count as leakage. A record shorter than some"
-        " time constants still holds the settling from the start: K_i from zero, β from the data sheet."
+        "Errors of supply pressure, flow gain and valve null count as leakage. A record of only a few time"
+        " constants still contains the initial settling: K_i from zero, β from the data sheet."
     )
     absence = (
         "the observer learned nothing, as where the spool never opens, or diverged: K_i or β left what is"

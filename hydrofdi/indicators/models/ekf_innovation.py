@@ -1,4 +1,4 @@
-"""Internal leakage by the innovations of an extended Kalman filter that knows of none."""
+"""Internal leakage from the innovations of an extended Kalman filter that models no leakage."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class InnovationOptions(KalmanOptions):
     """Options of a filter of the healthy plant."""
 
     states: tuple[Parameter, ...] = ()
-    """Parameters that are estimated beside both pressures, position, velocity and friction, such as
+    """Parameters estimated in addition to both pressures, position, velocity and friction, such as
     ``supply``; the others are nominal."""
 
     pressure_noise: Annotated[float, SI("Pa", above=0)] = 5.3e3
@@ -35,11 +35,14 @@ class InnovationOptions(KalmanOptions):
 
 
 class EkfInnovation(KalmanFilter[InnovationOptions]):
-    """How a record departs from what the healthy plant would have shown, and whether as a leak would."""
+    """How a record deviates from the healthy plant, and whether it does so like a leak."""
 
     name = "ekf_innovation"
     version = 2
-    summary = "Innovations of an extended Kalman filter of the healthy actuator, and the leak in them."
+    summary = (
+        "Innovations of an extended Kalman filter of the healthy actuator, and the leakage estimated from"
+        " them."
+    )
     source = (
         "An & Sepehri, Proc. American Control Conference (2003) and Int. J. Fluid Power 6(2) (2005);"
         " signature of a fault: Friedland, IEEE Trans. Automatic Control 14 (1969), and Willsky & Jones,"
@@ -50,8 +53,8 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
         " one unit from the start on would add; nis = mean ν²/s"
     )
     caution = (
-        "Innovations answer to every departure from the data sheet, such as friction, supply pressure and"
-        " flow gain, before they answer to a leak."
+        "Innovations respond to any deviation from the data sheet, such as friction, supply pressure and"
+        " flow gain, before they respond to a leak."
     )
     Options = InnovationOptions
 

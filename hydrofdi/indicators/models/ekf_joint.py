@@ -31,7 +31,7 @@ class EkfJoint(KalmanFilter[JointOptions]):
 
     name = "ekf_joint"
     version = 2
-    summary = "Internal leakage, bulk modulus and valve by an extended Kalman filter with them as states."
+    summary = "Internal leakage, bulk modulus and valve parameters as states of an extended Kalman filter."
     source = (
         "An & Sepehri, Int. J. Fluid Power 6(2) (2005); Sepasi & Sassani, IJCAS 8 (2010); considered"
         " parameters: Schmidt, Advances in Control Systems 3 (1966)"
@@ -41,8 +41,9 @@ class EkfJoint(KalmanFilter[JointOptions]):
         " of the actuator, Runge-Kutta and its exact derivative; corrected by P_1, P_2 and x_p"
     )
     caution = (
-        "β comes out up to 1 % low; of its stated deviation chamber_volume_deviation alone covers that. That"
-        " of the leakage is wide on the nominal plant, about right on machines that differ."
+        "β comes out up to 1 % low; within its stated deviation only chamber_volume_deviation covers this."
+        " The deviation of the leakage is too wide on the nominal plant and about right on machines that"
+        " differ from it."
     )
     Options = JointOptions
 

@@ -34,8 +34,8 @@ class ReducedOrderOptions(ObserverOptions):
     """Largest error of the flow through the open valve over its nominal value [-]."""
 
     supply_bound: Share | None = None
-    """Largest error of the supply pressure over the value that is used [-]; without it, 0.005 where it
-    is measured, 0.01 from the sum of pressures, and 0.05 where it is nominal."""
+    """Largest error of the supply pressure relative to its value [-]; by default 0.005 if measured, 0.01 if
+    from the sum of pressures, and 0.05 if nominal."""
 
     offset_bound: Annotated[float, SI("m", least=0)] = 0.4e-6
     """Largest distance from zero of the spool position at which the valve is closed [m]."""
@@ -46,15 +46,17 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
 
     name = "reduced_order"
     version = 1
-    summary = "Internal leakage by the residual of the volume balance, with a fixed or an adaptive threshold."
+    summary = (
+        "Internal leakage from the residual of the volume balance, with a fixed or an adaptive threshold."
+    )
     source = "Nurmi and Mattila, Int. J. Fluid Power 12 (2011), parts 1 and 2"
     equation = (
         "r = ∫(q_1 + q_2) − (A_1 + A_2) Δx_p − (V_1 ΔP_1 − V_2 ΔP_2)/β; residual = √Δp_ref ∫r S/∫2S²; bound ="
         " √Δp_ref Σ_p abs(∫(∂r/∂p) S) bound_p/∫2S², S = sgn(ΔP) √abs(ΔP)"
     )
     caution = (
-        "Errors of supply pressure, flow gain and β count as leakage. The exceedance lowers false alarms"
-        " under such errors, and loses leaks that are smaller than the bound."
+        "Errors of supply pressure, flow gain and β count as leakage. The exceedance reduces false alarms"
+        " under such errors, but misses leaks smaller than the bound."
     )
     absence = "no window has an open valve, pressures that differ and all samples"
     Options = ReducedOrderOptions

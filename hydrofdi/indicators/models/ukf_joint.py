@@ -35,7 +35,10 @@ class UkfJoint(EkfJoint):
 
     name = "ukf_joint"
     version = 2
-    summary = "Internal leakage, bulk modulus and valve by a square-root unscented Kalman filter."
+    summary = (
+        "Internal leakage, bulk modulus and valve parameters as states of a square-root unscented Kalman"
+        " filter."
+    )
     source = (
         "van der Merwe & Wan, ICASSP (2001); leakage: Sepasi & Sassani, IJCAS 8 (2010); Liu, Proc. Inst."
         " Mech. Eng. I 228 (2014)"

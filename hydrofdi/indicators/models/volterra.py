@@ -1,4 +1,4 @@
-"""Coefficients of a nonlinear model that is fitted to each record: what a fault changes, they change with."""
+"""Coefficients of a nonlinear model fitted to each record; a fault changes them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class VolterraOptions(Section):
     """Options of `Volterra`."""
 
     signal: Literal["load_pressure", "pressure", "position_rate"] = "position_rate"
-    """What is modelled: P_1 − P_2, P_1, or the rate of the position."""
+    """Modelled signal: P_1 − P_2, P_1, or the rate of the position."""
 
     order: Annotated[int, Field(strict=True, ge=1, le=4)] = 2
     """Highest degree of the polynomial."""
@@ -55,7 +55,7 @@ class VolterraOptions(Section):
     """Rate of the position that counts as 1 [m/s]."""
 
     ridge: Annotated[float, SI("1", least=0)] = 1e-6
-    """Weight of the squares of the coefficients over that of the mean square of what the model leaves [-]."""
+    """Weight of the squared coefficients relative to the mean square of the model's residual [-]."""
 
 
 class Volterra(Indicator[VolterraOptions]):
@@ -70,7 +70,7 @@ class Volterra(Indicator[VolterraOptions]):
     )
     equation = "y_k = c_0 + Σ c_i z_i + Σ c_ij z_i z_j, z = (u_(k−1) …, y_(k−1) …), by ridge regression"
     caution = (
-        "No coefficient is a leakage by itself, and each answers to supply and fluid as well: judge their"
+        "No single coefficient is a leakage, and each also responds to supply and fluid: judge their"
         " distance from healthy records (detection.scores, mahalanobis). They depend on the motion."
     )
     absence = "the coefficients are not determined: a missing sample, or an input without motion and no ridge"

@@ -46,25 +46,26 @@ class WeakRlsOptions(WindowOptions, RecursiveOptions):
     """Options of `WeakRls`."""
 
     spool: Literal["measured", "command"] = "measured"
-    """Where the spool is: as measured, or where the nominal valve puts it under the input voltage."""
+    """Spool position: ``measured``, or computed from the input voltage with the nominal valve
+    (``command``)."""
 
     supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
     """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the mean of
-    P_1 + P_2 so far, over the memory, less the return pressure; of one pressure twice its mean, less what the
-    spring needs. ``auto``: measured, else ``sum`` with equal areas, else nominal."""
+    P_1 + P_2 over the memory, minus the return pressure; with one pressure, twice its mean minus the pressure
+    that balances the spring. ``auto``: measured, else ``sum`` with equal areas, else nominal."""
 
     memory: Annotated[float, SI("s", above=0)] | Literal["none"] = 5.0
-    """Time in which what was seen fades to 1/e in the trace [s]; ``none`` keeps all. The numbers of a record
-    are those of all of it."""
+    """Memory of the trace: time after which the weight of a sample falls to 1/e [s]; ``none`` keeps all
+    samples. The values of a record always use all of it."""
 
     start_up: Annotated[float, SI("s", least=0)] = 0.5
-    """Time at the start of a stream that is left out [s]: where the spool was before is not known."""
+    """Time left out at the start of a stream [s]: the earlier spool position is unknown."""
 
     least_jump: Annotated[float, SI("m", above=0)] = 8e-6
-    """Travel of the spool from one sample to the next that is a jump [m]."""
+    """Travel of the spool from one sample to the next that counts as a jump [m]."""
 
     leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 1e-3 / 60.0
-    """Standard deviation of the leakage flow beforehand, about zero [m³/s]."""
+    """Prior standard deviation of the leakage flow, about zero [m³/s]."""
 
 
 class WeakRls(RecursiveIndicator[WeakRlsOptions]):
@@ -72,7 +73,10 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     name = "weak_rls"
     version = 4
-    summary = "Internal leakage, bulk modulus and valve by recursive least squares of the volume balance."
+    summary = (
+        "Internal leakage, bulk modulus and valve parameters by recursive least squares on the volume"
+        " balance."
+    )
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
         " Recursive Identification (1983), chapter 2; a prior that stays: a choice of hydrofdi"
@@ -82,7 +86,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         " exp(−hop/memory); noise of the pressures is taken out of the column of 1/β"
     )
     caution = (
-        "A leak in proportion to ΔP looks like the clearance of the valve: cross_port_leakage holds both."
+        "A leak proportional to ΔP looks like the clearance of the valve: cross_port_leakage contains both."
         " Noise of the pressures that is not white biases β; with one chamber, a leak as well. With one"
         " chamber the leakage comes out up to 10 % too small, more than its stated deviation. β is missing"
         " where the estimate of 1/β is not positive, as after a leak set in that is taken for constant. A"

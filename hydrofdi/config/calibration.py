@@ -11,6 +11,6 @@ class CalibrationConfig(Section):
     """How K_i is solved from ``leakage.internal_flow``."""
 
     at: Literal["run", "nominal"] = "run"
-    """The actuator for which K_i is solved, under the baseline's conditions. ``run``: each run's own, but for
-    what the baseline names. ``nominal``: the experiment's nominal one, in each scenario of an ensemble; K_i
-    is then solved once for each leakage flow, and the same whatever else is drawn or swept."""
+    """Actuator for which K_i is solved, under the baseline's conditions. ``run``: each run's own, except for
+    what the baseline sets. ``nominal``: the experiment's nominal one, in each scenario of an ensemble; K_i is
+    then solved once per leakage flow and does not depend on other drawn or swept parameters."""

@@ -8,7 +8,7 @@ from hydrofdi.settings.quantities import SI, Section
 
 
 class LimitsConfig(Section):
-    """Limits that end a run which exceeds them."""
+    """Limits that end a run when exceeded."""
 
     time_per_job: Annotated[float, SI("s", above=0)] | None = None
-    """Wall time that one run may take [s]; a run that takes longer becomes a row with status ``timeout``."""
+    """Wall time allowed for one run [s]; a run that takes longer is stored with status ``timeout``."""

@@ -69,7 +69,7 @@ class RunParameters(Section):
     record: RecordConfig = RecordConfig()
     """Integration and sampling."""
     measurement: MeasurementConfig = MeasurementConfig()
-    """What the sensors share."""
+    """Common settings of the sensors."""
     pressure_1_sensor: PressureSensorConfig = PressureSensorConfig()
     """Sensor of the chamber-1 pressure."""
     pressure_2_sensor: PressureSensorConfig = PressureSensorConfig()

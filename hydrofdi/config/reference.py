@@ -28,7 +28,7 @@ class ReferenceCell(Section):
     """Published RMS [Pa]."""
 
     tolerance: Annotated[float, SI("%", least=0)] | None = None
-    """How far the computed value may be off: percentage points of δ, percent of a published RMS."""
+    """Allowed deviation of the computed value: percentage points of δ, percent of a published RMS."""
 
     @model_validator(mode="after")
     def _one_published_number(self) -> Self:
@@ -41,10 +41,10 @@ class ReferenceConfig(Section):
     """Published values."""
 
     source: str = ""
-    """Where the numbers were printed."""
+    """Publication that contains the numbers."""
 
     tolerance: Annotated[float, SI("%", least=0)] = 0.5
-    """Tolerance of the cells that state none: percentage points of δ, percent of a published RMS."""
+    """Default tolerance of the cells: percentage points of δ, percent of a published RMS."""
 
     cells: tuple[ReferenceCell, ...] = ()
     """The published numbers."""

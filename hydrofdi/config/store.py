@@ -42,13 +42,13 @@ Signals = Annotated[
 
 
 class StoreConfig(Section):
-    """What the experiment file holds besides the features."""
+    """Content of the experiment file besides the features."""
 
     signals: Signals = "all"
-    """``all`` signals, the chamber ``pressures`` alone, ``none``, or a list of those that are kept, such as
+    """``all`` signals, the chamber ``pressures`` alone, ``none``, or a list of signals to store, such as
     ``[chamber_1_pressure, spool_position]``: input_voltage, reference_position, load_force, spool_position,
     piston_position, piston_velocity, chamber_1_pressure, chamber_2_pressure, valve_supply_pressure,
-    internal_leakage_flow. A study keeps none unless this is stated."""
+    internal_leakage_flow. A study stores none by default."""
 
     compression: Literal["none", "lzf", "gzip"] = "none"
     """Compression of the signals."""

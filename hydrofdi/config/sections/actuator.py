@@ -19,18 +19,18 @@ class ActuatorConfig(Section):
     """Annular area A of either piston side [m²]. Bore 38.1 mm and rod 25.4 mm of the test rig."""
 
     chamber_volume: Annotated[float, SI("m^3", above=0, usual=("0.1 cm^3", "1 m^3"))] = 280e-6
-    """Fluid volume V of each chamber with the piston centred [m³]. Low confidence: fixed only by the
-    sentences of the paper; 160 to 470 cm³ are admissible."""
+    """Fluid volume V of each chamber with the piston centred [m³]. Low confidence: constrained only by the
+    paper's statements; 160 to 470 cm³ are admissible."""
 
     load_stiffness: Annotated[float, SI("N/m", least=0, usual=("1 N/m", "10 GN/m"))] = 150e3
     """Stiffness K_ex of the environment spring [N/m]. Table 1, legible as "15"."""
 
     end_stops: Literal["none", "elastic"] = "none"
-    """What ends the stroke. ``none``: nothing (paper); a run whose piston leaves the cylinder has failed.
+    """End of the stroke. ``none``: no stops (paper); a run whose piston leaves the cylinder fails.
     ``elastic``: a spring of ``end_stop_stiffness`` from ``end_stop_position`` on."""
 
     end_stop_position: Annotated[float, SI("m", above=0, usual=("1 mm", "10 m"))] = 0.3
-    """Distance of either end stop from the centre [m]. A choice, inside of the V/A at which a chamber
+    """Distance of either end stop from the centre [m]. A choice, below the V/A at which a chamber
     vanishes."""
 
     end_stop_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 kN/m", "100 GN/m"))] = 20e6

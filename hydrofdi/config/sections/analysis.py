@@ -38,12 +38,12 @@ class TimeOrPeriods(SI):
 
 
 class AnalysisConfig(Section):
-    """What is analysed of a record. It can change without a new simulation."""
+    """The analysed part of a record. It can change without a new simulation."""
 
     discard: Annotated[float | str, TimeOrPeriods("s", least=0)] = 0.0
-    """Start of the record that indicators and features leave out: a time [s], or periods of the input such as
-    ``1 period``, whatever ``input.period`` is in a run. Signals keep it, and so do the numbers of the plant
-    itself: leakage flows, extremes, hydraulic mode, how the record settles."""
+    """Initial part of the record that indicators and features ignore: a time [s], or periods of the input
+    such as ``1 period``, for any ``input.period``. Signals still contain it, and so do the values of the
+    plant itself: leakage flows, extremes, hydraulic mode, settling."""
 
     @property
     def discards_periods(self) -> bool:

@@ -15,11 +15,11 @@ class ControlConfig(Section):
     reference for the position, which a sampled controller tracks through the voltage."""
 
     feedback: Literal["ideal", "measured"] = "ideal"
-    """What the controller reads. ``ideal``: the true position. ``measured``: what ``position_sensor`` shows,
-    with bias, drift, white noise, range and resolution. Lags, filter and jitter belong to the record and stay
-    out of the loop. Where controller and record sample at the same instant, they read the same position if
-    the sensor has no lag and ``measurement`` neither filter nor jitter, and its noise is not a density or the
-    controller samples as often as the record."""
+    """Position used by the controller. ``ideal``: the true position. ``measured``: what ``position_sensor``
+    shows, with bias, drift, white noise, range and resolution. Lags, filter and jitter belong to the record
+    and stay out of the loop. Where controller and record sample at the same instant, they read the same
+    position if the sensor has no lag and ``measurement`` neither filter nor jitter, and its noise is not a
+    density or the controller samples as often as the record."""
 
     amplitude: Annotated[float, SI("m", usual=("1 µm", "10 m"))] = 20e-3
     """Amplitude of the position reference [m]; its shape and period are those of the input. A choice."""
@@ -28,17 +28,17 @@ class ControlConfig(Section):
     """Gain K_p [V/m]. A choice: a crossover near 1 Hz, well below the hydraulic mode."""
 
     integral_gain: Annotated[float, SI("V/(m*s)", least=0, usual=("0.01 V/(m*s)", "1e7 V/(m*s)"))] = 100.0
-    """Gain K_I of the laws ``pi`` and ``pid`` [V/(m·s)]. A choice. The integral is held while the voltage
-    is limited and the error would drive it further."""
+    """Gain K_I of the laws ``pi`` and ``pid`` [V/(m·s)]. A choice. The integral is frozen while the voltage
+    is limited and the error would drive it further (anti-windup)."""
 
     derivative_gain: Annotated[float, SI("V*s/m", least=0, usual=("1e-5 V*s/m", "10000 V*s/m"))] = 0.5
     """Gain K_D of the law ``pid`` [V·s/m]. A choice."""
 
     sample_time: Annotated[float, SI("s", above=0, usual=("1 µs", "1 s"))] = 2e-3
-    """Time from one sample of the controller to the next [s]; the voltage is held between. A choice."""
+    """Sampling interval of the controller [s]; the voltage is held in between. A choice."""
 
     voltage_limit: Annotated[float, SI("V", above=0, usual=("10 mV", "1 kV"))] = 5.0
-    """Largest size of the voltage [V]. A choice."""
+    """Largest magnitude of the voltage [V]. A choice."""
 
     @property
     def is_closed(self) -> bool:

@@ -9,15 +9,15 @@ from hydrofdi.settings.quantities import SI, Section
 
 
 class EdgeConfig(Section):
-    """Metering edge of the valve; without settings it is like the others."""
+    """Metering edge of the valve; by default like the others."""
 
     lap: Annotated[float, SI("m", usual=("10 nm", "1 mm"))] = 0.0
-    """Lap that this edge has beyond ``valve.lap`` [m]; negative where it opens earlier."""
+    """Additional lap of this edge beyond ``valve.lap`` [m]; negative if it opens earlier."""
 
     lap_leakage: Annotated[
         float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
     ] = 0.0
-    """Conductance of its clearance beyond ``valve.lap_leakage`` [m³/(s·Pa)]."""
+    """Additional conductance of its clearance beyond ``valve.lap_leakage`` [m³/(s·Pa)]."""
 
     flow_gain_ratio: Annotated[float, SI("1", above=0, usual=("0.1", "10"))] = 1.0
     """Its flow gain over ``valve.flow_gain`` [-]."""

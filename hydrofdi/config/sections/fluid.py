@@ -18,17 +18,17 @@ class FluidConfig(Section):
     A choice: air comes out of the oil below the tank's pressure."""
 
     cavitation: Literal["none", "clamped"] = "none"
-    """What a chamber does at ``vapour_pressure``. ``none``: its pressure falls below, as if the fluid bore
-    tension (paper). ``clamped``: the pressure stays there until flow comes in again; the volume of the vapour
-    is not kept account of."""
+    """Chamber pressure at ``vapour_pressure``. ``none``: it falls below, as if the fluid could carry tension
+    (paper). ``clamped``: the pressure stays there until flow comes in again; the volume of the vapour is not
+    tracked."""
 
     law: Literal["constant", "free_air"] = "constant"
     """Bulk modulus over pressure. ``constant``: β (paper). ``free_air``: β is that of the liquid, and free
-    air softens it at low pressure. The temperature is left out."""
+    air softens it at low pressure. Temperature is not modelled."""
 
     free_air: Annotated[float, SI("1", least=0, usual=("1e-6", "0.5"))] = 0.005
-    """Volume of free air over that of the liquid at atmospheric pressure, X [-]. A choice; 0.001 to 0.05 is
-    met in tanks."""
+    """Volume of free air over that of the liquid at atmospheric pressure, X [-]. A choice; tanks have 0.001
+    to 0.05."""
 
     polytropic_exponent: Annotated[float, SI("1", least=1, usual=("0.1", "10"))] = 1.4
     """Polytropic exponent n of the air [-]: 1 for slow (isothermal), 1.4 for fast (adiabatic) changes."""

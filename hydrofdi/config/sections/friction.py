@@ -42,8 +42,8 @@ class FrictionConfig(Section):
     """Transition coefficient c_v from breakaway to Coulomb friction [s/m]. Table 1, legible as "4"."""
 
     scale: Annotated[float, SI("1", least=0, usual=("0.001", "1000"))] = 1.0
-    """Factor on the dry friction, F_c and F_brk (and σ_0, σ_1) together [-]. 1 is the paper; what dry
-    friction does to the indicator is named there as future work."""
+    """Factor on the dry friction, F_c and F_brk (and σ_0, σ_1) together [-]. 1 is the paper, which leaves the
+    effect of dry friction on the indicator to future work."""
 
     law: LawName = "threshold"
     """Dry friction around zero velocity. ``threshold``: linear below v_th, with a kink there (paper, eq. 12).

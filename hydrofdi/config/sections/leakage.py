@@ -12,7 +12,7 @@ _AT_ONCE = 1e-9
 
 
 class LeakageConfig(Section):
-    """Leakage; the internal one is given by its coefficient or by the mean flow that it shall cause."""
+    """Leakage; the internal leakage is given by its coefficient or by the mean flow that it should cause."""
 
     internal_coefficient: (
         Annotated[float, SI("m^3.5/kg^0.5", least=0, usual=("1e-13 m^3.5/kg^0.5", "1e-5 m^3.5/kg^0.5"))]
@@ -31,17 +31,19 @@ class LeakageConfig(Section):
     external_coefficient_1: (
         Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))] | None
     ) = None
-    """Coefficient of the external leakage of chamber 1 alone [m³/(s·Pa)]; without it, that of either."""
+    """Coefficient of the external leakage of chamber 1 only [m³/(s·Pa)]; by default
+    ``external_coefficient``."""
 
     external_coefficient_2: (
         Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))] | None
     ) = None
-    """Coefficient of the external leakage of chamber 2 alone [m³/(s·Pa)]; without it, that of either."""
+    """Coefficient of the external leakage of chamber 2 only [m³/(s·Pa)]; by default
+    ``external_coefficient``."""
 
     law: Literal["orifice", "laminar", "blended"] = "orifice"
     """Internal leakage over the pressure difference ΔP. ``orifice``: K_i √ΔP (paper, eq. 11). ``laminar``:
     proportional to ΔP, a gap that leaks as much as the orifice at ``laminar_reference``. ``blended``: the
-    orifice with its infinite slope at zero rounded off over ``blending_pressure``."""
+    orifice with its infinite slope at zero smoothed over ``blending_pressure``."""
 
     laminar_reference: Annotated[float, SI("Pa", above=0, usual=("10 kPa", "100 MPa"))] = 10e6
     """Pressure difference at which the laminar gap leaks as much as the orifice of the same K_i [Pa].
@@ -62,7 +64,7 @@ class LeakageConfig(Section):
     """Rise time of a ramp, or period of an intermittent leak [s]."""
 
     onset_duty: Annotated[float, SI("1", least=0, most=1)] = 0.5
-    """Share of its period for which an intermittent leak is open [-]."""
+    """Share of the period during which an intermittent leak is open [-]."""
 
     @model_validator(mode="after")
     def _one_form_of_internal_leakage(self) -> Self:

@@ -16,7 +16,7 @@ class LoadConfig(Section):
     """Constant force [N]. None in the paper."""
 
     random_force: Annotated[float, SI("N", least=0, usual=("0.01 N", "10 MN"))] = 0.0
-    """Largest size of a pseudo-random force that is added [N]: seeded levels, each held for a period."""
+    """Largest magnitude of an additional pseudo-random force [N]: seeded levels, each held for a period."""
 
     random_period: Annotated[float, SI("s", above=0, usual=("1 ms", "1 h"))] = 0.5
     """Time that each level of the pseudo-random force is held [s]. A choice."""

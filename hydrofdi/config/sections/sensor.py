@@ -22,7 +22,7 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
     """A sensor and the converter behind it; without settings it is ideal and changes nothing."""
 
     order: Literal["ideal", "first", "second"] = "ideal"
-    """Dynamics. ``ideal``: follows at once. ``first``: first-order lag. ``second``: second-order lag with
+    """Dynamics. ``ideal``: no lag. ``first``: first-order lag. ``second``: second-order lag with
     ``damping_ratio``. Either starts at rest at the record's first value."""
 
     bandwidth: Annotated[float, SI("Hz", above=0, usual=("0.01 Hz", "1 MHz"))] | None = None
@@ -33,8 +33,9 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
     """Damping ratio of a second-order sensor [-]. A choice: about the flattest gain."""
 
     noise: Deviation = _NONE_OF_IT
-    """Standard deviation of white Gaussian noise, in the unit of the signal. Alone, it is that of each sample
-    and no filter changes it. With ``noise_bandwidth`` it is that of the sensor's output."""
+    """Standard deviation of white Gaussian noise, in the unit of the signal. Without ``noise_bandwidth`` it
+    applies to each sample and no filter changes it. With ``noise_bandwidth`` it applies to the sensor's
+    output."""
 
     noise_bandwidth: Annotated[float, SI("Hz", above=0, usual=("0.1 Hz", "100 MHz"))] | None = None
     """Bandwidth that ``noise`` is stated for [Hz]: its density is ``noise``/√``noise_bandwidth``, which
@@ -52,10 +53,10 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
     """Error that grows from the record's start on, in the unit of the signal per second."""
 
     lowest: Value | None = None
-    """Lower end of the range, in the unit of the signal; what lies below is shown as this."""
+    """Lower end of the range, in the unit of the signal; lower values are clipped to it."""
 
     highest: Value | None = None
-    """Upper end of the range, in the unit of the signal; what lies above is shown as this."""
+    """Upper end of the range, in the unit of the signal; higher values are clipped to it."""
 
     bits: Annotated[int, Field(strict=True, ge=1, le=32)] | None = None
     """Resolution of the converter: 2^bits levels from ``lowest`` to ``highest``, both ends included."""
@@ -162,7 +163,7 @@ class VoltageSensorConfig(
 
 
 class MeasurementConfig(Section):
-    """What the sensors share."""
+    """Common settings of the sensors."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Replicate: seed of noise and jitter. Each sensor draws its own; another seed gives another replicate of
@@ -170,7 +171,7 @@ class MeasurementConfig(Section):
 
     pairing: Literal["independent", "common"] = "independent"
     """Noise and jitter of the records of one replicate. ``independent``: each record draws its own.
-    ``common``: all have the same, so that a healthy and a leaking record differ in nothing but the leak."""
+    ``common``: all have the same, so that a healthy and a leaking record differ only in the leak."""
 
     jitter: Annotated[float, SI("s", least=0, usual=("1 ns", "10 ms"))] = 0.0
     """Standard deviation of the sampling instants about their nominal ones [s]; one clock samples all

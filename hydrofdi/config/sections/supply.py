@@ -19,16 +19,16 @@ class SupplyConfig(Section):
     """Return pressure P_r [Pa]."""
 
     droop: Literal["none", "first_order"] = "none"
-    """What the supply pressure does under flow. ``none``: it is constant (paper). ``first_order``: it falls
+    """Supply pressure under flow. ``none``: constant (paper). ``first_order``: it falls
     by ``droop_resistance`` times the flow, with a lag of ``droop_time_constant``."""
 
     droop_resistance: Annotated[float, SI("Pa*s/m^3", least=0, usual=("1e7 Pa*s/m^3", "1e13 Pa*s/m^3"))] = (
         2e10
     )
-    """Fall of the supply pressure per flow R_s [Pa·s/m³]. A choice: 2 MPa at 6 L/min."""
+    """Drop of the supply pressure per unit of flow, R_s [Pa·s/m³]. A choice: 2 MPa at 6 L/min."""
 
     droop_time_constant: Annotated[float, SI("s", above=0, usual=("0.1 ms", "100 s"))] = 0.05
-    """Time constant τ_s with which the supply pressure answers to flow [s]. A choice."""
+    """Time constant τ_s with which the supply pressure responds to flow [s]. A choice."""
 
     @model_validator(mode="after")
     def _supply_exceeds_return(self) -> Self:

@@ -29,17 +29,17 @@ class ValveConfig(Section):
     """Damping ratio ξ of the spool [-]. Table 1, legible as ".7"."""
 
     largest_opening: Annotated[float, SI("m", above=0, usual=("1 µm", "50 mm"))] | None = None
-    """Spool position at which the valve saturates [m]; without it, nowhere (paper)."""
+    """Spool position at which the valve saturates [m]; by default unlimited (paper)."""
 
     largest_speed: Annotated[float, SI("m/s", above=0, usual=("0.1 mm/s", "100 m/s"))] | None = None
-    """Speed that the spool cannot exceed (slew) [m/s]; without it, none (paper)."""
+    """Slew limit of the spool [m/s]; by default unlimited (paper)."""
 
     hysteresis: Annotated[float, SI("V", least=0, usual=("0.1 mV", "10 V"))] = 0.0
-    """Width of the hysteresis between voltage and spool [V]: how far the voltage has to turn back before the
-    spool does. Independent of rate (a play). None in the paper."""
+    """Width of the hysteresis between voltage and spool [V]: how far the voltage must reverse before the
+    spool does. Independent of rate (backlash). None in the paper."""
 
     lap: Annotated[float, SI("m", usual=("10 nm", "1 mm"))] = 0.0
-    """Distance x_0 that the spool has to move before an edge opens [m]: overlap (dead band) where positive,
+    """Distance x_0 that the spool must move before an edge opens [m]: overlap (dead band) where positive,
     underlap (all edges open at the centre) where negative, critical lap where zero (paper)."""
 
     lap_leakage: Annotated[
@@ -49,7 +49,7 @@ class ValveConfig(Section):
 
     null_offset: Annotated[float, SI("m", usual=("1 nm", "1 mm"))] = 0.0
     """Spool position at which the valve is centred on its ports, at the start of the record [m]. The edges
-    see the spool from there; its position, and what its sensor shows, count from its own zero. Zero in the
+    measure the spool from there; its position and sensor reading count from its own zero. Zero in the
     paper."""
 
     null_drift: Annotated[float, SI("m/s", usual=("0.01 nm/s", "0.1 mm/s"))] = 0.0

@@ -1,1 +1,1 @@
-"""A study of detection: what varies without a fault, the faults, and how they are told apart."""
+"""A study of detection: normal variation, faults, and how they are distinguished."""

@@ -13,22 +13,22 @@ from hydrofdi.settings.quantities import SI, Section
 
 
 class ScoreConfig(Section):
-    """A score that is made of measured numbers."""
+    """A score computed from measured numbers."""
 
     kind: Literal["mahalanobis", "one_class", "lda", "logistic", "compensated", "largest_change"]
     """``mahalanobis`` and ``one_class`` are fitted to healthy fit records, ``lda`` and ``logistic`` to
-    healthy and leaky ones. ``compensated``: a number less what it is expected to be, by its regression on
+    healthy and leaking ones. ``compensated``: a number minus its expected value, from its regression on
     ``by`` in healthy fit records. ``largest_change``: the largest fall below the mean of healthy fit records,
     as a share of it; of ``dwt.d1`` … ``dwt.d5`` the rule of the paper."""
 
     of: list[str] = Field(min_length=1)
-    """What it is made of: labels of indicators, or single numbers such as ``ring_down.damping_ratio``."""
+    """Inputs: labels of indicators, or single numbers such as ``ring_down.damping_ratio``."""
 
     by: list[str] = Field(default_factory=list)
     """Numbers that ``compensated`` regresses on."""
 
     options: dict[str, Any] = Field(default_factory=dict)
-    """Options of the kind, which may stand beside the other keys as well: ``shrinkage`` (0 to 1) of
+    """Options of the kind, which may also be given next to the other keys: ``shrinkage`` (0 to 1) of
     ``mahalanobis``; ``outside`` (share of fit records, above 0) and ``width`` of ``one_class``; ``seed`` of
     ``logistic``."""
 
@@ -47,38 +47,38 @@ class ScoresConfig(Section):
 
 
 class DetectionConfig(Section):
-    """What is asked of a detector, and which are judged."""
+    """Requirements on detectors, and the detectors that are judged."""
 
     false_alarm_rate: Annotated[float, SI("1", above=0, most=0.5)] = 0.01
-    """Rate of false alarms that thresholds are set for, on healthy fit records [-]."""
+    """False-alarm rate for which thresholds are set on healthy fit records [-]."""
 
     confidence: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.95
     """Confidence of intervals and bounds [-]."""
 
     probability: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.9
-    """Probability with which a leak shall be found: 90 % gives q90 and, with the confidence, q90/95 [-]."""
+    """Probability with which a leak should be found: 90 % gives q90 and, with the confidence, q90/95 [-]."""
 
     threshold: Literal["quantile", "tolerance", "tail"] = "quantile"
     """``quantile``: the rate on average over fit sets. ``tolerance``: at most the rate, with ``confidence``.
     ``tail``: a generalised Pareto model of the largest scores, for rates of 0.1 % and less."""
 
     indicators: list[str] = Field(default_factory=list)
-    """Labels of the indicators that are judged; without it, all that are measured. Where the file has no
-    ``indicators``, these are what is measured, in all forms that ``indicators`` has; ``all`` are then all
-    cheap ones."""
+    """Labels of the indicators to judge; by default all that are measured. If the file has no ``indicators``,
+    these are also the ones measured, in any form that ``indicators`` accepts; ``all`` then means all cheap
+    ones."""
 
     sensors: list[str] = Field(default_factory=list)
-    """Channels that the machine has, by symbol or name, such as ``[P1, P2, x, u]``; scores that need another
-    one are left out. Without it, every channel may be used."""
+    """Channels of the machine, by symbol or name, such as ``[P1, P2, x, u]``; scores that need others are
+    left out. By default every channel may be used."""
 
     scores: dict[str, ScoreConfig] = Field(default_factory=dict)
-    """Label → score that is made of several numbers, or compensated for one. A label has letters, digits,
-    ``_`` and ``-``, begins with a letter, has 64 characters at the most, and is none of an indicator."""
+    """Label → score computed from several numbers, or one compensated number. A label has letters, digits,
+    ``_`` and ``-``, begins with a letter, has at most 64 characters, and is not the label of an indicator."""
 
     usual_scores: bool = False
-    """Whether, for each set of sensors that an indicator needs, one score is made of all numbers that these
-    sensors give: ``mahalanobis``, and ``lda`` where leaky records are for fitting; and ``largest_change`` of
-    ``dwt.d1`` … ``dwt.d5`` where they are measured."""
+    """Whether to add, for each set of sensors that an indicator needs, a score of all numbers from these
+    sensors: ``mahalanobis``, and ``lda`` if there are leaking fit records; also ``largest_change`` of
+    ``dwt.d1`` … ``dwt.d5`` if they are measured."""
 
     online: OnlineConfig | None = None
     """Control charts on the traces of the records: false alarms over time, and the delay after the onset of a

@@ -14,17 +14,17 @@ def _listed(given: Any) -> Any:
 
 
 class ChartConfig(Section):
-    """A control chart: what is watched, and by which rule."""
+    """A control chart: the watched output and the rule."""
 
     of: str
-    """What is watched: ``label.output`` of an indicator that follows records sample by sample and keeps its
-    trace (option ``trace_duration``), such as ``weak_rls.leakage``."""
+    """The watched output: ``label.output`` of an indicator that follows records sample by sample and stores
+    its trace (option ``trace_duration``), such as ``weak_rls.leakage``."""
 
     chart: str
     """The rule: ``cusum``, ``ewma``, ``glr``, ``moving_window`` or ``sprt``."""
 
     options: dict[str, Any] = Field(default_factory=dict)
-    """Options of the rule, which may stand beside the other keys as well."""
+    """Options of the rule, which may also be given next to the other keys."""
 
 
 class OnlineConfig(Section):
@@ -35,7 +35,7 @@ class OnlineConfig(Section):
         BeforeValidator(_listed),
         Field(min_length=1),
     ] = [24.0 * 3600.0]  # noqa: RUF012 (pydantic copies it)
-    """Mean times between false alarms that limits are set for, on healthy fit records [s]; one, or several
+    """Mean times between false alarms for which limits are set on healthy fit records [s]; one, or several
     for a curve of the delay."""
 
     charts: dict[str, ChartConfig] = Field(min_length=1)

@@ -26,25 +26,25 @@ SEAL = "leakage.internal_"
 
 
 class PopulationConfig(Section):
-    """What varies from actuator to actuator, and from record to record, without a fault."""
+    """Variation between actuators and between records, without a fault."""
 
     method: Literal["random", "sobol", "lhs"] = "random"
-    """``random``: independent draws. Points of a Sobol sequence or a Latin hypercube depend on each other:
-    binomial limits of rates do not hold for them, and the report says so."""
+    """``random``: independent draws. Points of a Sobol sequence or a Latin hypercube depend on each other, so
+    binomial limits of rates do not apply; the report says so."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed of all draws of the study."""
 
     over: dict[str, Distribution] = Field(default_factory=dict)
-    """Dotted parameter → its distribution, as in ``sample``: what differs from actuator to actuator."""
+    """Dotted parameter → its distribution, as in ``sample``: variation between actuators."""
 
     per_record: dict[str, Distribution] = Field(default_factory=dict)
-    """What differs from record to record on one actuator: drawn anew for each, also with ``pairing: common``.
+    """Variation between records of one actuator: drawn for each record, also with ``pairing: common``.
     Unless the file names them, these are drawn: ``measurement.seed``; ``wavelet.phase``, where ``dwt`` is
     measured; ``input.seed``, where the input is pseudo-random; ``load.seed``, where the force is."""
 
     correlation: CorrelationConfig | None = None
-    """Parameters of ``over`` that are drawn together; without it, all are independent."""
+    """Parameters of ``over`` that are drawn jointly; by default all are independent."""
 
     @model_validator(mode="after")
     def _parameters_are_drawn_once(self) -> Self:
@@ -57,25 +57,24 @@ class PopulationConfig(Section):
 
 
 class HealthyConfig(Section):
-    """Numbers of records without a leak across the seal."""
+    """Numbers of records without a seal leak."""
 
     fit: Count
     """Records that thresholds and models are fitted to; they are never tested."""
 
     test: Count
-    """Records that show how often a false alarm comes."""
+    """Records that show the false-alarm rate."""
 
     shift: Count | None = None
-    """Records of each shift; without it, as many as ``test``."""
+    """Records of each shift; by default as many as ``test``."""
 
     confusion: Count | None = None
-    """Records of each confusion; without it, as many as ``test``."""
+    """Records of each confusion; by default as many as ``test``."""
 
 
 class FaultsConfig(Section):
-    """Leaks that are to be found.
-
-    ``leakage.internal_flow: [0.1 L/min, …]`` is short for ``over: {leakage.internal_flow: …}``.
+    """Leaks to be found. ``leakage.internal_flow: [0.1 L/min, …]`` is short for ``over:
+    {leakage.internal_flow: …}``.
     """
 
     over: Axes = Field(min_length=1, max_length=1)
@@ -85,13 +84,13 @@ class FaultsConfig(Section):
     """Test records of each level."""
 
     fit: FitCount = 50
-    """Further records of each level, from which directions and supervised scores are learned; they are never
-    tested. 0: directions are those that indicators state, or both."""
+    """Further records of each level, used to learn directions and supervised scores; they are never tested.
+    0: directions are those stated by the indicators, or both."""
 
     severity: Literal["record", "level"] = "record"
-    """How severe a leak is. ``record``: the mean leakage flow of its own record (K_i, where levels are given
-    by it). ``level``: its level, under the conditions of ``calibration`` and ``baseline``; for motions in
-    which the same seal hardly leaks, such as a rest test."""
+    """Severity of a leak. ``record``: the mean leakage flow of its own record (or K_i, if it defines the
+    levels). ``level``: its level, under the conditions of ``calibration`` and ``baseline``; for motions with
+    little leakage, such as a rest test."""
 
     @property
     def parameter(self) -> str:
@@ -116,9 +115,8 @@ class FaultsConfig(Section):
 
 
 class SensitivityConfig(Section):
-    """Further healthy records that show which parameter of ``population.over`` moves which score.
-
-    Nothing is judged by them, and thresholds do not see them.
+    """Further healthy records that show which parameter of ``population.over`` affects which score. They are
+    not used for judging or for thresholds.
     """
 
     alone: FitCount = 0
@@ -140,30 +138,30 @@ class SensitivityConfig(Section):
 
 
 class StudyConfig(Section):
-    """Populations of records: healthy ones, leaking ones, and healthy ones that thresholds never saw."""
+    """Populations of records: healthy, leaking, and healthy under conditions outside the fit records."""
 
     population: PopulationConfig = PopulationConfig()
-    """What varies without a fault."""
+    """Variation without a fault."""
 
     healthy: HealthyConfig
-    """Records of actuators that do not leak across the seal."""
+    """Records of actuators without a seal leak."""
 
     faults: FaultsConfig | None = None
-    """Leaks that are to be found; without it, false alarms alone are judged."""
+    """Leaks to be found; without it, only false alarms are judged."""
 
     shifts: dict[str, Changes] = Field(default_factory=dict)
-    """Name → what is set, or drawn otherwise, in healthy actuators that no threshold saw: other operating
-    conditions."""
+    """Name → parameters that are set, or drawn differently, in healthy actuators outside the fit records:
+    other operating conditions."""
 
     confusions: dict[str, Changes] = Field(default_factory=dict)
-    """Name → the same for other faults than an internal leak."""
+    """Name → the same for faults other than an internal leak."""
 
     sensitivity: SensitivityConfig = SensitivityConfig()
-    """Which of what varies without a fault moves which score."""
+    """Which normal variation affects which score."""
 
     pairing: Literal["independent", "common"] = "independent"
-    """``independent``: each record has an actuator of its own. ``common``: the same actuators healthy, with
-    each leak, shift and confusion, in the fit and in the test records apart. A healthy record of each is
+    """``independent``: each record has its own actuator. ``common``: the same actuators are used healthy and
+    with each leak, shift and confusion, separately for fit and test records. A healthy record of each is
     taken before, and the change of every score since then is judged beside it; what differs from record to
     record is drawn anew."""
 

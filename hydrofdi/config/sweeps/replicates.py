@@ -16,15 +16,15 @@ class ReplicatesConfig(Section):
     """Independent replicates of every healthy run, each with its own sensor noise and its own draw."""
 
     count: Annotated[int, Field(strict=True, ge=0, le=10_000)] = 0
-    """Replicates of each healthy run. δ is then also taken against their mean, and set against the range of
-    their own δ, each against the mean of the others; from 2 on."""
+    """Replicates of each healthy run. From 2 replicates on, δ is also computed against their mean and
+    compared with the range of the replicates' own δ, each against the mean of the others."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed of the draws."""
 
     over: dict[str, Distribution] = Field(default_factory=dict)
-    """Dotted parameter → its distribution, as in ``sample``: what varies without a fault from actuator to
-    actuator and from day to day. Drawn independently for each replicate."""
+    """Dotted parameter → its distribution, as in ``sample``: normal variation between actuators and days.
+    Drawn independently for each replicate."""
 
     def draws(self, n_healthy: int) -> list[dict[str, object]]:
         """What each replicate sets: those of the first healthy run, then those of the next."""

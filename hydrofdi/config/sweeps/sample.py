@@ -63,14 +63,14 @@ class SampleConfig(Section):
     over: dict[str, Distribution] = Field(min_length=1)
     """Dotted parameter → its distribution: uniform [low, high], loguniform [low, high],
     normal [mean, standard deviation], truncated_normal [mean, standard deviation, low, high] (of the normal
-    distribution before it is cut off), lognormal [median, factor] (the factor is the geometric standard
-    deviation, above 1: two thirds of the draws lie from median/factor to median·factor),
-    triangular [low, mode, high], integers [low, high] (whole numbers, both ends included), or
-    choice [value, …]. ``±20 %`` or ``±1 µm`` in place of the arguments is taken about the experiment's own
-    value: the ends of uniform and triangular, the standard deviation of normal."""
+    distribution before truncation), lognormal [median, factor] (the factor is the geometric standard
+    deviation, above 1: two thirds of the draws lie from median/factor to median·factor), triangular [low,
+    mode, high], integers [low, high] (whole numbers, both ends included), or choice [value, …]. ``±20 %`` or
+    ``±1 µm`` in place of the arguments is taken about the experiment's own value: the ends of uniform and
+    triangular, the standard deviation of normal."""
 
     correlation: CorrelationConfig | None = None
-    """Parameters that are drawn together; without it, all are independent."""
+    """Parameters that are drawn jointly; by default all are independent."""
 
     @model_validator(mode="after")
     def _correlated_parameters_are_drawn(self) -> Self:

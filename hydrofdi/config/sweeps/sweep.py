@@ -51,7 +51,7 @@ class SweepConfig(Section):
     """A block of a sweep."""
 
     grid: Axes = Field(default_factory=dict)
-    """All combinations of the values of several parameters, the last one varying fastest."""
+    """All combinations of the values of several parameters; the last one varies fastest."""
 
     zip: Axes = Field(default_factory=dict)
     """Parameters that vary together; all lists have the same length."""
@@ -60,11 +60,11 @@ class SweepConfig(Section):
     """Points drawn from distributions."""
 
     union: list[SweepConfig] = Field(default_factory=list)
-    """Blocks whose points follow one another."""
+    """Blocks whose points are concatenated."""
 
     where: Annotated[str, BeforeValidator(_parsed)] | None = None
-    """Condition that the points of the block must fulfil, e.g. ``friction.breakaway >= friction.coulomb``.
-    Quantities are quoted: ``fluid.bulk_modulus > '600 MPa'``."""
+    """Condition that the points of the block must satisfy, such as ``friction.breakaway >=
+    friction.coulomb``. Quantities are quoted: ``fluid.bulk_modulus > '600 MPa'``."""
 
     @model_validator(mode="after")
     def _zipped_lists_have_one_length(self) -> Self:

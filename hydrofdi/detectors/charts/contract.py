@@ -25,7 +25,7 @@ class ChartOptions(Section):
     """Options of every chart."""
 
     direction: Direction = Direction.BOTH
-    """Which departures of the score raise an alarm: ``rising``, ``falling`` or ``both``."""
+    """Direction in which the score raises an alarm: ``rising``, ``falling`` or ``both``."""
 
 
 Chosen = TypeVar("Chosen", bound=ChartOptions)

@@ -14,17 +14,20 @@ class CusumOptions(ChartOptions):
     """Options of `Cusum`."""
 
     shift: Annotated[float, SI("1", above=0)] = 1.0
-    """Change of the mean that it finds soonest, in healthy standard deviations [-]; k is half of it."""
+    """Change of the mean that it finds fastest, in healthy standard deviations [-]; k is half of it."""
 
 
 class Cusum(Chart[CusumOptions]):
     """Page's cumulative sum with the reference value k, of both directions unless one is chosen."""
 
     name = "cusum"
-    summary = "Sums what the scores exceed half the expected change by; quickest for a change of that size."
+    summary = (
+        "Accumulates the excess of the scores over half the expected change; fastest for a change of that"
+        " size."
+    )
     source = "Page, Biometrika 41 (1954) 100; Lorden, Annals of Mathematical Statistics 42 (1971) 1897"
     equation = "C⁺ ← max(0, C⁺ + x − k), C⁻ ← max(0, C⁻ − x − k), statistic max(C⁺, C⁻), k = shift/2"
-    caution = "Healthy records whose own level lies above k are summed like a leak: take a larger shift."
+    caution = "Healthy records whose own level is above k accumulate like a leak: use a larger shift."
     Options = CusumOptions
 
     @property

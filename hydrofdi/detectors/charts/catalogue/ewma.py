@@ -14,22 +14,22 @@ class EwmaOptions(ChartOptions):
     """Options of `Ewma`."""
 
     weight: Annotated[float, SI("1", above=0, most=1)] = 0.1
-    """λ, the weight of the newest score [-]; 1/λ scores are remembered."""
+    """λ, the weight of the newest score [-]; the memory is about 1/λ scores."""
 
     variance: Literal["exact", "limiting"] = "exact"
-    """Variance of the average: ``exact`` since the start, or the one that it tends to (``limiting``)."""
+    """Variance of the average: ``exact`` since the start, or its limit (``limiting``)."""
 
 
 class Ewma(Chart[EwmaOptions]):
     """An exponentially weighted mean over the standard deviation that it has for independent scores."""
 
     name = "ewma"
-    summary = "A mean that forgets, over its standard deviation: changes of any size up to about one spread."
+    summary = (
+        "An exponentially weighted mean over its standard deviation: for changes of up to about one spread."
+    )
     source = "Roberts, Technometrics 1 (1959) 239; Lucas and Saccucci, Technometrics 32 (1990) 1"
     equation = "z ← (1 − λ) z + λ x, statistic |z|/σ, σ² = λ/(2 − λ) (1 − (1 − λ)²ᵗ)"
-    caution = (
-        "Scores that depend on each other spread its mean further than σ says: take a limit from records."
-    )
+    caution = "Dependent scores spread its mean more than σ suggests: set the limit from records."
     Options = EwmaOptions
 
     @property

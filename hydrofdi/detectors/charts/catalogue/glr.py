@@ -15,20 +15,20 @@ class GlrOptions(ChartOptions):
     """Options of `Glr`."""
 
     window: Annotated[int, Field(ge=1)] = 100
-    """Number of newest scores in which a change is looked for."""
+    """Number of newest scores searched for a change."""
 
 
 class Glr(Chart[GlrOptions]):
     """Logarithm of the likelihood of the best change of the mean in the window, against that of none."""
 
     name = "glr"
-    summary = "The most likely change of the mean, whatever its size and instant within a window."
+    summary = "The most likely change of the mean, of any size and at any instant within a window."
     source = (
         "Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108;"
         " Lai, Journal of the Royal Statistical Society B 57 (1995) 613"
     )
     equation = "statistic max over j ≤ window of S²/(2 j), S the sum of the j newest scores"
-    caution = "Changes within a longer past than the window are not found; its cost grows with the window."
+    caution = "Changes earlier than the window are not found; its cost grows with the window."
     Options = GlrOptions
 
     @property

@@ -19,14 +19,14 @@ class MovingWindowOptions(ChartOptions):
     """Number of newest scores."""
 
     measure: Literal["mean", "maximum"] = "mean"
-    """What is taken of them."""
+    """Statistic of these scores."""
 
 
 class MovingWindow(Chart[MovingWindowOptions]):
     """The mean or the largest of the newest scores; NaN until the window is full."""
 
     name = "moving_window"
-    summary = "The mean or the maximum of the newest scores: the plain threshold that others have to beat."
+    summary = "The mean or the maximum of the newest scores: the plain threshold that other rules must beat."
     source = "Shewhart, Economic Control of Quality of Manufactured Product (1931); Lai (1995), see glr"
     equation = "statistic |mean of the n newest x|, or max of |x|"
     caution = "It is blind until the window is full, and again after each alarm."

@@ -28,10 +28,10 @@ class Sprt(Chart[SprtOptions]):
     """The logarithm of the likelihood ratio; a test that decides for health is followed by the next."""
 
     name = "sprt"
-    summary = "Tests healthy against changed by a known amount, again and again; rates hold for each test."
+    summary = "Tests healthy against changed by a known amount, repeatedly; the rates apply to each test."
     source = "Wald, Annals of Mathematical Statistics 16 (1945) 117"
     equation = "L ← L + shift (x − shift/2), L ← 0 where L ≤ ln(β/(1 − α)), statistic L"
-    caution = "As of cusum; α and β hold for single tests of independent normal scores alone."
+    caution = "As for cusum; α and β apply only to single tests of independent normal scores."
     Options = SprtOptions
 
     @property

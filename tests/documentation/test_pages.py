@@ -8,7 +8,7 @@ from tests.commands import run
 from tests.documentation.pages import ROOT, blocks, compare, edit, follow
 
 DOCS = ROOT / "docs"
-LONG = {"my-actuator.md"}
+LONG = {"my-actuator.md", "my-csv.md", "monitor-a-machine.md", "what-can-i-detect.md"}
 PAGES = sorted([*DOCS.glob("tutorials/*.md"), *DOCS.glob("how-to/*.md")])
 PAGES = [page for page in PAGES if page.name != "index.md"]
 

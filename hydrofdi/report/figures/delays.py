@@ -13,13 +13,11 @@ from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.report.contract import FigureKind
 from hydrofdi.report.detection.wording import severity_unit_of
-from hydrofdi.report.figures.detection.axes import log_axis
 from hydrofdi.report.figures.detection.marks import panels
-from hydrofdi.report.figures.style import BLUE, GREEN, LINES, ORANGE
+from hydrofdi.report.figures.style import MARKERS, series
+from hydrofdi.report.figures.ticks import log_axis
 from hydrofdi.report.run_lengths.wording import hours
 from hydrofdi.studies.run_lengths.judgement import LeakDelay, RunLengths
-
-_COLORS, _MARKERS = (BLUE, ORANGE, GREEN, "#cc79a7", "#56b4e9", "#e69f00"), "os^DvP"
 
 
 def run_length_figures(judged: Sequence[RunLengths]) -> dict[str, FigureKind]:
@@ -56,7 +54,7 @@ def draw_delays(lengths: RunLengths) -> Any:
             _draw_line(axis, _along(lengths, label, level), style)
         axis.set_title(unit.text(level.severity))
         axis.set_xlim(min(every) / 1.5, max(every) * 1.5)
-        log_axis(axis)
+        log_axis(axis.xaxis)
     axes[0].set_ylim(bottom=0.0)
     figure.supxlabel("mean time between false alarms that is asked for [h]", fontsize=9)
     figure.supylabel("median delay [s]", fontsize=9)
@@ -69,10 +67,9 @@ def _styles(lengths: RunLengths) -> dict[str, dict[str, Any]]:
     labels = list(dict.fromkeys(chart.label for chart in lengths.charts))
     return {
         label: {
-            "color": _COLORS[place % len(_COLORS)],
-            "marker": _MARKERS[place % len(_MARKERS)],
+            **series(place, len(labels)),
+            "marker": MARKERS[place % len(MARKERS)],
             "markersize": 3.5,
-            "linestyle": LINES[place % len(LINES)],
         }
         for place, label in enumerate(labels)
     }

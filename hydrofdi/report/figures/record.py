@@ -11,7 +11,8 @@ from matplotlib.ticker import MaxNLocator
 
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.report.figures.style import BLUE, GREEN, INK, LINES, ORANGE, SETTINGS
+from hydrofdi.report.figures.style import BLUE, INK, SETTINGS, series
+from hydrofdi.report.figures.ticks import log_axis
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients
@@ -19,7 +20,6 @@ from hydrofdi.units import convert
 
 _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
 _DETAIL_UNIT = {"Pa": "kPa", "m": "mm", "m/s": "mm/s", "V": "V"}
-_COLORS = (BLUE, ORANGE, GREEN, INK)
 _MOST_LEVELS, _TAPS = 5, 16
 _MOST_TITLE = 60
 
@@ -95,9 +95,9 @@ def _place(channel: Channel) -> str:
 def _draw_time(figure: Any, record: RecordBatch, panels: list[list[Channel]]) -> None:
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axis, channels in zip(axes, panels, strict=True):
-        for channel, color in zip(channels, _COLORS, strict=False):
+        for place, channel in enumerate(channels):
             samples = _samples(record, channel, _READABLE)
-            axis.plot(record.time, samples, color=color, linewidth=0.7, label=_place(channel))
+            axis.plot(record.time, samples, **series(place), linewidth=0.7, label=_place(channel))
         axis.set_ylabel(f"[{_unit(record, channels[0], _READABLE)}]")
         axis.set_title("pressure" if channels[0].is_pressure else _words(channels[0]))
         if channels[0].is_pressure:
@@ -130,11 +130,13 @@ def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels
     unit = _unit(record, pressures[0], _DETAIL_UNIT)
     alike = [channel for channel in pressures if _unit(record, channel, _DETAIL_UNIT) == unit]
     axis = figure.subplots()
-    for channel, color, line in zip(alike, _COLORS, (*LINES, "-"), strict=False):
+    for place, channel in enumerate(alike):
         samples = _samples(record, channel, _DETAIL_UNIT)
         frequency, density = power_spectrum(samples, record.sampling_frequency)
         if np.ptp(samples) > 1e-12 * np.abs(samples).max():
-            axis.loglog(frequency[1:], density[1:], color=color, linestyle=line, label=_place(channel))
+            axis.plot(frequency[1:], density[1:], **series(place), label=_place(channel))
+    log_axis(axis.xaxis)
+    log_axis(axis.yaxis)
     _mark_bands(axis, record.sampling_frequency, levels)
     axis.set_ylabel(f"PSD [{unit}²/Hz]")
     axis.set_xlabel("frequency [Hz]")

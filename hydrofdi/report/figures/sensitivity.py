@@ -1,4 +1,4 @@
-"""Heat map of δ over leakage, EBM and level against both baselines."""
+"""Heat map of δ over what varies and level, against both baselines."""
 
 from __future__ import annotations
 
@@ -9,53 +9,70 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.document import group_breaks
-from hydrofdi.report.figures.style import BLACK
-from hydrofdi.report.runs.rows import TableRow
+from hydrofdi.report.figures.contrast import BLACK, text_on
+from hydrofdi.report.figures.heat_lines import HeatLines, heat_lines
+from hydrofdi.report.figures.style import INK
 from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.report.sections.changes import BASELINES, baseline_title
-from hydrofdi.report.wording import delta_cells, leakage_label, megapascal, other_conditions
+from hydrofdi.report.wording import delta_cells
 
-_LIMIT, _STRONG = 60.0, 30.0
-"""Ends of the colour scale, and from where on white letters read better [%]."""
+_COLORS, _MISSING = "PuOr_r", "#e4e4e8"
+"""Scale of δ, and a run without numbers."""
 
-_MOST_ROWS = 48
+_LIMITS = (10.0, 30.0, 60.0)
+"""Ends that the colour scale may have [%]."""
 
-_TITLE, _LABEL = 48, 24
-"""Letters that fit on a line over a panel, and beside it; longer labels widen the figure."""
+_CELL, _LETTER, _FONT = 0.62, 0.066, 8
+"""Widths of a cell and of a letter beside it [in], and its size [pt]."""
+
+_FRAMED = "Framed: largest positive δ of the line"
 
 
 def draw_sensitivity(analysis: Analysis) -> Figure:
     """δ of all levels; the sealed control rows stand on top."""
     table = analysis.table
-    rows = table.rows[:_MOST_ROWS]
-    beside = max(len(_row_label(row)) for row in rows) - _LABEL
-    size = (9.0 + 0.08 * max(0, beside), 1.5 + 0.32 * len(rows))
+    lines = heat_lines(table)
+    widths = _column_widths(lines)
+    panel = max(_CELL * table.n_level, 2.9)
+    beside = _LETTER * sum(widths)
+    n_line = len(lines.texts)
+    size = (beside + len(BASELINES) * panel + 1.3, 1.9 + (0.3 if n_line <= 30 else 0.22) * n_line)
     figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(1, len(BASELINES), sharey=True)
-    for axis, (baseline, delta) in zip(axes, BASELINES.items(), strict=True):
-        image = _draw_baseline(axis, rows, [delta(row) for row in rows])
-        _head(axis, table, baseline)
-    axes[0].set_yticks(range(len(rows)), [_row_label(row) for row in rows], fontsize=8)
-    if len(rows) < len(table.rows):
-        figure.supxlabel(f"the first {len(rows)} of {len(table.rows):,} rows", fontsize=8)
-    bar = figure.colorbar(image, ax=axes, extend="both", shrink=0.7, pad=0.02)
-    bar.set_label("δ [%]; framed: largest positive of the row")
+    left, *axes = figure.subplots(1, 1 + len(BASELINES), sharey=True, width_ratios=(beside, panel, panel))
+    limit = _limit(lines)
+    for axis, baseline in zip(axes, BASELINES, strict=True):
+        image = _draw_cells(axis, lines.changes[baseline], limit)
+        _draw_rules(axis, lines)
+        _head(axis, table, baseline, round(panel / 0.078))
+    _draw_beside(left, lines, widths)
+    note = fill(". ".join(filter(None, [_FRAMED, lines.note])), round(size[0] / 0.068))
+    figure.supxlabel(note, fontsize=_FONT, x=0.01, ha="left")
+    bar = figure.colorbar(image, ax=axes, extend="both", shrink=0.8, pad=0.02, aspect=max(8, n_line))
+    bar.set_label("δ [%]")
     bar.outline.set_visible(False)
     return figure
 
 
-def _draw_baseline(axis: Any, rows: tuple[TableRow, ...], deltas: list[tuple[float, ...]]) -> Any:
+def _limit(lines: HeatLines) -> float:
+    """End of the colour scale that most changes lie within."""
+    values = np.abs(np.concatenate([np.ravel(levels) for levels in lines.changes.values()]))
+    values = values[np.isfinite(values)]
+    largest = float(np.quantile(values, 0.95)) if values.size else 0.0
+    return next((limit for limit in _LIMITS if largest <= limit), _LIMITS[-1])
+
+
+def _draw_cells(axis: Any, deltas: Any, limit: float) -> Any:
+    import matplotlib
+
     values = np.array(deltas)
-    image = axis.imshow(values, cmap="PuOr_r", vmin=-_LIMIT, vmax=_LIMIT, aspect="auto")
+    colors = matplotlib.colormaps[_COLORS].with_extremes(bad=_MISSING)
+    image = axis.imshow(values, cmap=colors, vmin=-limit, vmax=limit, aspect="auto")
     for y, levels in enumerate(deltas):
         for x, cell in enumerate(delta_cells(levels)):
-            color = "#ffffff" if abs(values[y, x]) > _STRONG else BLACK
-            axis.text(x, y, cell.text, ha="center", va="center", fontsize=8, color=color)
+            color = text_on(image.cmap(image.norm(values[y, x])) if np.isfinite(values[y, x]) else _MISSING)
+            axis.text(x, y, cell.text, ha="center", va="center", fontsize=_FONT, color=color)
             if cell.is_strong:
                 axis.add_patch(_frame(x, y))
-    for position in group_breaks([row.leakage_request for row in rows]):
-        axis.axhline(position - 0.5, color=BLACK, linewidth=2.0 if rows[position - 1].is_sealed else 0.6)
     return image
 
 
@@ -65,17 +82,48 @@ def _frame(x: int, y: int) -> Any:
     return Rectangle((x - 0.46, y - 0.42), 0.92, 0.84, fill=False, edgecolor=BLACK, linewidth=1.3)
 
 
-def _head(axis: Any, table: SensitivityTable, baseline: str) -> None:
-    axis.grid(visible=False)
+def _draw_rules(axis: Any, lines: HeatLines) -> None:
+    for place in sorted({*lines.breaks, *lines.strong_breaks}):
+        axis.axhline(place - 0.5, color=BLACK, linewidth=2.0 if place in lines.strong_breaks else 0.6)
+
+
+def _head(axis: Any, table: SensitivityTable, baseline: str, n_letter: int) -> None:
     axis.set_xticks(range(table.n_level), [f"$d_{level}$" for level in range(1, table.n_level + 1)])
-    axis.xaxis.tick_top()
     kind, _, against = baseline_title(table, baseline).partition(" against ")
-    axis.set_title(f"{kind} against\n{fill(against, _TITLE)}")
-    axis.tick_params(length=0)
+    axis.set_title(f"{kind} against\n{fill(against, n_letter)}")
+    _bare(axis)
+
+
+def _bare(axis: Any) -> None:
+    axis.grid(visible=False)
+    axis.xaxis.tick_top()
+    axis.tick_params(length=0, labelleft=False)
     axis.spines[:].set_visible(False)
 
 
-def _row_label(row: TableRow) -> str:
-    unit = "" if row.is_sealed else " L/min"
-    mode = f"{leakage_label(row)}{unit}, {megapascal(row.bulk_modulus)} MPa"
-    return ", ".join(filter(None, [mode, other_conditions(row)]))
+def _column_widths(lines: HeatLines) -> list[int]:
+    """Letters of the columns beside the cells."""
+    columns = zip(*lines.texts, strict=True)
+    return [
+        2 + max(map(len, (*column, *_broken(header).split("\n"))))
+        for header, column in zip(lines.headers, columns, strict=True)
+    ]
+
+
+def _broken(header: str) -> str:
+    """A header on lines of its own: section, parameter, unit."""
+    return header.replace(".", ".\n").replace(" [", "\n[")
+
+
+def _draw_beside(axis: Any, lines: HeatLines, widths: list[int]) -> None:
+    """What each line is, in columns."""
+    ends = np.cumsum(widths)
+    axis.set_xlim(0.0, ends[-1])
+    axis.set_xticks(ends - 1.0, [_broken(header) for header in lines.headers], fontsize=_FONT, ha="right")
+    for y, texts in enumerate(lines.texts):
+        for end, text in zip(ends, texts, strict=True):
+            axis.text(end - 1.0, y, text, ha="right", va="center", fontsize=_FONT, color=INK)
+    for place in lines.breaks:
+        axis.axhline(place - 0.5, color=INK, linewidth=0.6)
+    _bare(axis)
+    axis.tick_params(axis="x", labelsize=_FONT)

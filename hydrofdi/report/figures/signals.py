@@ -66,7 +66,7 @@ def draw_reference(axis: Any, time: NDArray[np.float64], reference: NDArray[np.f
     """The position that a controller is to follow; nothing in open loop."""
     if np.isfinite(reference).any():
         axis.plot(time, 1e3 * reference, color=color, linewidth=0.7, linestyle="--", label="reference")
-        axis.legend(loc="upper right", frameon=True, edgecolor="none", framealpha=0.8)
+        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
 
 def panel_labels(panels: Panels, wavelet: Any) -> list[str]:

@@ -8,19 +8,25 @@ from typing import Any
 from matplotlib.figure import Figure
 
 BLUE, ORANGE, GREEN = "#0072b2", "#d55e00", "#009e73"
-"""Colours that differ for the colour-blind and in grey (after Okabe and Ito)."""
+PINK, GOLD, VIOLET, SKY, GREY = "#c2528b", "#9b6a00", "#7b61c9", "#1f8fc4", "#6e6e76"
+"""Colours with a contrast of at least 3 on the light and on the dark ground (after Okabe and Ito)."""
+
+COLORS = (BLUE, ORANGE, GREEN, PINK, GOLD, VIOLET, GREY, SKY)
+"""Colours of the first, second, … series."""
+
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
+"""Markers of the first, second, … series, so that they differ without colour."""
 
 INK, RULE, PAPER = "#1b1b1f", "#d9d9de", "#fefefe"
 """Text and axes, grid lines, and the ground; the page swaps these for its own in the dark."""
 
-BLACK = "#101010"
-"""Marks on coloured cells, which keep their colours in the dark."""
+_DASHES = ((5, 1.5), (1, 1.2), (6, 1.5, 1, 1.5), (10, 2), (5, 1, 1, 1, 1, 1), (3, 3), (1, 3))
 
-LINES = ("-", (0, (5, 1.5)), (0, (1, 1.2)))
-"""Line styles that distinguish series without colour."""
+LINES = ("-", *((0, dashes) for dashes in _DASHES))
+"""Line styles of the first, second, … series, so that they differ without colour."""
 
-SERIES = ((BLUE, LINES[0]), (ORANGE, LINES[1]), (GREEN, LINES[2]))
-"""Colour and line style of the first, second, … EBM."""
+_SCALE, _SCALE_ENDS = "plasma", (0.4, 0.62)
+"""Colours of ordered series: the part of the scale that can be seen on the light and on the dark ground."""
 
 SETTINGS: Any = {
     "svg.hashsalt": "hydrofdi", "svg.fonttype": "path", "path.simplify_threshold": 0.3,
@@ -40,10 +46,25 @@ _METADATA: dict[str, dict[str, None]] = {
 }
 
 
-def series(position: int) -> dict[str, Any]:
-    """Colour and line style of a series."""
-    color, line = SERIES[position % len(SERIES)]
-    return {"color": color, "linestyle": line}
+def series(position: int, count: int = 1) -> dict[str, Any]:
+    """Colour and line style of a series; beyond eight, a place on a scale of colours.
+
+    Parameters
+    ----------
+    position, count : int
+        Place among the series, and how many there are. They are ordered where there are more than eight.
+    """
+    if count > len(COLORS):
+        return {"color": ordered_color(position, count), "linestyle": LINES[position % len(LINES)]}
+    return {"color": COLORS[position % len(COLORS)], "linestyle": LINES[position % len(LINES)]}
+
+
+def ordered_color(position: int, count: int) -> Any:
+    """Colour of an ordered series, from violet for the first to orange for the last."""
+    import matplotlib
+
+    first, last = _SCALE_ENDS
+    return matplotlib.colormaps[_SCALE](first + (last - first) * position / max(count - 1, 1))
 
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.figures.choice import run_position, shown_bulk_moduli, shown_leakage
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.figures.style import SERIES
+from hydrofdi.report.figures.style import series
 from hydrofdi.report.wording import kilopascal, mode_name
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import detail_coefficients
@@ -27,7 +27,7 @@ def draw_details(study: Study, level: int) -> Figure:
         position = run_position(study, leakage, beta)
         time, pressure = study.data.signal(names.CHAMBER_1_PRESSURE, position)
         instants, details = detail_coefficients(pressure, wavelet, level, time)
-        axis.plot(instants, 1e-3 * details, color=SERIES[number % len(SERIES)][0], linewidth=0.7)
+        axis.plot(instants, 1e-3 * details, color=series(number, len(moduli))["color"], linewidth=0.7)
         rms = float(study.data.columns[names.DETAIL_RMS][position][level - 1])
         axis.set_title(f"{mode_name(flow, grid.bulk_moduli[beta])}: RMS {kilopascal(rms)} kPa")
         axis.set_ylabel(f"$d_{level}$ of $P_1$ [kPa]")

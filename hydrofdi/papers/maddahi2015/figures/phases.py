@@ -24,19 +24,23 @@ def draw_phases(study: Study) -> Figure:
     standings = study.standings
     if standings[0].n_phase < 2:
         raise ReportError("only one start phase was measured; set wavelet: {phase: all}")
+    if study.scenarios is not None:
+        raise ReportError("an ensemble has many scenarios; the figure shows the phases of one")
     if not study.sealed_alarms or study.grid.lack:
         raise ReportError("the experiment has no claims and no sealed run above the normal EBM")
     n_claim, n_alarm = len(CLAIMS), len(study.sealed_alarms)
-    figure = Figure(figsize=(7.4, 1.6 + 0.42 * (n_claim + n_alarm)), layout="constrained")
+    figure = Figure(figsize=(7.4, 2.2 + 0.42 * (n_claim + n_alarm)), layout="constrained")
     top, bottom = figure.subplots(2, 1, height_ratios=(n_claim + 0.6, n_alarm + 0.6))
     claims = [claim.id for claim in CLAIMS]
     _draw(
         top, standings, claims, lambda standing, k: (standing.claims[claims[k]], standing.margins[claims[k]])
     )
-    top.set_title("margin of each claim [percentage points]: it holds right of zero")
+    top.set_title("margin of each claim: it holds right of zero")
+    top.set_xlabel("margin [percentage points]")
     names = [_alarm_name(study, k) for k in range(n_alarm)]
     _draw(bottom, standings, names, lambda standing, k: (standing.alarms[k], standing.alarm_deltas[k][2]))
-    bottom.set_title("δd3 of the sealed actuator against the fixed normal [%]: no leak, and an alarm")
+    bottom.set_title("the sealed actuator against the fixed normal: no leak, and an alarm")
+    bottom.set_xlabel("δd3 [%]")
     figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
@@ -68,7 +72,7 @@ def _draw(axis: Any, standings: Sequence[Standing], names: Sequence[str], number
         for k, (count, _) in enumerate(counts):
             axis.annotate(
                 f"{count.held} of {count.of}", (1.01, k + offset), xycoords=("axes fraction", "data"),
-                va="center", fontsize=7.5, color=color, annotation_clip=False,
+                va="center", fontsize=7.5, color=INK, annotation_clip=False,
             )  # fmt: skip
     axis.axvline(0.0, color=INK, linewidth=0.8)
     axis.set_yticks(range(len(names)), names)

@@ -6,12 +6,12 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy
-from hydrofdi.papers.maddahi2015.sections.scenarios import value_text
+from hydrofdi.papers.maddahi2015.scenarios.values import ValueShare
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import BLUE, INK, ORANGE, RULE
-from hydrofdi.report.runs.table import label_header
 
 
 def draw_scenarios(study: Study) -> Figure:
@@ -23,7 +23,7 @@ def draw_scenarios(study: Study) -> Figure:
         raise ReportError("no scenario is feasible")
     n_bar, n_value = len(scenarios.claim_sets), len(scenarios.value_shares) + len(_groups(scenarios))
     heights = [n_bar * 0.24 + 0.6, n_value * 0.2 + 0.6]
-    figure = Figure(figsize=(7.4, sum(heights)), layout="constrained")
+    figure = Figure(figsize=(7.4, sum(heights) + 0.6), layout="constrained")
     top, bottom = figure.subplots(2, 1, height_ratios=heights)
     _draw_claims(top, scenarios)
     _draw_values(bottom, scenarios)
@@ -48,7 +48,8 @@ def _draw_claims(axis: Any, study: ScenarioStudy) -> None:
     axis.invert_yaxis()
     axis.set_xlim(0.0, 109.0)
     axis.grid(visible=False, axis="y")
-    axis.set_title(f"scenarios that reproduce the claims, of {total:,} feasible ones [%]")
+    axis.set_title(f"scenarios that reproduce the claims, of {total:,} feasible ones")
+    axis.set_xlabel("share of the feasible scenarios [%]")
 
 
 def _groups(study: ScenarioStudy) -> list[tuple[str, ...]]:
@@ -76,7 +77,8 @@ def _draw_values(axis: Any, study: ScenarioStudy) -> None:
     axis.set_yticks(list(labels), list(labels.values()), fontsize=7.5)
     axis.invert_yaxis()
     axis.grid(color=RULE, axis="y")
-    axis.set_title("the same by parameter value [% of the feasible scenarios with it]\ndotted: over all")
+    axis.set_title("the same by parameter value; dotted: over all")
+    axis.set_xlabel("share of the feasible scenarios with this value [%]")
     axis.set_xlim(left=0.0)
 
 
@@ -85,11 +87,28 @@ def _layout(study: ScenarioStudy) -> tuple[list[float], dict[float, str]]:
     heights: list[float] = []
     labels: dict[float, str] = {}
     height, previous = -1.0, None
+    shown = {names: _shown(study, names) for names in _groups(study)}
     for value in study.value_shares:
         height += 1.0
         if value.parameters != previous:
-            labels[height] = ", ".join(label_header(name) for name in value.parameters)
+            labels[height] = ", ".join(each.header for each in shown[value.parameters])
             height, previous = height + 1.0, value.parameters
         heights.append(height)
-        labels[height] = value_text(value)
+        labels[height] = _value_text(value, shown[value.parameters])
     return heights, labels
+
+
+def _shown(study: ScenarioStudy, names: tuple[str, ...]) -> list[ShownParameter]:
+    """The parameters that vary together, each in the unit that suits all its values."""
+    of_names = [value.values for value in study.value_shares if value.parameters == names]
+    if len(names) == 1:
+        return [shown_parameter(names[0], [end for values in of_names for end in values])]
+    return [
+        shown_parameter(name, values) for name, values in zip(names, zip(*of_names, strict=True), strict=True)
+    ]
+
+
+def _value_text(value: ValueShare, shown: list[ShownParameter]) -> str:
+    if value.is_range:
+        return " … ".join(shown[0].text(end) for end in value.values)
+    return ", ".join(each.text(part) for each, part in zip(shown, value.values, strict=True))

@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.figures.choice import run_position, shown_bulk_moduli
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import INK, series
+from hydrofdi.report.figures.ticks import log_axis
 from hydrofdi.report.runs.changes import ROUNDING
 from hydrofdi.report.wording import megapascal, mode_name
 from hydrofdi.store.layout import names
@@ -21,15 +23,18 @@ def draw_spectrum(study: Study) -> Figure:
     """Spectra of P_1, sealed and with the largest leakage, one line per EBM; none where it is still."""
     grid = study.grid
     leakages = list(dict.fromkeys((0, len(grid.leakage_flows))))
-    figure = Figure(figsize=(7.0, 0.8 + 2.6 * len(leakages)), layout="constrained")
+    figure = Figure(figsize=(8.0, 0.8 + 2.6 * len(leakages)), layout="constrained")
     axes = figure.subplots(len(leakages), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     has_spectrum = [_draw_leakage(axis, study, leakage) for axis, leakage in zip(axes, leakages, strict=True)]
     if not any(has_spectrum):
         raise ReportError("P_1 does not vary, so that it has no spectrum")
     for axis in axes:
-        axis.set_yscale("log")
-    axes[has_spectrum.index(True)].legend(loc="lower left", ncols=1)
-    axes[-1].set_xlabel("frequency [Hz]; dotted lines: hydraulic mode $f_h$ of each EBM")
+        log_axis(axis.xaxis)
+        log_axis(axis.yaxis)
+    lines, _ = axes[has_spectrum.index(True)].get_legend_handles_labels()
+    mode = Line2D([], [], color=INK, linewidth=1.2, linestyle=":", label="its mode $f_h$")
+    figure.legend(handles=[*lines, mode], loc="outside right upper", title="EBM")
+    axes[-1].set_xlabel("frequency [Hz]")
     return figure
 
 
@@ -38,17 +43,19 @@ def _draw_leakage(axis: Any, study: Study, leakage: int) -> bool:
     grid, data = study.grid, study.data
     sampling_frequency = data.experiment.record.sampling_frequency
     has_spectrum = False
-    for number, beta in enumerate(shown_bulk_moduli(study)):
+    moduli = shown_bulk_moduli(study)
+    for number, beta in enumerate(moduli):
+        style = series(number, len(moduli))
         position = run_position(study, leakage, beta)
         _, pressure = data.signal(names.CHAMBER_1_PRESSURE, position)
         frequency, density = power_spectrum(pressure, sampling_frequency)
         name = f"{megapascal(grid.bulk_moduli[beta])} MPa"
         stands_still = np.ptp(pressure) <= ROUNDING * np.abs(pressure).max()
         if not stands_still:
-            axis.plot(frequency[1:], 1e-6 * density[1:], label=name, **series(number))
+            axis.plot(frequency[1:], 1e-6 * density[1:], label=name, **style)
             has_spectrum = True
         mode = float(data.columns[names.MODE_FREQUENCY][position])
-        axis.axvline(mode, color=series(number)["color"], linewidth=1.2, linestyle=":")
+        axis.axvline(mode, color=style["color"], linewidth=1.2, linestyle=":")
     _mark_bands(axis, study)
     flow = grid.leakage_flows[leakage - 1] if leakage else 0.0
     axis.set_title(mode_name(flow, 0.0).partition(" at ")[0])
@@ -58,7 +65,6 @@ def _draw_leakage(axis: Any, study: Study, leakage: int) -> bool:
 
 def _mark_bands(axis: Any, study: Study) -> None:
     bands = study.table.bands
-    axis.set_xscale("log")
     axis.set_xlim(bands[-1][0] / 2, bands[0][1])
     axis.grid(visible=False, axis="x", which="both")
     for level, (low, high) in enumerate(bands, 1):
@@ -68,6 +74,3 @@ def _mark_bands(axis: Any, study: Study) -> None:
             (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
             ha="center", va="top", color=INK,
         )  # fmt: skip
-    ticks = [low for low, _ in bands] + [bands[0][1]]
-    axis.set_xticks(ticks, [f"{tick:.4g}" for tick in ticks])
-    axis.minorticks_off()

@@ -1,4 +1,4 @@
-"""Axes of rates (normal deviates, roots) and of severities (logarithms)."""
+"""Axes of rates: normal deviates, roots."""
 
 from __future__ import annotations
 
@@ -33,18 +33,6 @@ def normal_deviate_axis(axis: Any, least: float) -> None:
     axis.set_ticks(deviates(ticks, least), [f"{100.0 * tick:g}" for tick in ticks])
     low, high = deviates(np.array([least, 1.0 - least]), least)
     axis.axes.set(**{f"{axis.axis_name}lim": (low - 0.08, high + 0.08)})
-
-
-def log_axis(axes: Any) -> None:
-    """A horizontal axis of logarithms with plain numbers: 0.1, 0.2, 0.5, 1, or decades where it is long."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axes.set_xscale("log")
-    low, high = axes.get_xlim()
-    steps = (1.0, 2.0, 5.0) if high < 500.0 * low else (1.0,)
-    axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=20))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def root_percent_axis(axes: Any) -> None:

@@ -10,7 +10,7 @@ from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.selection import chosen_levels
 from hydrofdi.report.figures.detection.marks import panels, titled, with_threshold
-from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE
+from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, PINK
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.units import convert
@@ -19,7 +19,7 @@ _MOST, _EDGE = 6, 0.5
 _MOST_BINS, _WIDEST = 60, 3.0
 """Bins of many records, and how many times as wide as the healthy scores a panel may be."""
 
-_COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: "#cc79a7", Kind.FAULT: ORANGE}
+_COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: PINK, Kind.FAULT: ORANGE}
 
 
 def draw_densities(detection: Detection) -> Any:

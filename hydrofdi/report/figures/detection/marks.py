@@ -9,38 +9,23 @@ from typing import Any
 from hydrofdi.errors import ReportError
 from hydrofdi.report.detection.selection import foremost
 from hydrofdi.report.detection.wording import sensors
-from hydrofdi.report.figures.style import BLUE, GREEN, ORANGE
+from hydrofdi.report.figures.style import COLORS, MARKERS
 from hydrofdi.studies.judgement import Detection, Judgement
-
-_COLORS = (BLUE, ORANGE, GREEN, "#cc79a7", "#56b4e9", "#e69f00", "#8a8a94")
-"""After Okabe and Ito: different for the colour-blind."""
-
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-
-LEVEL_COLORS = "viridis"
-"""Colours of severities, from dark to light."""
 
 
 def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
     """Sets of sensors of the shown scores → colour and marker, which are the same in all figures.
 
-    The largest set of the study comes first; all beyond six have the last mark.
+    The largest set of the study comes first; all beyond seven have the last mark.
     """
     found = {sensors(each): len(each.scored.channels) for each in detection.judgements}
     ordered = sorted(found, key=lambda name: (-found[name], name))
-    last = len(_COLORS) - 1
+    last = len(COLORS) - 1
     return {
-        name: {"color": _COLORS[min(place, last)], "marker": _MARKERS[min(place, last)]}
+        name: {"color": COLORS[min(place, last)], "marker": MARKERS[min(place, last)]}
         for place, name in enumerate(ordered)
         if name in {sensors(each) for each in shown}
     }
-
-
-def level_color(place: int, count: int) -> Any:
-    """Colour of a severity, from the smallest to the largest; readable on light and on dark ground."""
-    import matplotlib
-
-    return matplotlib.colormaps[LEVEL_COLORS](0.3 + 0.52 * place / max(count - 1, 1))
 
 
 def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:

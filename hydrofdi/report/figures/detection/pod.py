@@ -13,9 +13,9 @@ from hydrofdi.evaluation.pod.curve import PodCurve
 from hydrofdi.evaluation.pod.likelihood import log_likelihood
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_unit
-from hydrofdi.report.figures.detection.axes import log_axis
 from hydrofdi.report.figures.detection.marks import panels, sensor_marks, titled, with_threshold
 from hydrofdi.report.figures.style import INK, LINES
+from hydrofdi.report.figures.ticks import log_axis
 from hydrofdi.studies.detectability import SIGNIFICANCE
 from hydrofdi.studies.judgement import Detection, Judgement
 
@@ -42,7 +42,7 @@ def draw_pod(detection: Detection) -> Any:
         _draw_one(axis, judgement, unit, marks[sensors(judgement)])
         axis.axhline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.7, linestyle=":")
         axis.axhline(100.0 * detection.rules.probability, color=INK, linewidth=0.5)
-        log_axis(axis)
+        log_axis(axis.xaxis)
         axis.set_title(titled(judgement), fontsize=8.5)
     axes[0].set_ylim(-3.0, 103.0)
     figure.supxlabel(f"{unit.quantity}{f' [{unit.name}]' if unit.name else ''}", fontsize=9)

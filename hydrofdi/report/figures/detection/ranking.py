@@ -10,9 +10,9 @@ from matplotlib.lines import Line2D
 from hydrofdi.errors import ReportError
 from hydrofdi.report.detection.selection import foremost
 from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_unit
-from hydrofdi.report.figures.detection.axes import log_axis
 from hydrofdi.report.figures.detection.marks import sensor_marks
 from hydrofdi.report.figures.style import PAPER
+from hydrofdi.report.figures.ticks import log_axis
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST = 24
@@ -34,7 +34,7 @@ def draw_ranking(detection: Detection) -> Any:
     axis = figure.subplots()
     for row, judgement in enumerate(shown):
         _draw_row(axis, row, judgement, unit, marks[sensors(judgement)])
-    log_axis(axis)
+    log_axis(axis.xaxis)
     axis.set_yticks(range(len(shown)), [_label(each) for each in shown], fontsize=8)
     axis.set_ylim(len(shown) - 0.4, -0.6)
     axis.set_xlabel(_axis_label(detection, unit))

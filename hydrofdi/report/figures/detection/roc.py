@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,20 +17,17 @@ from hydrofdi.report.detection.selection import chosen_levels, level_of
 from hydrofdi.report.detection.wording import sensors, severity_unit
 from hydrofdi.report.figures.detection.axes import deviates, normal_deviate_axis
 from hydrofdi.report.figures.detection.marks import (
-    level_color,
     panels,
     sensor_marks,
     titled,
     with_threshold,
 )
-from hydrofdi.report.figures.style import INK, LINES
+from hydrofdi.report.figures.style import INK, LINES, ordered_color
 from hydrofdi.studies.areas import suspicion_from
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.parts import part
 
 _MOST_LINES, _MOST_PANELS, _MOST_LEVELS = 6, 6, 9
-
-_LINES = (*LINES, (0, (5, 1.5, 1, 1.5)), (0, (2, 1)))
 
 _LEAST = 0.001
 """Smallest rate on the axes."""
@@ -83,14 +79,14 @@ def draw_det(detection: Detection) -> Any:
     figure, axes = panels(len(shown), 3, width=3.0, height=3.0, sharex=True, sharey=True)
     handles = []
     for place, level in enumerate(levels):
-        style = {"color": level_color(place, len(levels)), "linestyle": LINES[place % len(LINES)]}
+        style = {"color": ordered_color(place, len(levels)), "linestyle": LINES[place % len(LINES)]}
         handles.append(Line2D([], [], label=f"{unit.value(level.severity):.3g}", **style))
         for axis, judgement in zip(axes, shown, strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
                 _draw_curve(axis, curve.false_alarm_rate, curve.miss_rate, style)
     for axis, judgement in zip(axes, shown, strict=True):
         if not axis.lines:
-            where: dict[str, Any] = {"x": 0.5, "y": 0.25, "ha": "center", "transform": axis.transAxes}
+            where: dict[str, Any] = {"x": 0.5, "y": 0.5, "ha": "center", "transform": axis.transAxes}
             axis.text(s=_why_no_line(judgement), fontsize=8, **where)
         axis.set_title(titled(judgement), fontsize=8.5)
         _frame(axis, detection, rising=False)
@@ -137,14 +133,12 @@ def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: s
 
 
 def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, Any]]:
-    """A colour for each set of sensors, a line style for each score with the same."""
-    marks, seen = sensor_marks(detection, shown), Counter[str]()
-    styles = []
-    for judgement in shown:
-        own = sensors(judgement)
-        styles.append({"color": marks[own]["color"], "linestyle": _LINES[seen[own] % len(_LINES)]})
-        seen[own] += 1
-    return styles
+    """A colour for each set of sensors, a line style for each score."""
+    marks = sensor_marks(detection, shown)
+    return [
+        {"color": marks[sensors(judgement)]["color"], "linestyle": LINES[place % len(LINES)]}
+        for place, judgement in enumerate(shown)
+    ]
 
 
 def _inside(rates: Array) -> Array:
@@ -164,9 +158,11 @@ def _x(rates: Any) -> Any:
 
 
 def _frame(axis: Any, detection: Detection, *, rising: bool) -> None:
-    """Axes, chance, and the rate that thresholds are set for."""
+    """Axes, and where there is a curve, chance and the rate that thresholds are set for."""
     normal_deviate_axis(axis.xaxis, _LEAST)
     normal_deviate_axis(axis.yaxis, _LEAST)
+    if not axis.lines:
+        return
     ends = _x(np.array([0.0, 1.0]))
     axis.plot(ends, ends if rising else -ends, color=INK, linewidth=0.6, linestyle="--")
     axis.axvline(_x(np.array([detection.rules.false_alarm_rate]))[0], color=INK, linewidth=0.7)

@@ -1,0 +1,173 @@
+"""The lines of the heat map: a run each, or of many runs the medians for each value of what varies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.config.shown_values import shown_parameter
+from hydrofdi.report.document import group_breaks
+from hydrofdi.report.fifths import MOST_VALUES, fifths
+from hydrofdi.report.runs.rows import Levels, TableRow
+from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
+from hydrofdi.report.sections.changes import BASELINES
+from hydrofdi.report.wording import EXTERNAL_HEADERS, external_cells, leakage_label
+
+MOST_LINES = 60
+"""Runs up to which each has a line of its own, and lines of a summary."""
+
+
+@dataclass(frozen=True)
+class HeatLines:
+    """What stands beside the cells of the heat map, and what is in them.
+
+    Attributes
+    ----------
+    headers : tuple of str
+        Above the columns beside the cells, with units.
+    texts : tuple of tuple of str
+        These columns, line by line.
+    changes : dict
+        Kind of baseline → δ of each level [%], line by line.
+    breaks, strong_breaks : tuple of int
+        Lines above which a thin or a thick rule stands.
+    note : str
+        What a line is; empty where each is a run.
+    """
+
+    headers: tuple[str, ...]
+    texts: tuple[tuple[str, ...], ...]
+    changes: dict[str, list[Levels]]
+    breaks: tuple[int, ...]
+    strong_breaks: tuple[int, ...] = ()
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class _Column:
+    """What varies: its header, the value of each row, and its text."""
+
+    header: str
+    values: list[Any]
+    texts: list[str]
+
+
+def heat_lines(table: SensitivityTable) -> HeatLines:
+    """The rows of a table as they are; of more than `MOST_LINES`, the medians for each value."""
+    columns = _columns(table)
+    return _runs(table.rows, columns) if len(table.rows) <= MOST_LINES else _medians(table.rows, columns)
+
+
+def _columns(table: SensitivityTable) -> list[_Column]:
+    """Leakage, and what else is not the same in all rows."""
+    rows = table.rows
+    columns = [_Column("leakage [L/min]", [row.leakage_flow for row in rows], list(map(leakage_label, rows)))]
+    columns.append(_parameter("fluid.bulk_modulus", [row.bulk_modulus for row in rows], "EBM"))
+    for chamber, header in enumerate(EXTERNAL_HEADERS if table.varies_external else ()):
+        flows = [row.external.flows[chamber] for row in rows]
+        columns.append(_Column(header, flows, [external_cells(row)[chamber].text for row in rows]))
+    for name in table.label_names:
+        if not name.startswith(EXTERNAL):
+            columns.append(_parameter(name, [row.labels[name] for row in rows], name))
+    leakage, *others = columns
+    return [leakage, *(column for column in others if len(set(column.texts)) > 1)]
+
+
+def _parameter(name: str, values: list[Any], title: str) -> _Column:
+    shown = shown_parameter(name, values)
+    return _Column(shown.header.replace(name, title), values, [shown.text(value) for value in values])
+
+
+def _runs(rows: Sequence[TableRow], columns: Sequence[_Column]) -> HeatLines:
+    breaks = group_breaks([row.leakage_request for row in rows])
+    return HeatLines(
+        headers=tuple(column.header for column in columns),
+        texts=tuple(zip(*(column.texts for column in columns), strict=True)),
+        changes={baseline: [delta(row) for row in rows] for baseline, delta in BASELINES.items()},
+        breaks=breaks,
+        strong_breaks=tuple(place for place in breaks if rows[place - 1].is_sealed),
+    )
+
+
+def _medians(rows: Sequence[TableRow], columns: Sequence[_Column]) -> HeatLines:
+    """A line for each value of each column, or each fifth of its values, over the rows that leak."""
+    sealed = np.array([row.is_sealed for row in rows])
+    compared = ~sealed if not sealed.all() else sealed
+    changes = {name: np.array([delta(row) for row in rows]) for name, delta in BASELINES.items()}
+    leakage, *others = columns
+    parts = [_groups(leakage, compared)] + [_groups(column, compared) for column in others]
+    if sealed.any() and compared is not sealed:
+        parts[0].insert(0, ("sealed", sealed))
+    kept = _foremost(parts, changes)
+    texts: list[tuple[str, ...]] = []
+    breaks: list[int] = []
+    members: list[Any] = []
+    for place in kept:
+        breaks.append(len(texts))
+        for text, chosen in parts[place]:
+            header = columns[place].header if len(texts) == breaks[-1] else ""
+            texts.append((header, text, f"{int(chosen.sum()):,}"))
+            members.append(chosen)
+    return HeatLines(
+        headers=("what varies", "value", "runs"),
+        texts=tuple(texts),
+        changes={name: [_median(of_all[chosen]) for chosen in members] for name, of_all in changes.items()},
+        breaks=tuple(breaks[1:]),
+        strong_breaks=(1,) if texts[0][1] == "sealed" else (),
+        note=_note(len(rows), sealed, len(kept), len(columns)),
+    )
+
+
+def _groups(column: _Column, among: Any) -> list[tuple[str, Any]]:
+    """Text → which rows: those of each value, or of each fifth of many values."""
+    texts, values = np.array(column.texts, dtype=object), column.values
+    distinct = list(dict.fromkeys(text for text, is_in in zip(texts, among, strict=True) if is_in))
+    if len(distinct) > MOST_VALUES and all(isinstance(value, int | float) for value in values):
+        numbers = np.where(among, np.array(values, dtype=float), np.nan)
+        chosen = np.flatnonzero(np.isfinite(numbers))
+        found = []
+        for fifth in fifths(numbers[chosen]):
+            own = np.zeros(len(values), dtype=bool)
+            own[chosen[fifth.members]] = True
+            ends = [texts[np.nanargmin(np.abs(numbers - end))] for end in (fifth.low, fifth.high)]
+            found.append((" … ".join(ends), own))
+        return found
+    named, rest = distinct[:MOST_VALUES], distinct[MOST_VALUES:]
+    found = [(text, among & (texts == text)) for text in named]
+    return [*found, *([(f"{len(rest)} others", among & np.isin(texts, rest))] if rest else [])]
+
+
+def _foremost(parts: list[list[tuple[str, Any]]], changes: dict[str, Any]) -> list[int]:
+    """Places of the columns that fit, those whose values move δ most; leakage comes first."""
+    reach = [max(_reach(part, of_all) for of_all in changes.values()) for part in parts]
+    kept, n_line = [0], len(parts[0])
+    for place in sorted(range(1, len(parts)), key=lambda place: -reach[place]):
+        if n_line + len(parts[place]) <= MOST_LINES:
+            kept, n_line = [*kept, place], n_line + len(parts[place])
+    return sorted(kept)
+
+
+def _reach(part: list[tuple[str, Any]], of_all: Any) -> float:
+    """How far the medians of a column lie apart, at the level where it is most [percentage points]."""
+    medians = np.array([_median(of_all[chosen]) for _, chosen in part])
+    spread = np.ptp(medians, axis=0)
+    return float(np.max(spread[np.isfinite(spread)], initial=0.0))
+
+
+def _median(deltas: Any) -> Levels:
+    """Median of each level over the runs that have a number."""
+    found = [column[np.isfinite(column)] for column in deltas.T]
+    return tuple(float(np.median(column)) if column.size else float("nan") for column in found)
+
+
+def _note(n_run: int, sealed: Any, n_kept: int, n_column: int) -> str:
+    of = "runs" if sealed.all() else "leaking runs"
+    note = f"{n_run:,} runs in one picture: each line is the median δ of the {of} with this value"
+    if sealed.any() and not sealed.all():
+        note += "; 'sealed' is the median of the runs without a leak"
+    if n_kept < n_column:
+        note += f"; shown are the {n_kept} of {n_column} parameters that move δ most"
+    return note

@@ -1,0 +1,32 @@
+"""Logarithmic axes with plain numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def plain_number(value: float) -> str:
+    """A number without an exponent: ``0.001``, ``20``, ``1,000,000``."""
+    import numpy as np
+
+    if abs(value) >= 1e3:
+        return f"{value:,.0f}"
+    return np.format_float_positional(value, 3, fractional=False, trim="-")
+
+
+def log_axis(axis: Any) -> None:
+    """A logarithmic axis with as many plain numbers as fit: 0.1, 0.2, 0.5, 1, or decades where it is long.
+
+    Parameters
+    ----------
+    axis : matplotlib.axis.Axis
+        With its limits set, or its lines drawn.
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+    low, high = sorted(axis.get_view_interval())
+    steps = (1.0, 2.0, 5.0) if high < 500.0 * low else (1.0,)
+    axis.set_major_locator(LogLocator(subs=steps, numticks=20 if len(steps) > 1 else 9))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
+    axis.set_minor_formatter(NullFormatter())

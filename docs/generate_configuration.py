@@ -175,7 +175,7 @@ def _allowed(info: FieldInfo) -> str:
 
 def _kind(info: FieldInfo) -> str:
     kinds: dict[Any, str] = {
-        **{int: "whole number", bool: "`true`, `false`", dict: "mapping"},
+        **{int: "integer", bool: "`true`, `false`", dict: "mapping"},
         **dict.fromkeys((list, tuple), "list"),
     }
     annotated = [part for part in typing.get_args(info.annotation) if hasattr(part, "__metadata__")]

@@ -33,7 +33,7 @@ def test_a_baseline_given_in_part_is_completed_by_the_experiments_own_actuator()
 
 @pytest.mark.parametrize("leak", ["internal_coefficient=1e-9", "internal_flow=0.1 L/min"])
 def test_a_baseline_that_leaks_is_a_mistake(leak):
-    with pytest.raises(ConfigError, match=r"baseline\.leakage\.internal_.*no healthy actuator"):
+    with pytest.raises(ConfigError, match=r"baseline\.leakage\.internal_.*not a healthy actuator"):
         baseline_of(f"baseline.leakage.{leak}")
 
 

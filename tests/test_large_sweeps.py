@@ -32,9 +32,7 @@ def test_a_sweep_that_is_too_large_is_refused_with_its_size_before_it_takes_memo
     experiment = load_experiment(None, settings)
     tracemalloc.start()
     try:
-        with pytest.raises(
-            ConfigError, match=f"sweep: {count} runs are more than the 1,000,000 that one sweep"
-        ):
+        with pytest.raises(ConfigError, match=f"sweep: {count} runs exceed the limit of 1,000,000 per sweep"):
             expand_runs(experiment)
         assert tracemalloc.get_traced_memory()[1] < 1e6
     finally:

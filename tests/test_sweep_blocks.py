@@ -92,7 +92,7 @@ def test_generators_of_whole_numbers_give_whole_numbers(tmp_path):
     [
         ("grid: {fluid.bulk_modulus: {linspce: [1, 2, 3]}}", "one of linspace"),
         ("grid: {fluid.bulk_modulus: {linspace: [1, 2]}}", r"expected \[first, last, count\]"),
-        ("grid: {fluid.bulk_modulus: {linspace: [1, 2, 2.5]}}", "count must be a whole number"),
+        ("grid: {fluid.bulk_modulus: {linspace: [1, 2, 2.5]}}", "count must be an integer"),
         ("grid: {fluid.bulk_modulus: {logspace: [-1, 2, 3]}}", "must be greater than 0"),
         ("grid: {fluid.bulk_modulus: {arange: [1, 2, 0]}}", "no sensible list"),
         ("grid: {fluid.bulk_modulus: {arange: [1, 2, 1 kg]}}", "wrong unit"),
@@ -115,7 +115,7 @@ def test_mistakes_in_a_block_are_reported(tmp_path, block, mistake):
 
 def test_an_empty_selection_is_a_mistake(tmp_path):
     experiment = load(tmp_path, "sweep: {grid: {friction.viscous: [1, 2]}, where: friction.viscous > 5}")
-    with pytest.raises(ConfigError, match="no point fulfils"):
+    with pytest.raises(ConfigError, match="no point satisfies"):
         expand_runs(experiment)
 
 

@@ -97,7 +97,7 @@ def _machine() -> tuple[str, ...]:
 
 
 def _compile(function: _Kernel, arguments: tuple[Any, ...]) -> bytes | None:
-    """Machine code of a function for arguments of these types; None where it needs numba's runtime."""
+    """Machine code of a function for arguments of these types; None if it needs numba's runtime."""
     import numba
     from llvmlite import binding
 
@@ -186,7 +186,7 @@ def _digest(content: bytes) -> bytes:
 
 
 def _read(path: Path) -> bytes | None:
-    """Machine code as it was written; None where there is none, or it is damaged."""
+    """Machine code as it was written; None if there is none, or it is damaged."""
     try:
         content = path.read_bytes()
     except OSError:

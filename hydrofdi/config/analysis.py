@@ -48,7 +48,7 @@ class IndicatorChoice:
 
     @property
     def identity(self) -> str:
-        """Name, version and options of each indicator; empty where they are the default.
+        """Name, version and options of each indicator; empty if they are the default.
 
         Raises
         ------

@@ -110,26 +110,24 @@ class ExperimentConfig(RunRequest):
     @model_validator(mode="after")
     def _replicates_differ(self) -> Self:
         if self.replicates.count == 1:
-            raise ValueError("replicates.count = 1 has no range; take 2 or more")
+            raise ValueError("one replicate has no range; set replicates.count to 2 or more")
         if leaks := [name for name in self.replicates.over if name.startswith("leakage.")]:
             raise ValueError(f"replicates are healthy: {leaks[0]} does not belong under replicates.over")
         is_noisy = any(not self.is_shown_exactly(name) for name in SENSING if name != "measurement")
         if self.replicates.count and not self.replicates.over and not is_noisy:
-            raise ValueError("the replicates would all be alike: give replicates.over, or sensors with noise")
+            raise ValueError("all replicates would be equal; set replicates.over, or give sensors noise")
         return self
 
     @model_validator(mode="after")
     def _a_study_stands_alone(self) -> Self:
         if self.study is None:
             if self.detection != DetectionConfig():
-                raise ValueError("detection is judged on the populations of a study: give study as well")
+                raise ValueError("detection needs the populations of a study; add study")
             return self
         if self.ensemble.names:
-            raise ValueError(
-                "a study has no ensemble: what is not known for certain goes into its population"
-            )
+            raise ValueError("a study has no ensemble: put uncertain parameters into its population")
         if self.replicates.count:
-            raise ValueError("a study has no replicates: each of its records is one already")
+            raise ValueError("a study has no replicates: each of its records is already one")
         if twice := set(self.sweep.names) & set(self.study.names):
             raise ValueError(f"{sorted(twice)[0]} varies in both sweep and study")
         return self

@@ -110,7 +110,7 @@ def _apply_setting(source: Source, setting: str) -> None:
         )
         return
     if not text.strip():
-        source.mistakes.append(Mistake("has no value behind '='", key, origin))
+        source.mistakes.append(Mistake("has no value after '='", key, origin))
         return
     value = parse_yaml(text, origin)
     if value.mistakes:

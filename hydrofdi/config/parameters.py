@@ -232,7 +232,7 @@ def sections_text(sections: Mapping[str, Section]) -> str:
 
 
 def section_text(name: str, section: Section) -> str:
-    """A section's part of a text; empty where it has its defaults."""
+    """A section's part of a text; empty if it has its defaults."""
     return "" if section.is_default else f'"{_SPELLED.get(name, name)}":{section.stated_text}'
 
 

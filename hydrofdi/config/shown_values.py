@@ -32,7 +32,7 @@ class ShownParameter:
     name : str
         Dotted name.
     own_unit, unit : str
-        SI unit of the values, and the unit in which they are shown; empty where they have none.
+        SI unit of the values, and the unit in which they are shown; empty if they have none.
     """
 
     name: str

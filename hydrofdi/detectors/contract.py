@@ -18,7 +18,7 @@ class Detector(Protocol[Model]):
         ...
 
     def score(self, model: Model, records: RecordBatch) -> Array:
-        """Scores (n_record,): larger is leakier. NaN where a record cannot be scored."""
+        """Scores (n_record,): larger is leakier. NaN if a record cannot be scored."""
         ...
 
 

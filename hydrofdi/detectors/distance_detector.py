@@ -35,7 +35,7 @@ class DistanceDetector:
         self.distance = score or make_score("mahalanobis")
         if self.distance.needs_faulty:
             raise ConfigError(
-                f"the score {self.distance.name} learns from faulty records, and a detector sees none"
+                f"the score {self.distance.name} learns from faulty records, which a detector does not have"
             )
 
     def fit(self, healthy: RecordBatch) -> Fitted:
@@ -50,5 +50,5 @@ class DistanceDetector:
         return self.distance.fit(numbers, np.zeros(len(numbers), dtype=bool))
 
     def score(self, model: Fitted, records: RecordBatch) -> Array:
-        """Scores (n_record,): larger is leakier. NaN where a record lacks a number."""
+        """Scores (n_record,): larger is leakier. NaN if a record lacks a number."""
         return model.score(features_of(self.features, records))

@@ -62,11 +62,13 @@ class Feature:
         """
         direction = chosen or self.described.direction
         if direction is None:
-            raise ConfigError(f"say which direction of {self.label} raises an alarm: rising, falling or both")
+            raise ConfigError(
+                f"choose the direction in which {self.label} raises an alarm: rising, falling or both"
+            )
         return direction
 
     def of(self, records: RecordBatch) -> Array:
-        """Its numbers, shape (n_record, n_number); NaN where a record has none."""
+        """Its numbers, shape (n_record, n_number); NaN if a record has none."""
         return self._measured(records)[0]
 
     def of_healthy(self, records: RecordBatch) -> Array:

@@ -41,7 +41,7 @@ class IndicatorDetector:
         return healthy_scale(self._single(self.feature.of_healthy(healthy)))
 
     def score(self, model: HealthyScale, records: RecordBatch) -> Array:
-        """Scores (n_record,) in healthy spreads: larger is leakier. NaN where a record has no number."""
+        """Scores (n_record,) in healthy spreads: larger is leakier. NaN if a record has no number."""
         return suspicion(model(self._single(self.feature.of(records))), self.direction)
 
     def _single(self, numbers: Array) -> Array:

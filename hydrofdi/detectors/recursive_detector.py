@@ -33,7 +33,7 @@ class RecursiveDetector:
     direction : Direction, optional
         That of the score where none is given.
     limit : float
-        The chart starts anew where it is reached.
+        The chart restarts where it is reached.
 
     Raises
     ------
@@ -67,7 +67,7 @@ class RecursiveDetector:
         return healthy_scale(self._settled(trace, healthy.start_time))
 
     def score(self, model: HealthyScale, records: RecordBatch) -> Array:
-        """The largest score along each record (n_record,); NaN where it has none."""
+        """The largest score along each record (n_record,); NaN if it has none."""
         scores = self.step(self.start(model, records), records)[1]
         return np.asarray(np.fmax.reduce(scores, axis=1, initial=math.nan))
 

@@ -62,7 +62,7 @@ class Spectrum:
 
     @property
     def condition(self) -> float:
-        """The largest over the smallest; infinite where the Gramian has not the full rank."""
+        """The largest over the smallest; infinite if the Gramian has not the full rank."""
         return float(self.values[0] / self.values[-1]) if self.values[-1] > 0.0 else math.inf
 
 

@@ -30,7 +30,7 @@ class Moving(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What is held within a sample, and walks from one to the next; zero where the plant is nominal.
+    """What is held within a sample, and walks from one to the next; zero if the plant is nominal.
 
     Attributes
     ----------

@@ -103,7 +103,7 @@ def fade_in(moments: Any, decay: float, row: Any, share: float, last: Any) -> No
 
 @equation
 def factorise(matrix: Any, factor: Any) -> None:
-    """Cholesky factor of a symmetric matrix, from its lower triangle; NaN where it is not positive."""
+    """Cholesky factor of a symmetric matrix, from its lower triangle; NaN if it is not positive."""
     for j in range(N_UNKNOWN):
         for i in range(j, N_UNKNOWN):
             total = matrix[i, j]
@@ -313,7 +313,7 @@ def estimate(
     state: RlsState, r: int, memory: int, prior: Any, noise: float, modulus: float, deviations: Any,
     combination: Any, scratch: Scratch, out: Any,
 ) -> None:  # fmt: skip
-    """Write an estimate of a record; NaN where it is not finite."""
+    """Write an estimate of a record; NaN if it is not finite."""
     moments = state.moments[r, memory]
     add_prior(moments, prior, scratch)
     factorise(scratch.normal, scratch.factor)
@@ -354,7 +354,7 @@ def follow_windows(
     priors : ndarray, shape (n_record, n_instant, N_UNKNOWN)
         Where the unknowns are expected, over their deviations.
     deviations : ndarray, shape (N_UNKNOWN,)
-        Standard deviations of the unknowns beforehand; zero where they are known.
+        Standard deviations of the unknowns beforehand; zero if they are known.
     error : float
         Standard deviation of what the equation of a window leaves [m³].
     decays : ndarray, shape (n_memory,)

@@ -22,7 +22,7 @@ class Difference:
     value, low, high : float
         With its two-sided interval.
     p_value : float
-        Of no difference; NaN where the records cannot tell.
+        Of no difference; NaN if the records cannot tell.
     confidence : float
     n_record : int
         Number of records with both scores.

@@ -29,7 +29,7 @@ class HealthyPair:
     area : Area
         Area under the ROC curve of the test group against the fit group; 0.5 where nothing differs.
     rate : Rate or None
-        False alarms of the test group at the threshold of the fit group; None where there is no threshold.
+        False alarms of the test group at the threshold of the fit group; None if there is no threshold.
     refusal : str
         Why there is none.
     """

@@ -35,7 +35,7 @@ def holm(p_values: ArrayLike, *, n_tried: int | None = None) -> ManyTests:
     Parameters
     ----------
     p_values : array_like, shape (n_test,)
-        NaN where a test could not tell; it counts as tried.
+        NaN if a test could not tell; it counts as tried.
     n_tried : int, optional
         Larger than their number where only the best are given.
 

@@ -26,7 +26,7 @@ class Rate:
         0 and 1 where there are no records.
     confidence : float
     n_group : int or None
-        Number of groups whose records may depend on each other; None where all are independent.
+        Number of groups whose records may depend on each other; None if all are independent.
     """
 
     count: int
@@ -39,7 +39,7 @@ class Rate:
 
     @property
     def value(self) -> float:
-        """The rate; NaN where there are no records."""
+        """The rate; NaN if there are no records."""
         return self.count / self.total if self.total else math.nan
 
 

@@ -38,7 +38,7 @@ class Redrawn:
         threshold : Threshold
             Set on the healthy records, by their order.
         healthy, faulty : array_like, shape (n_record,)
-            Scores of fit and of test records; NaN where there is none, which raises no alarm.
+            Scores of fit and of test records; NaN if there is none, which raises no alarm.
 
         Returns
         -------

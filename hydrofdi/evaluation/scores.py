@@ -33,4 +33,4 @@ def share_between_0_and_1(name: str, value: float) -> None:
         It does not lie between 0 and 1.
     """
     if not 0.0 < value < 1.0:
-        raise ValueError(f"{name} lies between 0 and 1, not at {value}")
+        raise ValueError(f"{name} must be between 0 and 1; found {value}")

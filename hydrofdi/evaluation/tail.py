@@ -88,7 +88,7 @@ def _tail_size(n: int, rate: float) -> int:
     n_tail = min(int(n * TAIL_SHARE), MOST)
     if rate >= n_tail / n:
         raise NotStatedError(
-            f"a rate of {rate:.3g} is no matter of the tail of {n} records: take a tolerance limit"
+            f"a rate of {rate:.3g} is not rare enough for a tail model of {n} records: use a tolerance limit"
         )
     return n_tail
 
@@ -102,7 +102,7 @@ def _one_tail(
     excesses = tail - start
     if not np.all(np.isfinite(excesses)) or excesses[n_tail // 5] <= 0.0:
         raise NotStatedError(
-            "the tail of the healthy scores is infinite or made of equal scores: no model holds"
+            "the tail of the healthy scores is infinite or made of equal scores: no model fits"
         )
     model = fit_generalised_pareto(excesses)
     counts = draw.binomial(scores.size, n_tail / scores.size, N_BOOTSTRAP)

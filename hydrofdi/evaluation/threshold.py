@@ -20,7 +20,7 @@ class Threshold:
     Attributes
     ----------
     low, high : float
-        Scores below `low` or above `high` are alarms, those on a limit are not; infinite where the direction
+        Scores below `low` or above `high` are alarms, those on a limit are not; infinite if the direction
         has no such limit.
     false_alarm_rate : float
         The rate that it is set for.
@@ -45,7 +45,7 @@ class Threshold:
     method: str
 
     def outcomes(self, scores: ArrayLike) -> Array:
-        """1 where a score is an alarm, 0 where it is none, NaN where it cannot be measured."""
+        """1 where a score is an alarm, 0 where it is none, NaN if it cannot be measured."""
         values = np.asarray(scores, dtype=float)
         alarms = (values < self.low) | (values > self.high)
         return np.where(np.isnan(values), np.nan, alarms.astype(float))

@@ -48,7 +48,7 @@ class WindowOptions(UncertainActuator):
     """Pressure difference at which leakage flows are stated [Pa]."""
 
     def lack_of_windows(self, records: RecordBatch) -> str | None:
-        """Why records are too short for a balance, None where they are not."""
+        """Why records are too short for a balance, None if they are not."""
         n_window = records.n_time // self.half_window - 1
         return f"{max(n_window, 0)} windows are too few for a balance" if n_window < 8 else None
 

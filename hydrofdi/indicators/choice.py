@@ -43,14 +43,14 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
         message = ""
         if isinstance(name, Mapping):
             message = (
-                "a list holds names alone; with options, write 'indicators: {dwt: {}, modwt: {levels: 3}}'"
+                "a list contains only names; with options, write 'indicators: {dwt: {}, modwt: {levels: 3}}'"
             )
         elif not isinstance(name, str) or not name:
             message = f"expected the name of an indicator; found {name!r}; {_LISTED}"
         elif name in names:
             message = f"{name!r} is named twice; give one a label of its own: 'LABEL: {{kind: {name}}}'"
         elif name == "all":
-            message = "'all' stands alone"
+            message = "'all' cannot be combined with other names"
         if message:
             source.mistakes.append(source.mistake((*within, place), message))
         else:

@@ -27,12 +27,12 @@ class Output:
     long_name : str
         Short description for a person.
     dims : dict of str to int
-        Dimensions beside the record, and their lengths.
+        Dimensions in addition to the record, and their lengths.
     direction : Direction, optional
         Which departure from health means internal leakage, by definition or theory and not by what records
-        show; None where it depends on the actuator, the drive or the band.
+        show; None if it depends on the actuator, the drive or the band.
     is_score : bool
-        Whether it is judged as a detector; False where it says how good the other outputs are (standard
+        Whether it is judged as a detector; False if it says how good the other outputs are (standard
         errors, condition numbers, counts), what is estimated beside them, or one of them in another unit.
     """
 
@@ -70,7 +70,7 @@ class Indicator(Protocol[Chosen]):
     equation : str
         Its definition, in one line.
     caution : str
-        What has to be known before its numbers are believed; empty where nothing has.
+        What has to be known before its numbers are believed; empty if nothing has.
     absence : str
         Why a record may have none of its outputs, in a few words.
     is_cheap : bool
@@ -115,14 +115,14 @@ class Indicator(Protocol[Chosen]):
         ...
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """Why records that have its channels cannot be measured, as a sentence; None where they can.
+        """Why records that have its channels cannot be measured, as a sentence; None if they can.
 
         This concerns what a batch has in common: its length, its sampling, its drive.
         """
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Its outputs, each of shape (n_record, *dims); NaN where a record does not have them.
+        """Its outputs, each of shape (n_record, *dims); NaN if a record does not have them.
 
         The numbers of a record do not depend, to the bit, on the others in its batch.
         """

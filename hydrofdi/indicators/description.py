@@ -65,7 +65,7 @@ def describe(name: str) -> Description:
     Raises
     ------
     ConfigError
-        There is no indicator of this name, or it cannot be loaded.
+        There is not an indicator of this name, or it cannot be loaded.
     """
     kind = indicator_kind(name)
     indicator, texts = sound_indicator(name), field_texts(kind.Options)

@@ -43,7 +43,7 @@ def tells_fault(obstacle: str) -> bool:
 
 
 def _place(indicator: Indicator[Any], error: Exception) -> str:
-    """Where in the indicator's own module an exception came from; empty where that is not known."""
+    """Where in the indicator's own module an exception came from; empty if that is not known."""
     code = getattr(inspect.unwrap(type(indicator).measure), "__code__", None)
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if code and frame.filename == code.co_filename]
@@ -110,7 +110,7 @@ def _fault_of_declaration(indicator: Indicator[Any]) -> str:
     names = [output.name for output in outputs]
     for name in (*names, *{dimension for output in outputs for dimension in output.dims}):
         if not _NAME.fullmatch(name) or name in _TAKEN:
-            return f"{name!r} is no name for an output or a dimension; use letters, digits and _"
+            return f"{name!r} is not a valid name of an output or a dimension; use letters, digits and _"
     if twice := [name for name in names if names.count(name) > 1]:
         return f"it has two outputs {twice[0]!r}"
     return ""

@@ -46,7 +46,7 @@ class Estimates:
 class KalmanFilter(RecursiveIndicator[Chosen]):
     """An indicator that reads the estimates, variances and innovations of a Kalman filter."""
 
-    absence = "the filter diverged, or a sample is no number"
+    absence = "the filter diverged, or a sample is not a number"
     is_cheap = False
 
     @property

@@ -23,10 +23,10 @@ TAKEN = frozenset(_IN_FILES.split())
 
 
 def label_mistake(label: object, of: str = "an indicator") -> str | None:
-    """What is wrong with a label; None where nothing is."""
+    """What is wrong with a label; None if nothing is."""
     if not isinstance(label, str) or not re.fullmatch(LABEL_PATTERN, label):
-        rule = "letters, digits, '_' and '-', beginning with a letter, 64 at the most"
-        return f"is no label of {of} ({rule})"
+        rule = "letters, digits, '_' and '-', beginning with a letter, at most 64"
+        return f"is not a valid label of {of} ({rule})"
     if label in TAKEN:
         return "is the name of a variable of experiment files; take another label, with 'kind: NAME'"
     return None

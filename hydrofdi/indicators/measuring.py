@@ -28,9 +28,9 @@ class Measures:
     Attributes
     ----------
     values : dict of str to ndarray, shape (n_record, *dims)
-        ``label.output`` → numbers; NaN where there are none.
+        ``label.output`` → numbers; NaN if there are none.
     obstacles : dict of str to tuple of (str or None), length n_record
-        Label → why a record has no numbers; None where it has any.
+        Label → why a record has no numbers; None if it has any.
     faults : dict of str to str
         Label → what is wrong with an indicator that failed; it is the obstacle of all records.
     """
@@ -110,7 +110,7 @@ def seen_by(indicator: Indicator[Any], records: RecordBatch) -> RecordBatch:
 def _numbers(
     records: RecordBatch, indicator: Indicator[Any], reasons: Sequence[str | None]
 ) -> dict[str, Array]:
-    """Its outputs; NaN where there is an obstacle, infinite where they overflow."""
+    """Its outputs; NaN if there is an obstacle, infinite if they overflow."""
     numbers = _nothing(records, indicator)
     fit = [row for row, reason in enumerate(reasons) if reason is None]
     if not fit:

@@ -54,11 +54,11 @@ class RecordMeasures:
     Attributes
     ----------
     record_id, source, group, label : str
-        As in a batch; empty where nothing is known.
+        As in a batch; empty if nothing is known.
     status : str
         ``ok``, or the kinds of its remarks with commas between them.
     values : dict of str to ndarray, shape (*dims)
-        Name of a column → its numbers; NaN where there are none.
+        Name of a column → its numbers; NaN if there are none.
     reasons : dict of str to str
         Label of an indicator → why it could not be measured.
     is_rejected : bool
@@ -66,7 +66,7 @@ class RecordMeasures:
     faults : mapping of str to str
         Label of an indicator that failed → what is wrong with it; that is also its reason.
     digest : bytes
-        Of its samples: equal for records with the same ones. Empty where it is rejected.
+        Of its samples: equal for records with the same ones. Empty if it is rejected.
     """
 
     record_id: str

@@ -109,9 +109,9 @@ def _load(points: list[EntryPoint]) -> Kind:
     except Exception as error:
         raise ConfigError(f"indicator {point.name!r}: {point.value} cannot be loaded: {error}") from None
     if not isinstance(kind, type) or getattr(kind, "name", None) != point.name:
-        raise ConfigError(f"indicator {point.name!r}: {point.value} is no indicator of this name")
+        raise ConfigError(f"indicator {point.name!r}: {point.value} is not an indicator of this name")
     missing = [part for part in _DECLARED if not hasattr(kind, part)]
     if missing or not isinstance(kind.version, int):
-        fault = f"has no {' and no '.join(missing)}" if missing else "has a version that is no whole number"
+        fault = f"has no {' and no '.join(missing)}" if missing else "has a version that is not an integer"
         raise ConfigError(f"indicator {point.name!r}: {point.value} {fault}")
     return kind

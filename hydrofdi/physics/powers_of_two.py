@@ -18,7 +18,7 @@ _ROOT_HALF = 0x3FE6A09E667F3BCD
 """Bits of √½."""
 
 _COUNTER, _COUNTER_BITS = 1.5 * 2.0**52, 0x4338000000000000
-"""A number whose last bits count whole numbers, and its bits."""
+"""A number whose last bits count integers, and its bits."""
 
 
 @equation

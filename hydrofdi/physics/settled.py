@@ -13,5 +13,5 @@ times slower. The distance leaves room for the products of states and small para
 
 @equation
 def settled(value: float) -> float:
-    """A state, or zero where it is negligible; NaN stays NaN."""
+    """A state, or zero if it is negligible; NaN stays NaN."""
     return 0.0 if abs(value) < NEGLIGIBLE else value

@@ -53,7 +53,7 @@ class Fitted:
         Returns
         -------
         scores : ndarray, shape (n_record,)
-            NaN where a feature is not finite.
+            NaN if a feature is not finite.
         """
         features = as_features(values)
         if features.shape[1] != self.n_feature:
@@ -82,7 +82,7 @@ class Score(Protocol[Chosen]):
     needs_faulty : bool
         Whether it learns from faulty records too; without, it sees none of them.
     direction : Direction or None
-        The direction in which it departs from health; None where fit records have to show it.
+        The direction in which it departs from health; None if fit records have to show it.
     Options : type of Section
         Model of its options; it is valid without any.
     options : Section

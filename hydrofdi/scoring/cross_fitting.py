@@ -48,7 +48,7 @@ def cross_fitted_scores(
     Returns
     -------
     scores : ndarray, shape (n_record,)
-        NaN where a feature is not finite.
+        NaN if a feature is not finite.
 
     Raises
     ------

@@ -28,7 +28,7 @@ class Channel:
         return sensor
 
     def lags(self, run: RunParameters) -> tuple[Lag, ...]:
-        """What the signal passes before it is sampled; empty where it is followed at once."""
+        """What the signal passes before it is sampled; empty if it is followed at once."""
         sensor, shared, turn = self.sensor(run), run.measurement, 2.0 * math.pi * run.record.step
         lags: tuple[Lag, ...] = ()
         if sensor.bandwidth is not None and sensor.order == "first":

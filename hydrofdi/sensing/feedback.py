@@ -26,7 +26,7 @@ def feedback_noise(run: RunParameters) -> NDArray[np.float64] | None:
     Returns
     -------
     ndarray, shape (n_control,), or None
-        [m]; None where there is none.
+        [m]; None if there is none.
     """
     sensor, record, shared = run.position_sensor, run.record, run.measurement
     own_rate = record.model_copy(update={"sampling_frequency": 1.0 / run.control.sample_time})

@@ -42,7 +42,7 @@ def describe_error(error: Any, known: Sequence[str] = ()) -> str:
         case "string_pattern_mismatch" if error["loc"][-1] == "level":
             return f"must be d1, d2, …; found {found!r}"
         case "string_pattern_mismatch":
-            return f"letters, digits, '.', '_' and '-' only, 64 at the most; found {found!r}"
+            return f"letters, digits, '.', '_' and '-' only, at most 64; found {found!r}"
         case "value_error":
             found_text = f"; found {found!r}" if str(context["error"]).startswith("expected") else ""
             return f"{context['error']}{found_text}"

@@ -29,7 +29,7 @@ class Calibration:
     Attributes
     ----------
     coefficient : float
-        K_i [m^3.5/kg^0.5]; NaN where no K_i gives the flow.
+        K_i [m^3.5/kg^0.5]; NaN if no K_i gives the flow.
     reachable_flow : float
         The largest mean flow that was seen on the way [m³/s].
     """
@@ -88,7 +88,7 @@ def _solve_group(conditions: Sequence[RunParameters]) -> list[Calibration]:
 def _upper_bracket(
     conditions: Sequence[RunParameters], target: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients that leak at least the target (NaN where none was found), and the largest flows seen."""
+    """Coefficients that leak at least the target (NaN if none was found), and the largest flows seen."""
     supply = np.array([parameters.supply.pressure for parameters in conditions])
     from_valve = np.array([no_load_flow(parameters) for parameters in conditions])
     start = np.where(from_valve > 0.0, np.minimum(target, from_valve), target)

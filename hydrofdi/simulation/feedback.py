@@ -29,7 +29,7 @@ def reading_errors(
     Returns
     -------
     ndarray, shape (n,)
-        Bias, drift and noise [m]; zero where the controller reads the true position.
+        Bias, drift and noise [m]; zero if the controller reads the true position.
     """
     if not run.control.is_measured:
         return np.zeros(steps.shape)

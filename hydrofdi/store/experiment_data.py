@@ -40,7 +40,7 @@ class SignalSource(Protocol):
     def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
         """Signals of some runs by name, each of shape (n_run, n_time).
 
-        Those that none of the runs has stored are left out; NaN where some of them lack one.
+        Those that none of the runs has stored are left out; NaN if some of them lack one.
         """
         ...
 
@@ -62,7 +62,7 @@ class ExperimentData:
     signals : SignalSource
         Where the signals lie.
     configuration : dict or None
-        The configuration as it is written in the file, in SI; None where there is no file.
+        The configuration as it is written in the file, in SI; None if there is no file.
     physics_version : int
         Version of the physics that the runs were computed with.
     remarks : tuple of str
@@ -125,7 +125,7 @@ class ExperimentData:
         return np.where((rows >= 0) & (self.leakage_requests[rows] == 0.0), rows, NO_BASELINE)
 
     def values(self, name: str) -> list[Any]:
-        """The value of a dotted parameter in SI, for each run; None where it is not set."""
+        """The value of a dotted parameter in SI, for each run; None if it is not set."""
         variable = axis_variable(name)
         if variable in self.columns:
             stored = self.columns[variable].tolist()

@@ -234,7 +234,7 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
 
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
-    """Values of a swept parameter; NaN where a number is not set; all as texts where some are texts."""
+    """Values of a swept parameter; NaN if a number is not set; all as texts where some are texts."""
     values = [without_contents(value) for value in table.runs.values(parameter)]
     if any(isinstance(value, str) for value in values):
         return np.array([_as_text(value, parameter_unit(parameter) or "") for value in values], dtype=object)

@@ -53,7 +53,7 @@ def require_regular(path: Path) -> None:
         Something else does: a folder, a pipe, a device.
     """
     if path.exists() and not path.is_file():
-        raise StoreError(f"{path}: is no regular file; it is left alone")
+        raise StoreError(f"{path}: is not a regular file and was not changed")
 
 
 def require_replaceable(path: Path) -> None:
@@ -67,7 +67,7 @@ def require_replaceable(path: Path) -> None:
     if path.suffix != ".h5":
         raise StoreError(f"{path}: results are written to a file whose name ends in .h5")
     if path.is_file() and path.stat().st_size and not h5py.is_hdf5(path):
-        raise StoreError(f"{path}: is there already and no HDF5 file; it is left alone")
+        raise StoreError(f"{path}: exists already, is not an HDF5 file and was not changed")
 
 
 def write_whole_text(path: Path, text: str) -> None:

@@ -57,7 +57,9 @@ class FileSignals:
         """Sampling instants and a signal of one run."""
         with open_for_reading(self.path) as file:
             if name not in file:
-                raise StoreError(f"{self.path}: holds no {name}; set store: {{signals: all}} and sweep again")
+                raise StoreError(
+                    f"{self.path}: contains no {name}; set store: {{signals: all}} and sweep again"
+                )
             values = file[name]
             return np.asarray(file[TIME][:]), np.asarray(values[:] if values.ndim == 1 else values[position])
 
@@ -148,7 +150,7 @@ def read_statuses(path: Path) -> list[str]:
 
 
 def read_obstacles(path: Path) -> dict[str, list[str]]:
-    """Label of an indicator → why each run of an experiment file has no number; empty where it has.
+    """Label of an indicator → why each run of an experiment file has no number; empty if it has.
 
     Raises
     ------

@@ -71,7 +71,7 @@ def distinct_records(
 
 
 def drive_period(drive: InputConfig, random_force: float) -> float | None:
-    """Period of what acts on the actuator [s]; None where it does not repeat itself."""
+    """Period of what acts on the actuator [s]; None if it does not repeat itself."""
     return drive.period if drive.is_periodic and random_force == 0.0 else None
 
 
@@ -81,7 +81,7 @@ def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str
     Parameters
     ----------
     flow : float
-        Mean leakage flow [m³/s]; NaN where the coefficient was given.
+        Mean leakage flow [m³/s]; NaN if the coefficient was given.
     coefficient : float
         K_i [m^3.5/kg^0.5].
     bulk_modulus : float
@@ -137,7 +137,8 @@ class StoredRecords:
     def _require_signals(self) -> None:
         if self.data.experiment.store.signals == "none":
             raise StoreError(
-                f"{self.name}: stores no signals; set store: {{signals: pressures}}, or all, and sweep again"
+                f"{self.name}: contains no signals; set store: {{signals: pressures}}, or all, and sweep"
+                f" again"
             )
 
     def _windows(self) -> Iterator[list[int]]:

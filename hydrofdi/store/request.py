@@ -44,12 +44,12 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
     held = read_request(directory).name
     if held != experiment.name:
         raise StoreError(
-            f"{directory}: holds the experiment {held!r}, not {experiment.name!r}; give another --out"
+            f"{directory}: contains the experiment {held!r}, not {experiment.name!r}; give another --out"
         )
 
 
 def request_record(directory: Path) -> dict[str, Any]:
-    """The latest request as it is written, in SI; empty where there is none.
+    """The latest request as it is written, in SI; empty if there is none.
 
     Raises
     ------
@@ -77,7 +77,9 @@ def read_request(directory: Path) -> ExperimentConfig:
     try:
         return stored_experiment(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise StoreError(f"{directory}: is no folder of an experiment (it has no {REQUEST_FILE})") from None
+        raise StoreError(
+            f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})"
+        ) from None
     except (OSError, ValidationError, ValueError) as error:
         raise StoreError(f"{path}: cannot be read: {_reason(error)}") from None
 

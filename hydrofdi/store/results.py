@@ -35,7 +35,7 @@ class Results(Protocol):
         ...
 
     def signal(self, name: str, position: int) -> NDArray[Any]:
-        """A signal of one run, shape (n_time,); empty where it is not stored."""
+        """A signal of one run, shape (n_time,); empty if it is not stored."""
         ...
 
     def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
@@ -43,7 +43,7 @@ class Results(Protocol):
         ...
 
     def time(self) -> NDArray[np.float64] | None:
-        """Sampling instants [s]; None where there are no signals."""
+        """Sampling instants [s]; None if there are no signals."""
         ...
 
 
@@ -135,7 +135,7 @@ class ShardResults:
         ]
 
     def signal(self, name: str, position: int) -> NDArray[Any]:
-        """A signal of one run; empty where it is not stored."""
+        """A signal of one run; empty if it is not stored."""
         located = self._signals[position]
         if located is None:
             return np.empty(0)
@@ -143,7 +143,7 @@ class ShardResults:
             return np.asarray(file[name][located.row]) if name in file else np.empty(0)
 
     def signal_rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name; left out where no run has one, NaN where a run lacks it."""
+        """Signals of some runs by name; left out where no run has one, NaN if a run lacks it."""
         held: dict[str, NDArray[np.float64]] = {}
         places: dict[Path, list[int]] = {}
         for place, position in enumerate(positions):
@@ -158,7 +158,7 @@ class ShardResults:
         return held
 
     def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
-        """All rows of a signal in their order; NaN where it is not stored."""
+        """All rows of a signal in their order; NaN if it is not stored."""
         for shard, row, n_run in self._stretches:
             if shard is None:
                 yield from lacking_blocks(n_run, target)
@@ -171,7 +171,7 @@ class ShardResults:
                 )
 
     def time(self) -> NDArray[np.float64] | None:
-        """Sampling instants [s]; None where no run is stored with signals."""
+        """Sampling instants [s]; None if no run is stored with signals."""
         shard = next((run.shard for run in self._signals if run is not None and run.signals != "none"), None)
         if shard is None:
             return None

@@ -174,7 +174,7 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
         It is damaged, or of another format version.
     """
     if check and content_digest(path) != path.stem:
-        raise StoreError(f"{path}: is damaged: its content does not fit its name")
+        raise StoreError(f"{path}: is damaged: its content does not match its name")
     with open_for_reading(path) as file:
         if file.attrs["format_version"] not in READABLE_FORMATS:
             raise StoreError(f"{path}: has format version {file.attrs['format_version']}")

@@ -109,7 +109,7 @@ def _laid_out_alike(source: h5py.Dataset, target: h5py.Dataset) -> bool:
 
 
 def _read_chunk(source: h5py.Dataset, row: int) -> Chunk:
-    """A row as it lies in the file; empty where it stands still."""
+    """A row as it lies in the file; empty if it stands still."""
     if source.id.get_chunk_info_by_coord((row, 0)).byte_offset is None:
         return Chunk(0, b"")
     return Chunk(*source.id.read_direct_chunk((row, 0)))

@@ -31,7 +31,7 @@ class ShardSignals:
         time = self.results.time()
         values = self.results.signal(name, position)
         if time is None or values.size == 0:
-            raise StoreError(f"the shards hold no {name}; set store: {{signals: all}} and sweep again")
+            raise StoreError(f"the shards contain no {name}; set store: {{signals: all}} and sweep again")
         return time, values
 
     def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:

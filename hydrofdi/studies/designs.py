@@ -120,7 +120,7 @@ def are_shown(compared: Sequence[Gain | None]) -> tuple[bool, ...]:
     Parameters
     ----------
     compared : sequence of Gain or None
-        None where nothing is stated.
+        None if nothing is stated.
     """
     stated = [each for each in compared if each is not None]
     corrected = iter(holm([each.p_value for each in stated]).p_values.tolist())

@@ -26,11 +26,11 @@ class Level:
     ----------
     population : Population
     severity : float
-        Mean of the true severities of its records [unit of the severity]; NaN where they are not known.
+        Mean of the true severities of its records [unit of the severity]; NaN if they are not known.
     detected : Rate or None
         None without a threshold.
     area : Area or None
-        Against the healthy test records; None where the scores do not give one.
+        Against the healthy test records; None if the scores do not give one.
     """
 
     population: Population
@@ -49,7 +49,7 @@ class Judgement:
     direction : Direction
         As defined, or as fit records showed it.
     threshold : Threshold or None
-        None where the fit records do not carry one.
+        None if the fit records do not carry one.
     false_alarms : mapping of Population to Rate
         Of the healthy test records, each shift and each confusion; empty without a threshold.
     levels : tuple of Level
@@ -89,7 +89,7 @@ class Judgement:
         """Whether healthy test records and shifts are compatible with the threshold's own false-alarm rate.
 
         They are where no lower limit of their rates lies above the upper limit that the fit records allow.
-        None where that is not known: without a threshold or healthy test records, and where any of these
+        None if that is not known: without a threshold or healthy test records, and where any of these
         populations has too few records for a rate. Confusions do not count: what alarms there is a fault, if
         another one.
         """

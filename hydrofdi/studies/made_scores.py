@@ -147,7 +147,7 @@ def _left_out(number: Scored) -> str:
 
 
 def _cost(numbers: Sequence[Scored]) -> float | None:
-    """That of the indicators, each once; None where one of them was not measured."""
+    """That of the indicators, each once; None if one of them was not measured."""
     costs = {each.name.partition(".")[0]: each.cost for each in numbers}
     known = [cost for cost in costs.values() if cost is not None]
     return sum(known) if len(known) == len(costs) else None

@@ -21,7 +21,7 @@ MATRICES = (FIRST, SECOND, AGAIN)
 
 @dataclass(frozen=True)
 class Nuisance:
-    """What one nuisance does to a healthy score; None where it is not stated.
+    """What one nuisance does to a healthy score; None if it is not stated.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Nuisances:
 
 
 def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0.95) -> Nuisances | None:
-    """Which nuisance moves a score; None where the study has no records for it.
+    """Which nuisance moves a score; None if the study has no records for it.
 
     Parameters
     ----------

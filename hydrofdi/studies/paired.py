@@ -46,7 +46,7 @@ def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Ite
 
 
 def _before(records: StudyRecords) -> NDArray[np.intp] | None:
-    """Row of the record before each record, or ``NONE``; None where there is none at all."""
+    """Row of the record before each record, or ``NONE``; None if there is none at all."""
     populations = [each for each in records.populations if each.kind is Kind.BEFORE]
     if records.groups is None or not populations:
         return None

@@ -37,7 +37,7 @@ def _largest_rate(judgement: Judgement) -> float:
 
 
 def found_from(judgement: Judgement) -> float:
-    """q90/95 [unit of the severity]; infinite where nothing tested is found, or it is not stated."""
+    """q90/95 [unit of the severity]; infinite if nothing tested is found, or it is not stated."""
     bound = judgement.smallest.get("q90_95")
     value = None if bound is None else bound.value
     return math.inf if value is None else value

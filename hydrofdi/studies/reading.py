@@ -34,7 +34,7 @@ _SEVERITIES = {
 """Parameter of the faults → variable that holds the true severity of each run, and its unit."""
 
 _DEPENDENT_DRAWS = (
-    "Actuators are points of a {method}, which depend on each other: binomial limits do not hold for rates."
+    "Actuators are points of a {method}, which depend on each other: binomial limits do not apply to rates."
 )
 _METHODS = {"sobol": "Sobol sequence", "lhs": "Latin hypercube"}
 
@@ -59,7 +59,7 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     """The designs of a stored study.
 
     Severity is the true mean leakage flow of each record over the whole of it, or K_i where the faults are
-    given by it, or the level where the study says so; NaN where a run failed, as are its scores. Runs that
+    given by it, or the level where the study says so; NaN if a run failed, as are its scores. Runs that
     are not computed yet are no records.
 
     Raises
@@ -130,7 +130,7 @@ def stored_roles(data: ExperimentData) -> StudyTable:
     roles = study_roles(data.experiment)
     if len(roles.of_run) != data.n_run:
         raise ReportError(
-            f"{data.path}: holds {data.n_run:,} runs, but its study has {len(roles.of_run):,}; sweep again"
+            f"{data.path}: contains {data.n_run:,} runs, but its study has {len(roles.of_run):,}; sweep again"
         )
     return roles
 
@@ -203,7 +203,7 @@ def needed_channels(indicator: Indicator[Any]) -> tuple[str, ...]:
 
 
 def _why_not_measured(data: ExperimentData, label: str) -> str:
-    """The most frequent reason why an indicator has no number of a record; empty where it has all."""
+    """The most frequent reason why an indicator has no number of a record; empty if it has all."""
     obstacles = data.columns.get(f"{label}{OBSTACLE}")
     if obstacles is None:
         return ""

@@ -22,14 +22,14 @@ class Scored:
     name : str
         Such as ``ring_down.damping_ratio`` or ``dwt.detail_rms[2]``.
     values : ndarray, shape (n_record,)
-        NaN where a record cannot be measured.
+        NaN if a record cannot be measured.
     channels : tuple of str
         What it needs of a machine, in the order of `hydrofdi.records.Channel`.
     unit, long_name : str
     direction : Direction or None
-        Which departure means a fault; None where fit records have to show it.
+        Which departure means a fault; None if fit records have to show it.
     cost : float or None
-        CPU time per record [s]; None where it was not measured.
+        CPU time per record [s]; None if it was not measured.
     note : str
         What has to be known of it, such as how it was learned.
     """
@@ -55,11 +55,11 @@ class StudyRecords:
         The population of each record.
     severity : ndarray, shape (n_record,)
         True severity of the fault, such as the mean leakage flow of the record [unit of the severity]; 0
-        without one, NaN where it is not known.
+        without one, NaN if it is not known.
     severity_unit : str
         SI.
     groups : tuple of str or None
-        Records of a group depend on each other (a unit, a day); None where all are independent.
+        Records of a group depend on each other (a unit, a day); None if all are independent.
     design : mapping of str to object
         What was chosen for all records alike, such as ``record.duration``: dotted parameter → value in SI.
     remarks : tuple of str

@@ -20,7 +20,7 @@ def _known_wavelet(name: str) -> str:
 def _phase(value: Any) -> Any:
     if value == "all" or (isinstance(value, int) and not isinstance(value, bool) and value >= 0):
         return value
-    raise ValueError(f"must be a whole number from 0 to 2^levels − 1, or 'all'; found {value!r}")
+    raise ValueError(f"must be an integer from 0 to 2^levels − 1, or 'all'; found {value!r}")
 
 
 WaveletName = Annotated[str, AfterValidator(_known_wavelet)]

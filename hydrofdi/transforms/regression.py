@@ -53,7 +53,7 @@ def regress(
         Equations of some kinds at each instant; those of zeros do not count.
     target : ndarray, shape (n_record, n_kind, n_instant)
     prior_deviations : ndarray, shape (n_unknown,), optional
-        Standard deviations of the unknowns about zero beforehand; infinite where nothing is known.
+        Standard deviations of the unknowns about zero beforehand; infinite if nothing is known.
     error : float
         Standard deviation of what an equation leaves, which weighs it against the priors.
     n_reweighting : int

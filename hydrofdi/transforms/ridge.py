@@ -36,7 +36,7 @@ def spectral_ridge(
     frequency : ndarray, shape (..., n_segments)
         [Hz]
     amplitude : ndarray, shape (..., n_segments)
-        In the unit of the signal; zero where a segment stands still.
+        In the unit of the signal; zero if a segment stands still.
     """
     spacing = sampling_frequency / n_segment
     first, last = _lines(band, spacing, n_segment // 2)

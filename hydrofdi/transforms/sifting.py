@@ -33,7 +33,7 @@ def empirical_modes(signal: Array, n_mode: int, n_sifting: int) -> Array:
     Returns
     -------
     ndarray, shape (n_mode, n_time)
-        In the unit of the signal. A mode is zero where what the ones before it leave does not oscillate.
+        In the unit of the signal. A mode is zero if what the ones before it leave does not oscillate.
     """
     modes, rest = np.zeros((n_mode, signal.size)), signal
     for mode in modes:

@@ -51,7 +51,7 @@ class Stretches:
         Returns
         -------
         ndarray, shape (n_record,)
-            Per sample; NaN where a record has no stretch.
+            Per sample; NaN if a record has no stretch.
         """
         samples = signal.reshape(-1)[self.places]
         samples -= np.repeat(samples[self.first], self.length)

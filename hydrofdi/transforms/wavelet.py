@@ -80,7 +80,7 @@ def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[n
 
 
 def shortage(n_sample: int, wavelet: str, levels: int) -> str | None:
-    """Why a record is too short for the levels of a decimated transform; None where it is not."""
+    """Why a record is too short for the levels of a decimated transform; None if it is not."""
     from pywt import Wavelet, dwt_max_level
 
     reached = dwt_max_level(max(n_sample, 1), Wavelet(wavelet).dec_len)

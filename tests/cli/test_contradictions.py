@@ -18,7 +18,7 @@ CONTRADICTIONS = {
     ),
     "negative periods": (
         ["analysis.discard=-1 period"],
-        "analysis.discard: must be a number of periods from zero on, such as '1 period'; found '-1 period'",
+        "analysis.discard: must be zero or more periods, such as '1 period'; found '-1 period'",
     ),
     "range": (
         ["pressure_1_sensor={lowest: 10 MPa, highest: 0}"],

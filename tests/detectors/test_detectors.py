@@ -168,7 +168,7 @@ def test_one_number_is_scored_in_healthy_spreads_towards_the_leak():
 
 
 def test_an_output_without_a_direction_wants_one():
-    with pytest.raises(ConfigError, match=r"which direction of pressure_statistics\.mean raises an alarm"):
+    with pytest.raises(ConfigError, match=r"direction in which pressure_statistics\.mean raises an alarm"):
         IndicatorDetector(Feature(indicator("pressure_statistics"), "mean"))
     with pytest.raises(ConfigError, match="has no output 'means'; did you mean 'mean'"):
         IndicatorDetector(Feature(indicator("pressure_statistics"), "means"))

@@ -34,7 +34,7 @@ def loaded(folder: Path, indicators: str) -> ExperimentConfig:
         ("[dwt, {modwt: {levels: 3}}]", "write 'indicators: {dwt: {}, modwt: {levels: 3}}'"),
         ("[dwt, 3]", "expected the name of an indicator; found 3"),
         ("[dwt, dwt]", "'dwt' is named twice"),
-        ("[dwt, all]", "'all' stands alone"),
+        ("[dwt, all]", "'all' cannot be combined"),
         ("{rod: {}}", "add 'kind: NAME'"),
         ("{dwt: 3}", "expected 'option: value' pairs"),
     ],

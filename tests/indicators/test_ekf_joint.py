@@ -130,7 +130,7 @@ def test_a_filter_that_diverged_gives_nothing_from_then_on_and_says_so(runs, nam
             assert np.isfinite(values[[0, 2]]).all(), key
         values, reasons = measured(replace(runs, channels=broken), name)
         assert np.isnan(values["leakage"]).tolist() == [False, True, False]
-        assert reasons == (None, "the filter diverged, or a sample is no number", None)
+        assert reasons == (None, "the filter diverged, or a sample is not a number", None)
 
 
 @pytest.mark.parametrize("motion", [(), CLOSED_LOOP])
@@ -158,7 +158,7 @@ def test_the_healthy_filter_tells_a_leak_by_its_signature(open_loop):
 @pytest.mark.parametrize(
     ("name", "options", "words"),
     [
-        ("ekf_joint", {"states": ["bulk_modulus"]}, "do not hold leakage"),
+        ("ekf_joint", {"states": ["bulk_modulus"]}, "must contain leakage"),
         ("ekf_joint", {"states": ["leakage", "leakage"]}, "named twice"),
         ("ekf_innovation", {"states": ["leakage"]}, "see ekf_joint"),
         ("ekf_joint", {"coulomb_friction": "300 N"}, "less than coulomb_friction"),

@@ -90,9 +90,9 @@ def test_a_fault_in_what_it_says_of_the_batch_is_one_too() -> None:
     ("declared", "sentence"),
     [
         ({"outputs": ()}, "it has no outputs"),
-        ({"outputs": (Output("a/b", "1", ""),)}, "'a/b' is no name"),
+        ({"outputs": (Output("a/b", "1", ""),)}, "'a/b' is not a valid name"),
         ({"outputs": (Output("a", "1", ""), Output("a", "1", ""))}, "two outputs 'a'"),
-        ({"outputs": (Output("analysis_id", "1", ""),)}, "'analysis_id' is no name"),
+        ({"outputs": (Output("analysis_id", "1", ""),)}, "'analysis_id' is not a valid name"),
         ({"outputs": ("range",)}, "no tuple of Output"),
         ({"channels": frozenset({"P1"})}, "no set of Channel"),
     ],

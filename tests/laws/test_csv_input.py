@@ -183,7 +183,7 @@ MISTAKES = {
     "wrong time": ("t [V],u [V]\n0,1\n", "{file}:1: input.file: the first column is a time"),
     "unknown unit": ("t [s],u [Vo]\n0,1\n", "{file}:1: input.file: unknown unit 'Vo'"),
     "parentheses": ("time (ms),u (V)\n0,1\n", "{file}:1: input.file: a header is like 'time [s], voltage [V]'"),
-    "position": ("t [s],x [mm]\n0,1\n", "input.file holds positions; in open loop the input is a voltage"),
+    "position": ("t [s],x [mm]\n0,1\n", "input.file contains positions; in open loop it needs voltages"),
     "binary": (b"\x00\xff\x00\x01", "input.file: {file}: is not a text file in UTF-8"),
     "zeros": (b"\x00" * 64, "input.file: {file}: is not a text file in UTF-8"),
     "rows": ("0,1\n" * (MOST_ROWS + 1), f"holds {MOST_ROWS + 1} rows; needs 1 to {MOST_ROWS}"),

@@ -173,7 +173,7 @@ def test_a_pipe_is_refused_as_state_and_as_log(machine, option, tmp_path):
         "monitor", machine.detector, "-", option, "pipe", cwd=tmp_path, input="", timeout=PATIENCE
     )
     assert done.returncode == 2, done.stderr
-    assert "pipe: is no regular file; it is left alone" in done.stderr
+    assert "pipe: is not a regular file and was not changed" in done.stderr
     assert (tmp_path / "pipe").is_fifo()
 
 

@@ -112,7 +112,7 @@ def test_numbers_that_netcdf_packs_are_unpacked(tmp_path):
 @pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
 @pytest.mark.parametrize(("values", "sentence"), [
     (BAR + 1j, "P1: holds complex numbers"),
-    (np.array([1, 2**53 + 1, 3]), r"P1: holds whole numbers beyond 2\^53"),
+    (np.array([1, 2**53 + 1, 3]), r"P1: contains integers beyond 2\^53"),
     (np.array([b"a", b"b", b"c"]), "P1: holds .*, not numbers"),
 ])  # fmt: skip
 def test_what_is_no_real_number_is_refused(tmp_path, suffix, values, sentence):

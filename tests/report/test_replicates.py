@@ -116,7 +116,7 @@ def test_a_healthy_run_lies_outside_of_the_range_as_often_as_is_said(swept):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("count: 6", "count: 1", "replicates.count = 1 has no range"),
+        ("count: 6", "count: 1", "one replicate has no range"),
         ("friction.viscous: {", "friction.viscus: {", "no parameter 'friction.viscus'"),
         ("[40, 60]", "[-40, 60]", "replicates.over"),
         (

@@ -203,7 +203,7 @@ def test_a_folder_that_holds_another_experiment_is_left_alone(swept):
     other = swept / "other.yaml"
     other.write_text("name: other\nrecord: {duration: 2 s}\nstore: {signals: none}\n")
     reported = run("sweep", other, "--out", swept / "out", check=2).stderr
-    assert "holds the experiment 'grid', not 'other'" in reported
+    assert "contains the experiment 'grid', not 'other'" in reported
     assert run_json("status", swept / "out")["planned"] == 25
 
 

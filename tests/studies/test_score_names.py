@@ -56,7 +56,7 @@ def test_each_name_that_no_indicator_gives_is_a_mistake_with_its_line(tmp_path):
         ("far: {kind: mahalanobis, of: [dwt], shrinkag: 0.1}", "far.shrinkag: unknown key; did you mean"),
         ("far: {kind: mahalanobis, of: [dwt], shrinkage: 2}", "far.shrinkage: must be at most 1; found 2"),
         ("far: {kind: lda, of: [dwt], shrinkage: 1}", "far.shrinkage: unknown key"),
-        ("far leak: {kind: lda, of: [dwt]}", "no label of a score (letters, digits, '_' and '-'"),
+        ("far leak: {kind: lda, of: [dwt]}", "not a valid label of a score (letters, digits, '_' and '-'"),
     ],
 )
 def test_a_score_that_cannot_be_made_is_a_mistake_with_its_line(line, said, tmp_path):

@@ -85,9 +85,9 @@ def test_a_design_takes_what_it_says(table, tmp_path):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("{sobol: 100}", "a power of two from 16 on, not 100"),
-        ("{sobol: 8}", "a power of two from 16 on, not 8"),
-        ("{alone: 10}", "49 records or more, not 10"),
+        ("{sobol: 100}", "must be a power of two and at least 16; found 100"),
+        ("{sobol: 8}", "must be a power of two and at least 16; found 8"),
+        ("{alone: 10}", "at least 49 records; found 10"),
     ],
 )
 def test_counts_that_carry_nothing_are_refused(tmp_path, given, message):
@@ -100,7 +100,7 @@ def test_indices_of_correlated_nuisances_are_refused(tmp_path):
         "    correlation: {parameters: [fluid.bulk_modulus, supply.pressure], matrix: [[1, 0.5], [0.5, 1]]}\n"
     )
     text = STUDY.replace("  healthy:", f"{correlated}  healthy:")
-    with pytest.raises(ConfigError, match="Sobol indices are those of independent parameters"):
+    with pytest.raises(ConfigError, match="Sobol indices need independent parameters"):
         expanded(tmp_path, text, "{sobol: 16}")
     assert len(expanded(tmp_path, text, "{alone: 50}").runs)
 

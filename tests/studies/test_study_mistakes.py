@@ -60,11 +60,11 @@ def test_a_width_that_reaches_impossible_values_is_told_at_its_place(tmp_path, k
     [
         ("study=", "has no value"),
         ("sweep={grid: {study.population.seed: [1, 2]}}", "no parameter 'study.population.seed'"),
-        ("baseline={leakage.internal_coefficient: 1e-9}", "a baseline that leaks"),
+        ("baseline={leakage.internal_coefficient: 1e-9}", "a leaking baseline is not a healthy actuator"),
         ("study.population.over={friction.scale: {integerx: [1, 2]}}", "unknown distribution"),
         ("study.population.over={friction.scale: ±20 %}", "expected one of uniform"),
         ("study.population.over={friction.scale: {uniform: null}}", "expected [low, high]"),
-        ('detection.scores={"a\\nb": {kind: lda, of: [dwt]}}', "is no label of a score"),
+        ('detection.scores={"a\\nb": {kind: lda, of: [dwt]}}', "is not a valid label of a score"),
         ("claims=[C1]", "a study has no claims"),
         (
             "study.faults.over={leakage.internal_flow: [1 L/min], leakage.internal_coefficient: [1e-9]}",

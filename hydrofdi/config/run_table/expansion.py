@@ -119,8 +119,8 @@ def _require_countable(n_point: int, key: str = "sweep") -> None:
         raise ConfigError(
             [
                 Mistake(
-                    f"{n_point:,} runs are more than the {MOST_RUNS:,} that one sweep may have, before any"
-                    " 'where'; take fewer values, draw a sample, or split it into several experiments",
+                    f"{n_point:,} runs exceed the limit of {MOST_RUNS:,} per sweep, counted before"
+                    f" 'where'; use fewer values, draw a sample, or split the sweep into several experiments",
                     key,
                 )
             ]
@@ -131,7 +131,7 @@ def _block_points(experiment: ExperimentConfig, section: str) -> Points:
     block: SweepConfig = getattr(experiment, section)
     points = sweep_points(block, experiment.nominal_parameters.value, section)
     if not points.n_point:
-        raise ConfigError([Mistake("no point fulfils 'where'", section)])
+        raise ConfigError([Mistake("no point satisfies 'where'", section)])
     return points
 
 

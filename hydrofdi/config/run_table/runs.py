@@ -31,7 +31,7 @@ class RunSpec:
         All that determines it, but for its indicators.
     calibration : RunParameters or None
         The conditions under which the internal leakage flow is solved for K_i, sensors and analysis left
-        aside; None where K_i is given.
+        aside; None if K_i is given.
     choice : IndicatorChoice
         What is measured of its record.
     """
@@ -58,7 +58,7 @@ class RunSpec:
 
     @property
     def analysis_text(self) -> str:
-        """What differs from the default analysis, as canonical JSON; empty where nothing does."""
+        """What differs from the default analysis, as canonical JSON; empty if nothing does."""
         sections = {name: getattr(self.request, name) for name in ANALYSIS_SECTIONS}
         return _analysis_text(sections_text(sections), self.choice)
 

@@ -30,10 +30,10 @@ class TimeOrPeriods(SI):
             number = float(periods[1])
             return f"{number:.15g} {'period' if number == 1.0 else 'periods'}"
         if isinstance(value, str) and value.rstrip().endswith(("period", "periods")):
-            raise ValueError(f"must be a number of periods from zero on, such as '1 period'; found {value!r}")
+            raise ValueError(f"must be zero or more periods, such as '1 period'; found {value!r}")
         time = self.parse(value)
         if not 0.0 <= time < math.inf:
-            raise ValueError(f"must be a time from zero on; found {value}")
+            raise ValueError(f"must be zero or a positive time; found {value}")
         return time
 
 

@@ -103,7 +103,7 @@ def require_held_text(text: str) -> str:
         It is not.
     """
     if "\n" not in text:
-        raise ValueError(f"{text!r} is a path; its file is read where an experiment file or --set names it")
+        raise ValueError(f"{text!r} is a path; a file is only read if an experiment file or --set names it")
     name = text.partition("\n")[0].removeprefix("#") if text.startswith("#") else "text"
     return held_text(name, text)
 
@@ -119,7 +119,7 @@ def parse_rows(text: str) -> HeldRows:
     """
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()[:1] not in ("", "#")]
     if not lines:
-        raise CsvError([(0, "holds no rows of time and voltage")])
+        raise CsvError([(0, "contains no rows of time and voltage")])
     separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
     cells = [(n, [_unquoted(cell) for cell in line.split(separator)]) for n, line in lines]
     quantity, units = "voltage", (parse_unit("s"), parse_unit("V"))
@@ -157,7 +157,7 @@ def without_contents(data: Any) -> Any:
 def _file_text(path: Path) -> str:
     try:
         if not path.is_file():
-            what = "is a folder" if path.is_dir() else "is no file" if path.exists() else "no such file"
+            what = "is a folder" if path.is_dir() else "is not a file" if path.exists() else "no such file"
             raise CsvError([(0, what)])
         if path.stat().st_size > _MOST_BYTES:
             raise CsvError([(0, f"is larger than the {_MOST_BYTES / 1e6:g} MB that an input may have")])

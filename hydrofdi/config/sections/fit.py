@@ -73,11 +73,11 @@ def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> No
     quantity = parse_rows(drive.file).quantity
     if control.is_closed and quantity != "position":
         raise ValueError(
-            f"input.file holds voltages; with control.law = {control.law} it is a position,"
+            f"input.file contains voltages; with control.law = {control.law} it needs positions,"
             " with a header such as 'time [s], position [mm]'"
         )
     if not control.is_closed and quantity != "voltage":
-        raise ValueError("input.file holds positions; in open loop the input is a voltage")
+        raise ValueError("input.file contains positions; in open loop it needs voltages")
 
 
 @lru_cache(maxsize=1024)
@@ -99,8 +99,8 @@ def require_record_fits(n_kept: int, wavelet: WaveletConfig) -> None:
     deepest = dwt_max_level(n_kept, Wavelet(wavelet.name).dec_len)
     if wavelet.levels > deepest:
         raise ValueError(
-            f"a record of {n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name};"
-            f" it carries {deepest} (lengthen record.duration or lower wavelet.levels)"
+            f"a record of {n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name}; it"
+            f" supports {deepest} (lengthen record.duration or lower wavelet.levels)"
         )
 
 

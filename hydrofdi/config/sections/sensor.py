@@ -68,7 +68,7 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
         if self.order != "ideal" and self.bandwidth is None:
             raise ValueError(f"a sensor of {self.order} order needs a bandwidth")
         if self.noise_density and (self.noise or self.noise_bandwidth is not None):
-            raise ValueError("noise_density stands alone; leave out noise and noise_bandwidth")
+            raise ValueError("noise_density excludes noise and noise_bandwidth; remove them")
         if self.bits is not None and (self.lowest is None or self.highest is None):
             raise ValueError("bits needs a range to divide; give lowest and highest")
         if self.lowest is not None and self.highest is not None and not self._span > 0.0:

@@ -90,5 +90,5 @@ class DetectionConfig(Section):
         known = {name: channel.value for channel in Channel for name in (channel.symbol, channel.value)}
         for name in given:
             if name not in known:
-                raise ValueError(f"{name!r} is no channel{nearest(name, list(known))}")
+                raise ValueError(f"{name!r} is not a channel{nearest(name, list(known))}")
         return list(dict.fromkeys(known[name] for name in given))

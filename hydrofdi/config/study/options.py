@@ -1,4 +1,4 @@
-"""Options that stand beside the other keys of a section: moved to where its model has them, and checked."""
+"""Options given next to the other keys of a section: moved to where its model has them, and checked."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ class FaultsConfig(Section):
                 f" not {self.parameter}"
             )
         if any(level == 0.0 for level in self.levels):
-            raise ValueError("a leak of 0 is no fault; healthy.test records say how often it raises an alarm")
+            raise ValueError("a leak of 0 is not a fault; healthy.test already gives its alarm rate")
         return self
 
 
@@ -131,9 +131,9 @@ class SensitivityConfig(Section):
     @model_validator(mode="after")
     def _counts_carry_what_is_stated(self) -> Self:
         if 0 < self.alone < 49:
-            raise ValueError(f"alone: a range of scores needs 49 records or more, not {self.alone}")
+            raise ValueError(f"alone: a range of scores needs at least 49 records; found {self.alone}")
         if self.sobol and (self.sobol < 16 or self.sobol & (self.sobol - 1)):
-            raise ValueError(f"sobol: give a power of two from 16 on, not {self.sobol}")
+            raise ValueError(f"sobol: must be a power of two and at least 16; found {self.sobol}")
         return self
 
 
@@ -186,10 +186,10 @@ class StudyConfig(Section):
             for name in changes:
                 if name.startswith(SEAL):
                     raise ValueError(
-                        f"{place}: {name} belongs under faults; these actuators do not leak there"
+                        f"{place}: {name} belongs under faults; these actuators have no seal leak"
                     )
         if twice := sorted(self.shifts.keys() & self.confusions.keys()):
-            raise ValueError(f"{twice[0]!r} is a shift and a confusion; give each a name of its own")
+            raise ValueError(f"{twice[0]!r} is both a shift and a confusion; give each its own name")
         return self
 
     @model_validator(mode="after")
@@ -199,7 +199,7 @@ class StudyConfig(Section):
             raise ValueError("sensitivity: nothing varies; give population.over")
         if asked.sobol and population.correlation:
             raise ValueError(
-                "sensitivity.sobol: Sobol indices are those of independent parameters;"
-                " leave it out, or population.correlation"
+                "sensitivity.sobol: Sobol indices need independent parameters; remove it or"
+                " population.correlation"
             )
         return self

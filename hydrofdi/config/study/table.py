@@ -56,7 +56,7 @@ class StudyTable:
         Dotted parameter → its value in SI: what was chosen for all runs of a design alike.
     design_of_run : ndarray of int, shape (n_run,)
     actuators : tuple of str or None
-        Runs of one design with the same name are of the same actuator; None where each has its own.
+        Runs of one design with the same name are of the same actuator; None if each has its own.
     """
 
     populations: tuple[Population, ...]

@@ -132,7 +132,7 @@ def _quoted(text: str) -> Any:
 
 
 def _dotted_name(node: ast.AST) -> str:
-    """``section.field`` as it was written; empty where the node is no name."""
+    """``section.field`` as it was written; empty if the node is no name."""
     match node:
         case ast.Name(id=name):
             return name

@@ -1,4 +1,4 @@
-"""Distinct rows of a table of whole numbers."""
+"""Distinct rows of a table of integers."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def _refuse_leaky_baseline(source: Source) -> None:
     for name in INTERNAL_LEAKAGE_FORMS:
         value = source.data["baseline"].get(name)
         if isinstance(value, float) and value > 0.0:
-            message = "a baseline that leaks is no healthy actuator to compare with; leave it out, or set 0"
+            message = "a leaking baseline is not a healthy actuator; remove it, or set 0"
             source.mistakes.append(source.mistake(("baseline", name), message))
 
 
@@ -135,7 +135,7 @@ def _third(kind: str, name: str, value: Any) -> float:
     if kind == "arange":
         return difference(name, value)
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST_VALUES:
-        raise ValueError(f"the count must be a whole number from 1 to {_MOST_VALUES}; found {value!r}")
+        raise ValueError(f"the count must be an integer from 1 to {_MOST_VALUES}; found {value!r}")
     return value
 
 

@@ -65,7 +65,7 @@ class SampleConfig(Section):
     normal [mean, standard deviation], truncated_normal [mean, standard deviation, low, high] (of the normal
     distribution before truncation), lognormal [median, factor] (the factor is the geometric standard
     deviation, above 1: two thirds of the draws lie from median/factor to median·factor), triangular [low,
-    mode, high], integers [low, high] (whole numbers, both ends included), or choice [value, …]. ``±20 %`` or
+    mode, high], integers [low, high] (integers, both ends included), or choice [value, …]. ``±20 %`` or
     ``±1 µm`` in place of the arguments is taken about the experiment's own value: the ends of uniform and
     triangular, the standard deviation of normal."""
 

@@ -120,9 +120,9 @@ def _require_kind(source: Source, path: Path, name: str, kind: str, values: list
     are_whole = all(isinstance(value, int) and not isinstance(value, bool) for value in values)
     are_numbers = all(isinstance(value, float) for value in values)
     if are_whole and kind != "integers":
-        raise _MistakenError(path, f"{name} is a whole number; draw it with {{integers: [low, high]}}")
+        raise _MistakenError(path, f"{name} is an integer; draw it with {{integers: [low, high]}}")
     if are_numbers and kind == "integers":
-        raise _MistakenError(path, f"{name} is no whole number; draw it with {{uniform: [low, high]}}")
+        raise _MistakenError(path, f"{name} is not an integer; draw it with {{uniform: [low, high]}}")
     if not (are_numbers or are_whole):
         require_numbers(source, path)
         return

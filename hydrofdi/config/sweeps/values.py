@@ -31,7 +31,7 @@ def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
 
 
 def nominal_value(source: Source, name: str) -> Any:
-    """The value in SI that a source gives a parameter outside of what varies; None where it gives none."""
+    """The value in SI that a source gives a parameter outside of what varies; None if it gives none."""
     section, field = name.split(".")
     given = source.data.get(section)
     if not isinstance(given, dict) or field not in given:

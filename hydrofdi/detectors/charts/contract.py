@@ -75,7 +75,7 @@ class Chart(Protocol[Chosen]):
     ) -> None:
         """Fill the statistic and carry the memory on; rising scores, or both directions.
 
-        A NaN leaves the memory as it is and gives NaN. Memory is set to zero where the limit is reached.
+        A NaN leaves the memory as it is and gives NaN. Memory is set to zero if the limit is reached.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class Chart(Protocol[Chosen]):
         scores : array_like, shape (n_stream, n_time)
             Standardised [-].
         limit : float
-            The chart starts anew after a statistic that reaches it.
+            The chart restarts after a statistic that reaches it.
 
         Returns
         -------

@@ -18,7 +18,7 @@ from hydrofdi.evaluation.scores import Array, share_between_0_and_1
 
 @dataclass(frozen=True)
 class Delay:
-    """A quantile of delays, with its interval [s]; infinite where so many leaks are not found."""
+    """A quantile of delays, with its interval [s]; infinite if so many leaks are not found."""
 
     value: float
     low: float
@@ -33,9 +33,9 @@ class Delays:
     Attributes
     ----------
     values : ndarray, shape (n_stream,)
-        Time from the onset to the first alarm at or after it [s]; infinite where there is none.
+        Time from the onset to the first alarm at or after it [s]; infinite if there is none.
     n_early : ndarray of int, shape (n_stream,)
-        Alarms before the onset: false ones, which detect nothing. The chart starts anew after each.
+        Alarms before the onset: false ones, which detect nothing. The chart restarts after each.
     not_measurable : int
         Number of streams without a score after the onset; they count as not found.
     groups : tuple of str or None

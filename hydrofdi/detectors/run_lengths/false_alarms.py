@@ -38,7 +38,7 @@ class AlarmLimit:
     value : float
         An alarm where statistic >= value.
     mean_time : float
-        Mean time between false alarms [s]; infinite where there was none.
+        Mean time between false alarms [s]; infinite if there was none.
     low, high : float
         Where the true mean time lies, with `confidence` [s].
     confidence : float
@@ -67,7 +67,7 @@ class FalseAlarms:
     """False alarms of a chart in healthy operation.
 
     Healthy records are drawn with replacement, whole, and joined; the chart runs on over the joints and
-    starts anew after each alarm. So dependence within records counts in full; there is none between them.
+    restarts after each alarm. So dependence within records counts in full; there is none between them.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ class FalseAlarms:
             low, high = high, 2.0 * high
         if self._mean_count(low) < wanted:
             raise NotStatedError(
-                "no limit above 0 raises so many false alarms; state a longer time between them"
+                "no limit above 0 raises so many false alarms; choose a longer time between them"
             )
         low = max(limit for limit, count in self._searched.items() if count >= wanted and limit < high)
         high = min(limit for limit, count in self._searched.items() if count < wanted and limit > low)

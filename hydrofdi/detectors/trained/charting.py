@@ -68,5 +68,5 @@ class ScoreChart:
 
 
 def chart_of(file: DetectorFile) -> ScoreChart | None:
-    """The chart of a trained detector; None where it has none."""
+    """The chart of a trained detector; None if it has none."""
     return None if file.chart is None else ScoreChart(file)

@@ -44,13 +44,13 @@ def _of_indicator(file: DetectorFile) -> Iterator[Mistake]:
     if indicator.version != file.indicator_version:
         yield Mistake(
             f"{config.indicator} has version {indicator.version} here, not {file.indicator_version}, and"
-            " gives other numbers; train the detector again",
+            f" gives other values; train the detector again",
             "indicator_version",
         )
     if output.dims:
-        yield Mistake(f"{output.name} is no single number", "config.output")
+        yield Mistake(f"{output.name} is not a single number", "config.output")
     if missing := sorted(indicator.channels - set(file.channels)):
-        yield Mistake(f"{config.indicator} needs {missing[0]}, which is not among them", "channels")
+        yield Mistake(f"{config.indicator} needs {missing[0]}, which is missing", "channels")
     if config.window.by == "estimate" and not isinstance(indicator, RecursiveIndicator):
         yield Mistake(
             f"{config.indicator} does not follow a stream; use 'time' or 'cycle'", "config.window.by"
@@ -65,11 +65,11 @@ def _of_numbers(file: DetectorFile) -> Iterator[Mistake]:
         yield Mistake("is missing", "config.output")
     if (limits.low is None) is not (direction is Direction.RISING):
         yield Mistake(
-            "a limit below is there where the direction is not rising, and only there", "limits.low"
+            "a lower limit is required unless the direction is rising, and allowed only then", "limits.low"
         )
     if (limits.high is None) is not (direction is Direction.FALLING):
         yield Mistake(
-            "a limit above is there where the direction is not falling, and only there", "limits.high"
+            "an upper limit is required unless the direction is falling, and allowed only then", "limits.high"
         )
     if limits.low is not None and limits.high is not None and limits.low > limits.high:
         yield Mistake(f"must not be below limits.low; found {limits.high:g}", "limits.high")
@@ -112,7 +112,7 @@ def _of_windows(file: DetectorFile) -> Iterator[Mistake]:
 
 def _of_chart(file: DetectorFile) -> Iterator[Mistake]:
     if (file.config.chart is None) is not (file.chart is None):
-        yield Mistake("stands in the file with config.chart, or neither does", "chart")
+        yield Mistake("requires config.chart, and config.chart requires it", "chart")
     if file.config.chart is not None:
         try:
             make_chart(file.config.chart.chart, file.config.chart.options)

@@ -1,4 +1,4 @@
-"""A stream → estimates of a recursive indicator, which begins anew where it has to."""
+"""A stream → estimates of a recursive indicator, which restarts where it has to."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hydrofdi.records.streams import Piece, State, WindowFault
 _INDICATOR = "indicator."
 
 _LOST, _LOST_AT_FIRST = 10, 600.0
-"""An indicator that had a score begins anew after so many estimates without one, and after its transient;
+"""An indicator that had a score restarts after so many estimates without one, and after its transient;
 one that had none since it began, after this time [s], because its first window may be long."""
 
 
@@ -35,7 +35,7 @@ class Estimate:
     time : float
         On the clock of the stream [s].
     score : float
-        In the unit of the output; NaN where there is a fault.
+        In the unit of the output; NaN if there is a fault.
     fault : WindowFault or None
         Why the indicator began anew.
     """
@@ -49,7 +49,7 @@ class Estimate:
 class Estimator:
     """Estimates along a stream. They are the same, to the bit, whatever the pieces.
 
-    The indicator begins anew behind a gap, behind missing samples, and where it has lost its score for good;
+    The indicator restarts behind a gap, behind missing samples, and where it has lost its score for good;
     it is then silent for its transient.
 
     Parameters
@@ -73,7 +73,7 @@ class Estimator:
             raise ConfigError(f"{indicator.name} does not follow a stream; judge it by windows")
         followed = indicator.estimates[0].name
         if feature.described.name != followed:
-            raise ConfigError(f"of {indicator.name}, {followed} alone is followed along a stream")
+            raise ConfigError(f"only {followed} of {indicator.name} can be followed along a stream")
         self.indicator: RecursiveIndicator[Any] = indicator
         self._score, self._channels, self.sampling_frequency = followed, tuple(channels), sampling_frequency
 
@@ -113,7 +113,7 @@ class Estimator:
     def _advance(
         self, state: State, piece: Piece, first: int, stop: int
     ) -> tuple[State, int, list[Estimate]]:
-        """Up to `stop`, or to the sample at which it begins anew."""
+        """Up to `stop`, or to the sample at which it restarts."""
         n_before, indicator = int(state["n_seen"][0]), self.indicator
         n_lost, had_score = int(state["n_lost"][0]), bool(state["had_score"][0])
         samples = {
@@ -144,7 +144,7 @@ class Estimator:
         return after, stop, found
 
     def _patience(self, had_score: bool) -> int:
-        """Estimates in a row without a score, after which the indicator begins anew."""
+        """Estimates in a row without a score, after which the indicator restarts."""
         time = self.indicator.options.transient if had_score else _LOST_AT_FIRST
         return max(_LOST, math.ceil(time / self.interval))
 
@@ -159,7 +159,7 @@ class Estimator:
 
     @property
     def _anew(self) -> str:
-        return f"it begins anew and is silent for {self.indicator.options.transient:g} s"
+        return f"it restarts and is silent for {self.indicator.options.transient:g} s"
 
     def _records(self, n_before: int, samples: Mapping[Channel, Array]) -> RecordBatch:
         return RecordBatch(

@@ -44,7 +44,7 @@ class Basis(Section):
     """Groups that do not depend on each other, such as units or days; 0 where nobody stated any."""
 
     populations: dict[str, Count]
-    """Label of healthy records → number of their windows; empty where they have none."""
+    """Label of healthy records → number of their windows; empty if they have none."""
 
     not_judged: dict[str, Count]
     """Kind of fault → number of healthy windows that taught nothing for it."""
@@ -64,10 +64,10 @@ class Limits(Section):
     """Limits of the score, in the unit of the output, and the rate of false alarms."""
 
     low: float | None
-    """A score below it is an alarm; null where there is no such limit."""
+    """A score below it is an alarm; null if there is no such limit."""
 
     high: float | None
-    """A score above it is an alarm; null where there is no such limit."""
+    """A score above it is an alarm; null if there is no such limit."""
 
     false_alarm_rate: float = Field(ge=1e-9, le=0.5)
     """Wanted share of healthy windows that raise an alarm."""
@@ -90,13 +90,13 @@ class ChartLimit(Section):
     """The limit of the control chart."""
 
     limit: float = Field(gt=0.0)
-    """An alarm where the statistic reaches it; the chart then starts anew."""
+    """An alarm where the statistic reaches it; the chart then restarts."""
 
     mean_time: float | None
-    """Mean time between false alarms on healthy records [s]; null where there was none."""
+    """Mean time between false alarms on healthy records [s]; null if there was none."""
 
     interval: tuple[float, float | None]
-    """Where it lies, with the confidence [s]; null where nothing bounds it."""
+    """Where it lies, with the confidence [s]; null if nothing bounds it."""
 
     hours: float
     """Hours of healthy operation that it rests on."""

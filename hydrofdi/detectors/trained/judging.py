@@ -84,7 +84,7 @@ def verdict_of(
     ----------
     file : DetectorFile
     score : float
-        NaN where there is none.
+        NaN if there is none.
     fault : WindowFault, optional
         Why it is not judged. Where the window is novel, the score and its margin are shown all the same, and
         the fault says that it is beyond a limit.

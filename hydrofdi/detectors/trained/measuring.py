@@ -23,7 +23,7 @@ class WindowScores:
     Attributes
     ----------
     values : ndarray, shape (n_window,)
-        In the unit of the output; NaN where a window has none.
+        In the unit of the output; NaN if a window has none.
     obstacles : tuple of (str or None), length n_window
         Why a window has no number.
     """
@@ -44,7 +44,9 @@ def feature_of(config: DetectorConfig) -> Feature:
     """
     feature = Feature(sound_indicator(config.indicator, config.options), config.output)
     if feature.described.dims:
-        raise ConfigError(f"{feature.label} is an array, and a score is one number; choose another output")
+        raise ConfigError(
+            f"{feature.label} is an array, but a score is a single number; choose another output"
+        )
     return feature
 
 
@@ -72,7 +74,7 @@ def scores_of_records(records: RecordBatch, feature: Feature) -> WindowScores:
 
 
 def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | None:
-    """Which channel is not in SI, as a sentence; None where all are. A stream has no scale but SI."""
+    """Which channel is not in SI, as a sentence; None if all are. A stream has no scale but SI."""
     for channel in channels:
         if channel in records.relative:
             found = "is divided by another" if channel in records.normalized else "is in counts"

@@ -52,7 +52,7 @@ def load_detector(path: Path) -> DetectorFile:
     except RecursionError:
         raise ConfigError(f"{path}: nested too deeply") from None
     except ValueError as error:
-        raise ConfigError(f"{path}: is no detector file: {_shown(str(error))}") from None
+        raise ConfigError(f"{path}: is not a detector file: {_shown(str(error))}") from None
     _require_known_form(path, data)
     try:
         file = DetectorFile.model_validate_json(text, strict=True)
@@ -81,7 +81,7 @@ def _read(path: Path) -> str:
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from None
     if len(content) > MOST_BYTES:
-        raise ConfigError(f"{path}: is larger than {MOST_BYTES >> 20} MiB, and no detector file")
+        raise ConfigError(f"{path}: is larger than {MOST_BYTES >> 20} MiB, so it is not a detector file")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError:
@@ -90,7 +90,7 @@ def _read(path: Path) -> str:
 
 def _require_known_form(path: Path, data: Any) -> None:
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise ConfigError(f'{path}: is no detector file; those say "schema": "{SCHEMA}"')
+        raise ConfigError(f'{path}: is not a detector file; those contain "schema": "{SCHEMA}"')
     version = data.get("version")
     if type(version) is not int or version != VERSION:
         raise ConfigError(

@@ -14,9 +14,9 @@ class Verdict:
     Attributes
     ----------
     score : float or None
-        The output of the indicator, in its unit; None where it has none. It is there for novel windows too.
+        The output of the indicator, in its unit; None if it has none. It is there for novel windows too.
     alarm : bool or None
-        None where the window is not judged.
+        None if the window is not judged.
     margin : float or None
         Distance to the nearest limit in healthy spreads; negative beyond it. It is there with the score.
     fault : WindowFault or None
@@ -30,5 +30,5 @@ class Verdict:
 
     @property
     def is_beyond(self) -> bool | None:
-        """Whether the score is beyond a limit, also where that is no alarm; None where there is no score."""
+        """Whether the score is beyond a limit, also where that is no alarm; None if there is no score."""
         return None if self.margin is None else self.margin < 0.0

@@ -94,7 +94,7 @@ def project(
         Samples of a block.
     estimates : ndarray, shape (2, n_record, n_instant)
         Filled with K_i as the residual has it, and how far errors within their bounds may move it
-        [m^3.5/kg^0.5]; NaN where no sample counted, the pressures do not differ, or a sample is missing.
+        [m^3.5/kg^0.5]; NaN if no sample counted, the pressures do not differ, or a sample is missing.
     """
     gain, ret = cylinder.flow_gain * cylinder.area_gradient, cylinder.ret
     for row in range(signals.shape[1]):

@@ -116,7 +116,7 @@ def probability_of_detection(
         No record has a score.
     """
     if not 0.0 <= false_alarm_rate < 1.0:
-        raise ValueError(f"the false-alarm rate lies from 0 to 1, not at {false_alarm_rate}")
+        raise ValueError(f"the false-alarm rate must be from 0 to 1; found {false_alarm_rate}")
     counted = tally(severity, outcomes)
     along = Axis(axis, counted.span[1])
     places = along.place(counted.severity)

@@ -33,7 +33,7 @@ class DetectableSeverity:
 
     @property
     def value(self) -> float | None:
-        """The severity that is detected with at least this probability; None where none of the tested is."""
+        """The severity that is detected with at least this probability; None if none of the tested is."""
         return None if self.place == "above" else self.severity
 
     def sentence(self, unit: str = "", scale: float = 1.0) -> str:

@@ -26,7 +26,7 @@ class LackOfFit:
     degrees : int
         Number of cells less two.
     p_value : float
-        NaN where there are too few cells to tell.
+        NaN if there are too few cells to tell.
     """
 
     statistic: float

@@ -51,7 +51,7 @@ def smallest_detectable(
 
 
 def _where(curve: PodCurve, rise: float) -> float:
-    """The place at which the fitted predictor is `rise`; infinite where a flat curve has none."""
+    """The place at which the fitted predictor is `rise`; infinite if a flat curve has none."""
     if curve.slope:
         return (rise - curve.intercept) / curve.slope
     return -np.inf if curve.intercept >= rise else np.inf

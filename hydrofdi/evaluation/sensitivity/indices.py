@@ -59,7 +59,7 @@ def sobol_indices(
     Parameters
     ----------
     first, second : array_like, shape (n_base,)
-        Scores at the rows of the matrices A and B; NaN where there is none.
+        Scores at the rows of the matrices A and B; NaN if there is none.
     exchanged : array_like, shape (n_factor, n_base)
         At the rows of A with one column from B.
     again : array_like, shape (n_base,)

@@ -31,7 +31,7 @@ def quantiles_and_draws(
     Parameters
     ----------
     scores : ndarray, shape (n_record,)
-        NaN where a record has none; infinite ones are not used.
+        NaN if a record has none; infinite ones are not used.
     probabilities : sequence of float
         Ascending, between 0 and 1.
     generator : Generator

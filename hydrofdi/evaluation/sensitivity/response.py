@@ -25,7 +25,7 @@ class EquivalentFault:
     severity : float
         Itself, or the smallest or largest tested one [unit of the severity].
     low, high : float
-        Interval; 0 where it goes below the tested ones, infinite where it goes above.
+        Interval; 0 where it goes below the tested ones, infinite if it goes above.
     confidence : float
     """
 
@@ -61,7 +61,7 @@ class Response:
     Parameters
     ----------
     healthy : array_like, shape (n_record,)
-        Scores; NaN where there is none.
+        Scores; NaN if there is none.
     faulty : sequence of array_like
         Scores of each severity.
     severity : array_like, shape (n_level,)

@@ -18,7 +18,7 @@ def relative_spread(
     Parameters
     ----------
     alone, together : array_like, shape (n_record,)
-        Scores of healthy records of which one nuisance varies, and all; NaN where there is none.
+        Scores of healthy records of which one nuisance varies, and all; NaN if there is none.
     confidence : float
     seed : int
         Of the draws that give the interval.

@@ -57,7 +57,7 @@ class CrossCorrelation(Indicator[CrossCorrelationOptions]):
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """NaN where a pressure does not move."""
+        """NaN if a pressure does not move."""
         first, second = (_centred(records[channel]) for channel in _CHAMBERS)
         size = np.sqrt(np.mean(np.square(first), axis=1) * np.mean(np.square(second), axis=1))
         lag = self._lag(records)

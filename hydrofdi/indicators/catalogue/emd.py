@@ -41,7 +41,7 @@ class Emd(SingleChannelIndicator[EmdOptions]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """imf1, imf2, …; zero where a record has no such mode."""
+        """imf1, imf2, …; zero if a record has no such mode."""
         return tuple(
             Output(f"imf{mode}", self.unit, f"RMS of the instantaneous amplitude of mode {mode}")
             for mode in range(1, self.options.modes + 1)

@@ -95,7 +95,7 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
         return band_obstacle(records, band) or stepping_obstacle(records, self.options)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """The decay is NaN where no step has a window behind it."""
+        """The decay is NaN if no step has a window behind it."""
         signal, sampling = self.signal(records), records.sampling_frequency
         envelope = np.abs(analytic_signal(signal, sampling, middle_band(self.options.band, sampling)))
         delay, length = round(self.options.delay * sampling), self._n_window(records)

@@ -92,7 +92,7 @@ class PostStepAc(Indicator[PostStepAcOptions]):
         return stepping_obstacle(records, self.options)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """In the unit of the channel; NaN where no step has a window behind it."""
+        """In the unit of the channel; NaN if no step has a window behind it."""
         signal, n_record = records[self.options.channel], records.n_record
         window = self._window(records)
         steps = drive_steps(records, self.options, signal).with_window(*window, records.n_time)

@@ -56,7 +56,7 @@ class PressureDecay(Indicator[PressureDecayOptions]):
     )
     source = "EN 1779 (1999), leak testing: change of pressure; least squares over the rests are a choice"
     equation = "dP/dt: common slope of all rests; dP_1/dt ≈ −(β/V) q_il where nothing moves or is fed"
-    absence = "there is no rest in it that is long enough"
+    absence = "it contains no rest that is long enough"
     Options = PressureDecayOptions
 
     @property
@@ -96,7 +96,7 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Pa/s; NaN where a record has no rest."""
+        """Pa/s; NaN if a record has no rest."""
         frequency, options = records.sampling_frequency, self.options
         rests = stretches_where(
             self._is_resting(records),

@@ -38,7 +38,7 @@ class PressureStatistics(SingleChannelIndicator[ChannelOptions]):
         return "one sample has no statistics" if records.n_time < 2 else None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Numbers of each record; kurtosis and crest factor are NaN where the signal does not move."""
+        """Numbers of each record; kurtosis and crest factor are NaN if the signal does not move."""
         signal = self.signal(records)
         moved = signal - signal[:, :1]
         offset = moved.mean(axis=1)

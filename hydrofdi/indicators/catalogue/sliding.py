@@ -47,7 +47,7 @@ class SlidingOptions(RecursiveOptions):
         if name not in outputs:
             raise ValueError(f"{self.of} has no output {self.output!r}{nearest(self.output, [*outputs])}")
         if outputs[name].dims:
-            raise ValueError(f"{name} of {self.of} is no single number, and one is followed")
+            raise ValueError(f"{name} of {self.of} is not a single number, which a sliding window needs")
         return outputs[name]
 
     @model_validator(mode="after")
@@ -61,7 +61,7 @@ class SlidingOptions(RecursiveOptions):
         except ConfigError as error:
             raise ValueError(str(error)) from None
         if isinstance(self.made, RecursiveIndicator):
-            raise ValueError(f"{self.of} follows records by itself; a window adds nothing")
+            raise ValueError(f"{self.of} already follows records; a window adds nothing")
         return self
 
 

@@ -54,7 +54,7 @@ class Stft(SingleChannelIndicator[StftOptions]):
         return reason
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Frequencies are NaN where nothing moves."""
+        """Frequencies are NaN if nothing moves."""
         sampling = records.sampling_frequency
         band, n_segment = middle_band(self.options.band, sampling), round(self.options.segment * sampling)
         frequency, amplitude = spectral_ridge(self.signal(records), sampling, band, n_segment, n_segment // 2)

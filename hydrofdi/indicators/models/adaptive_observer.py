@@ -29,7 +29,7 @@ def _with_leakage(estimated: tuple[Estimated, ...]) -> tuple[Estimated, ...]:
     if "leakage" not in estimated:
         raise ValueError("leakage is always estimated: [leakage], or [leakage, compressibility]")
     if len(set(estimated)) < len(estimated):
-        raise ValueError("what is estimated is named twice")
+        raise ValueError("a parameter is named twice")
     return estimated
 
 

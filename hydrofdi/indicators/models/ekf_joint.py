@@ -22,7 +22,7 @@ class JointOptions(KalmanOptions):
     @model_validator(mode="after")
     def _leakage_is_estimated(self) -> JointOptions:
         if "leakage" not in self.states:
-            raise ValueError("states do not hold leakage")
+            raise ValueError("states must contain leakage")
         return self
 
 

@@ -117,6 +117,6 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
 
 
 def _mean(values: Array) -> Array:
-    """Of what is finite along the time; NaN where nothing is."""
+    """Of what is finite along the time; NaN if nothing is."""
     found = np.isfinite(values)
     return np.asarray(np.where(found, values, 0.0).sum(axis=1) / found.sum(axis=1))

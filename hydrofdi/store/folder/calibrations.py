@@ -11,7 +11,7 @@ _FILE = "calibrations.json"
 
 
 def read_calibrations(directory: Path) -> dict[str, float]:
-    """Identity of a calibration → K_i [m^3.5/kg^0.5]; empty where nothing readable is kept."""
+    """Identity of a calibration → K_i [m^3.5/kg^0.5]; empty if nothing readable is kept."""
     try:
         return {str(key): float(value) for key, value in json.loads((directory / _FILE).read_text()).items()}
     except (OSError, ValueError, TypeError, AttributeError):

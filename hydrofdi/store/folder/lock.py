@@ -51,7 +51,7 @@ def file_lock(path: Path, refusal: str) -> Iterator[str]:
     Yields
     ------
     str
-        The process that left a stale lock; empty where none did.
+        The process that left a stale lock; empty if none did.
 
     Raises
     ------

@@ -83,7 +83,7 @@ def _seeds(sweep: Any) -> list[int]:
 
 
 def _git_state(folder: Path) -> dict[str, Any] | None:
-    """Commit of the code, and a hash of what differs from it; None where it is no checkout."""
+    """Commit of the code, and a hash of what differs from it; None if it is no checkout."""
     try:
         commit = _git(folder, "rev-parse", "HEAD").strip()
         difference = _git(folder, "diff", "HEAD")

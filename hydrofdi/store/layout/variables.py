@@ -27,7 +27,7 @@ _OPTIONAL = {variable.name for variable in (*LATER_ADDED, *OVER_PHASES)}
 
 
 def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any] | None:
-    """Rows of a variable; None where a file lacks what it may lack.
+    """Rows of a variable; None if a file lacks what it may lack.
 
     Raises
     ------

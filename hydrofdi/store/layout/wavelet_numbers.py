@@ -28,7 +28,7 @@ def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[An
     Returns
     -------
     dict of str to ndarray, shape (n_run, n_level) or (n_run, n_phase, n_level)
-        NaN where ``dwt`` was not among the indicators.
+        NaN if ``dwt`` was not among the indicators.
     """
     numbers = {}
     for name, output in _OUTPUT.items():
@@ -42,7 +42,7 @@ def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[An
 
 
 def earlier_output(file: h5py.File, name: str, rows: slice) -> NDArray[Any] | None:
-    """An output of ``dwt`` in a file before format version 3; None where it is none, or is not there."""
+    """An output of ``dwt`` in a file before format version 3; None if it is none, or is not there."""
     for variable, output in _OUTPUT.items():
         match = re.fullmatch(re.escape(f"{DWT}.") + output.format(r"(\d+)"), name)
         if match and variable in file and int(match[1]) <= file[variable].shape[-1]:

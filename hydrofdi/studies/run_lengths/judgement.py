@@ -23,7 +23,7 @@ class LeakDelay:
     n_found, n : int
         Leaks that are found before their record ends, and all.
     n_early : int
-        False alarms before the onset, after each of which the chart starts anew.
+        False alarms before the onset, after each of which the chart restarts.
     not_measurable : int
         Number of leaks whose estimator diverged before they set in; they count as not found.
     watched : float
@@ -56,9 +56,9 @@ class ChartJudgement:
     false_alarm_every : float
         Mean time between false alarms that the limit is set for [s].
     centre, spread : float
-        Of what it watches, in healthy fit records [unit]; NaN where there is no limit.
+        Of what it watches, in healthy fit records [unit]; NaN if there is no limit.
     limit : AlarmLimit or None
-        Set on healthy fit records; None where they do not carry one.
+        Set on healthy fit records; None if they do not carry one.
     false_alarms : mapping of Population to AlarmLimit
         What healthy test records, each shift and each confusion say of the same limit.
     delays : tuple of LeakDelay
@@ -82,7 +82,7 @@ class ChartJudgement:
     def keeps(self, population: Population) -> bool | None:
         """Whether records are not shown to alarm more often than the limit is set for.
 
-        None where they are watched for too short a time to tell, or not at all.
+        None if they are watched for too short a time to tell, or not at all.
         """
         found = self.false_alarms.get(population)
         if found is None:

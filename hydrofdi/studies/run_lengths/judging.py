@@ -89,7 +89,7 @@ class _Case:
         )
 
     def _sound(self, limit: AlarmLimit) -> tuple[dict[Population, AlarmLimit], tuple[str, ...]]:
-        """Alarms of all records with sound seals that set no limit, and what is not stated of them."""
+        """Alarms of all records with healthy seals that set no limit, and what is not stated of them."""
         records, found, refusals = self.traces.records, {}, []
         for population in (each for kind in _SOUND for each in records.chosen(kind, is_fit=False)):
             try:

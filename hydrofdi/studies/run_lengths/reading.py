@@ -18,7 +18,7 @@ from hydrofdi.studies.run_lengths.traces import read_traces
 
 
 def judge_run_lengths(data: ExperimentData) -> tuple[RunLengths, ...]:
-    """The charts of every design of a stored study; empty where it asks for none.
+    """The charts of every design of a stored study; empty if it asks for none.
 
     Charts on indicators that need other sensors than the machine has are left out.
 

@@ -31,9 +31,9 @@ class Traces:
     time : ndarray, shape (n_instant,)
         Instants [s], on the clock of the records.
     onset : ndarray, shape (n_record,)
-        When the leak of a record sets in [s]; NaN where it is there from the start.
+        When the leak of a record sets in [s]; NaN if it is there from the start.
     flow : ndarray, shape (n_record,)
-        True mean leakage flow from the onset on [m³/s]; NaN where the run failed.
+        True mean leakage flow from the onset on [m³/s]; NaN if the run failed.
     unit : str
         SI.
     direction : Direction
@@ -82,7 +82,7 @@ def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.in
     indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[label]
     stored = data.columns.get(f"{watched}_trace")
     if stored is None or not isinstance(indicator, RecursiveIndicator):
-        raise ReportError(f"{data.path}: holds no trace of {watched}; sweep again")
+        raise ReportError(f"{data.path}: contains no trace of {watched}; sweep again")
     request = data.experiment.nominal_parameters.with_values(records.design)
     time = watched_instants(indicator, request)
     if time.size < 2:
@@ -111,6 +111,6 @@ def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) ->
 
 
 def _onsets(data: ExperimentData) -> Array:
-    """When the leak of each run sets in [s]; NaN where it is constant."""
+    """When the leak of each run sets in [s]; NaN if it is constant."""
     is_constant = np.array([kind == "constant" for kind in data.values("leakage.onset")])
     return np.where(is_constant, np.nan, np.array(data.values("leakage.onset_time"), dtype=float))

@@ -118,7 +118,7 @@ def test_an_indicator_that_lost_its_score_for_good_begins_anew_and_says_so():
     assert said[0] == (pytest.approx(0.509), "sliding has had no d2 for 0.01 s")
     assert said[9] == (
         pytest.approx(0.599),
-        "sliding has had no d2 for 0.1 s; it begins anew and is silent for 0.1 s",
+        "sliding has had no d2 for 0.1 s; it restarts and is silent for 0.1 s",
     )
     assert said[10:] == []
     assert next(time for time, _, _ in found if time > 0.6) == pytest.approx(0.709)
@@ -130,7 +130,7 @@ def test_an_indicator_without_a_score_yet_is_waited_for():
     _, verdicts = followed(follower_of("sliding", **options), piece())
     faults = [verdict.fault for verdict in verdicts if verdict.fault is not None]
     assert len(faults) == 69
-    assert not any("anew" in fault.text for fault in faults)
+    assert not any("restarts" in fault.text for fault in faults)
     assert verdicts[-1].alarm is False
 
 

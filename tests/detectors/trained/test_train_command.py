@@ -245,7 +245,7 @@ def test_nothing_but_a_detector_is_overwritten(hydrofdi, tmp_path):
     before = (tmp_path / "run.csv").read_bytes()
     refused = hydrofdi("train", "run.csv", *TRAIN[:-1], "run.csv", "--window", "1 s")
     assert refused.returncode == 2
-    assert "run.csv: is there already and no detector file; it is left alone" in refused.stderr
+    assert "run.csv: exists already, is not a detector file and was not changed" in refused.stderr
     assert (tmp_path / "run.csv").read_bytes() == before
     for _ in range(2):
         assert hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s").returncode == 0
@@ -257,10 +257,10 @@ def test_only_a_detector_or_nothing_stands_where_a_detector_is_written(hydrofdi,
     (tmp_path / "empty.json").touch()
     (tmp_path / "link").symlink_to("pipe")
     for out, said in (
-        ("pipe", "pipe: is no regular file; it is left alone"),
-        ("link", "link: is no regular file; it is left alone"),
-        (".", "is no regular file; it is left alone"),
-        ("empty.json", "empty.json: is there already and no detector file; it is left alone"),
+        ("pipe", "pipe: is not a regular file and was not changed"),
+        ("link", "link: is not a regular file and was not changed"),
+        (".", "is not a regular file and was not changed"),
+        ("empty.json", "empty.json: exists already, is not a detector file and was not changed"),
         ("absent/x.json", "absent/x.json: there is no folder "),
     ):
         refused = hydrofdi("train", "run.csv", *TRAIN[:-1], out, "--window", "1 s")

@@ -213,7 +213,7 @@ def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
     assert file.drive == (0.0, 5.0)
     assert file.channels == (Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE)
     assert file.basis.n_window == 60
-    with pytest.raises(ConfigError, match="state with --window how much of each cycle is kept"):
+    with pytest.raises(ConfigError, match="give the length of each cycle"):
         trained(normal(1, 120), more=more, window={"by": "cycle"})
     with pytest.raises(NotStatedError, match="input_voltage is in no healthy record"):
         trained(normal(1, 120), window=window)

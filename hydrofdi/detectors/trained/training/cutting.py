@@ -31,9 +31,9 @@ def windower_of(
     assert window.by != "estimate"
     frequency = first.sampling_frequency
     if window.by == "cycle" and window.duration is None:
-        raise ConfigError("--by cycle: state with --window how much of each cycle is kept, from its edge on")
+        raise ConfigError("--by cycle: give the length of each cycle, counted from its edge, with --window")
     if window.by == "cycle" and window.every is not None:
-        raise ConfigError("--every: windows by cycle begin with the edges of the drive; leave it out")
+        raise ConfigError("--every: windows by cycle begin at the edges of the drive; remove it")
     duration = first.duration if window.duration is None else window.duration
     n_sample = round(duration * frequency)
     if n_sample < 2:
@@ -88,7 +88,7 @@ def drive_of(healthy: RecordSource, channel: Channel) -> Drive:
     if not low < high:
         found = "is in no healthy record" if high == -np.inf else "never changes in the healthy records"
         raise NotStatedError(
-            f"--by cycle: {channel} {found}, and cycles begin with its edges; name another channel under"
-            " 'window:', or cut by time"
+            f"--by cycle: {channel} {found}, but cycles begin at its edges; choose another channel under"
+            f" 'window:', or cut by time"
         )
     return low, high

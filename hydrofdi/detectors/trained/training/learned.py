@@ -24,7 +24,7 @@ class ScoreLine:
     duration : float
         Of the record [s].
     scores : list of float
-        NaN where there is none.
+        NaN if there is none.
     is_apart : list of bool
         Whether a score sets limits: windows that do so do not overlap.
     """

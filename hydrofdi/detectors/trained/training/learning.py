@@ -103,8 +103,8 @@ def _estimator(
 ) -> Estimator:
     if config.window.duration is not None or config.window.every is not None:
         raise ConfigError(
-            f"--by estimate: there are no windows; the option 'interval' of {feature.indicator.name} says how"
-            " often an estimate comes"
+            f"--by estimate: there are no windows; the option 'interval' of {feature.indicator.name} sets"
+            f" the time between estimates"
         )
     return Estimator(feature, channels, first.sampling_frequency)
 
@@ -123,7 +123,7 @@ def _alike(
     if batch.sampling_frequency != first.sampling_frequency:
         raise DataError(
             f"{source}: is sampled at {batch.sampling_frequency:g} Hz, and {other} at"
-            f" {first.sampling_frequency:g} Hz; a detector has one sampling frequency"
+            f" {first.sampling_frequency:g} Hz; a detector needs a single sampling frequency"
         )
     if missing := [channel for channel in channels if channel not in batch.channels]:
         raise DataError(f"{source}: has no {' and no '.join(missing)}, which {config.indicator} needs")

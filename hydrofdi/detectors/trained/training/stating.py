@@ -65,10 +65,10 @@ def _choose(chosen: Any, source: Source) -> None:
     made = make_indicators(chosen, source, (_INDICATORS,))
     label = source.data.get("indicator") or next(iter(made))
     if "options" in source.data:
-        raise ConfigError([source.mistake(("options",), "stand under the label in 'indicators:'")])
+        raise ConfigError([source.mistake(("options",), "belong under the label in 'indicators:'")])
     if label not in made or ("indicator" not in source.data and len(made) > 1):
         hint = nearest(str(label), [*made]) if label not in made else f"; known are {', '.join(made)}"
-        raise ConfigError([source.mistake((_INDICATORS,), f"say which one is meant with --indicator{hint}")])
+        raise ConfigError([source.mistake((_INDICATORS,), f"choose one with --indicator{hint}")])
     source.data["indicator"] = made[label].name
     source.data["options"] = made[label].options.model_dump()
 

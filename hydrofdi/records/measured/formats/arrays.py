@@ -56,7 +56,7 @@ class ArrayTable(Table):
         """Values of a column, shape (n_row,)."""
         values, where = self._vector(position), f"{self.place}: {self.titles[position]}"
         if values.dtype.kind in "iu" and values.size and _magnitude(values) > _EXACT:
-            raise DataError(f"{where}: holds whole numbers beyond 2^53, which are not exact")
+            raise DataError(f"{where}: contains integers beyond 2^53, which are not exact")
         if values.dtype.kind == "c":
             raise DataError(f"{where}: holds complex numbers")
         if values.dtype.kind not in "biuf":

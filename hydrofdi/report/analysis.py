@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from hydrofdi.config.analysis import DWT
 from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.indicators.study import IndicatorStudy, study_indicators
 from hydrofdi.report.replicates import ReplicateStudy, study_replicates
+from hydrofdi.report.responses import ResponseStudy, study_responses
 from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.store import ExperimentData
@@ -26,6 +28,11 @@ class Analysis:
     """Rows against healthy replicates, where the experiment asks for any."""
     indicators: tuple[IndicatorStudy, ...]
     """Indicators beside the details of P_1, where the experiment measures any."""
+
+    @cached_property
+    def responses(self) -> ResponseStudy:
+        """What each feature does over each parameter that varies."""
+        return study_responses(self.data)
 
     @property
     def has_details(self) -> bool:

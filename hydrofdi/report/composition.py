@@ -18,6 +18,8 @@ from hydrofdi.report.sections.holes import holes_block, remarks_block
 from hydrofdi.report.sections.indicators import indicator_blocks
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.replicates import replicates_block
+from hydrofdi.report.sections.responses import responses_block
+from hydrofdi.report.sections.varied import varied_block
 
 if TYPE_CHECKING:
     from hydrofdi.report.contract import FigureKind
@@ -82,17 +84,26 @@ def compose_general(analysis: Analysis) -> Document:
     """The sections of an experiment that is no paper's study."""
     blocks = (
         remarks_block(analysis.data),
+        varied_block(analysis),
         holes_block(analysis),
         doubts_block(analysis),
         external_block(analysis),
-        changes_block(analysis) if analysis.has_details else None,
-        settled_block(analysis),
-        replicates_block(analysis),
-        *indicator_blocks(analysis),
+        responses_block(analysis),
+        *details(
+            changes_block(analysis) if analysis.has_details else None,
+            settled_block(analysis),
+            replicates_block(analysis),
+            *indicator_blocks(analysis),
+        ),
         provenance_block(analysis.data),
     )
     lead = _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS
     return document_of(analysis.table.name, lead, blocks)
+
+
+def details(*blocks: Block | None) -> tuple[Block | None, ...]:
+    """Sections that the first page has no room for."""
+    return tuple(block and replace(block, is_detail=True) for block in blocks)
 
 
 def document_of(title: str, lead: str, blocks: Iterable[Block | None]) -> Document:

@@ -76,6 +76,8 @@ class Sheet:
         Columns of words; the others hold numbers.
     note : str
         Legend below the table.
+    digest : Sheet or None
+        What forms for people show in its place, such as quantiles of thousands of rows.
     """
 
     key: str
@@ -85,17 +87,32 @@ class Sheet:
     breaks: tuple[int, ...] = ()
     text_columns: tuple[int, ...] = ()
     note: str = ""
+    digest: Sheet | None = None
+
+    @property
+    def shown(self) -> Sheet:
+        """Its digest, or itself where it has none."""
+        return self.digest or self
 
 
 @dataclass(frozen=True)
 class Block:
-    """A section of a report: a heading, what the numbers say, tables, and names of figures."""
+    """A section of a report: a heading, what the numbers say, tables, and names of figures.
+
+    A detail is what the first page of a report has no room for.
+    """
 
     key: str
     title: str
     paragraphs: tuple[str, ...] = ()
     sheets: tuple[Sheet, ...] = ()
     figures: tuple[str, ...] = ()
+    is_detail: bool = False
+
+    @property
+    def shown_sheets(self) -> tuple[Sheet, ...]:
+        """The tables, long ones as their digests."""
+        return tuple(sheet.shown for sheet in self.sheets)
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from hydrofdi.config.shown_values import shown_values
 from hydrofdi.report.document import Cell
 from hydrofdi.report.intervals import Share
 from hydrofdi.report.runs.rows import TableRow, largest_positive
-from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable, label_header
+from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
 from hydrofdi.units import convert
 
 HOLE = "–"
@@ -44,8 +45,8 @@ def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
 
 
 def labels_text(labels: dict[str, Any]) -> str:
-    """Values of further parameters, e.g. ``friction.viscous = 50``."""
-    return ", ".join(f"{name} = {plain(value)}" for name, value in labels.items())
+    """Values of further parameters, e.g. ``friction.viscous = 50 N·s/m``."""
+    return shown_values(labels)
 
 
 def other_conditions(row: TableRow) -> str:
@@ -102,15 +103,15 @@ def external_cells(row: TableRow) -> list[Cell]:
 def lead_headers(table: SensitivityTable) -> list[str]:
     """Headers of the columns that say which run a row is."""
     external = EXTERNAL_HEADERS if table.varies_external else ()
-    labels = [label_header(name) for name in table.label_names if not name.startswith(EXTERNAL)]
+    labels = [shown.header for name, shown in table.shown_labels.items() if not name.startswith(EXTERNAL)]
     return ["Leakage [L/min]", "EBM [MPa]", *external, *labels, "f_h [Hz]"]
 
 
-def lead_cells(row: TableRow) -> list[Cell]:
+def lead_cells(table: SensitivityTable, row: TableRow) -> list[Cell]:
     """Cells under `lead_headers`; external leakage as the flow that it causes."""
     plain_labels = {name: value for name, value in row.labels.items() if not name.startswith(EXTERNAL)}
     labels = external_cells(row) if len(plain_labels) < len(row.labels) else []
-    labels += [Cell(plain(value)) for value in plain_labels.values()]
+    labels += [Cell(table.shown_labels[name].text(value)) for name, value in plain_labels.items()]
     frequency = HOLE if math.isnan(row.mode_frequency) else f"{row.mode_frequency:.1f}"
     return [
         Cell(leakage_label(row), value=convert(row.leakage_flow, "L/min")),

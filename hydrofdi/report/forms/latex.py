@@ -26,7 +26,7 @@ def render_latex(document: Document) -> str:
     for block in document.blocks:
         if block.key in _LEFT_OUT:
             continue
-        for sheet in block.sheets:
+        for sheet in block.shown_sheets:
             lines += [*_sheet_lines(block.title, sheet), ""]
     return "\n".join(lines)
 

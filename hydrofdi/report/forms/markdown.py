@@ -20,7 +20,7 @@ def _block(block: Block) -> Iterator[str]:
         return
     yield f"## {block.title}"
     yield from map(_escaped, block.paragraphs)
-    for sheet in block.sheets:
+    for sheet in block.shown_sheets:
         yield f"### {sheet.title}"
         yield "\n".join(_sheet_lines(sheet))
         if sheet.note:

@@ -62,7 +62,7 @@ def _contents(blocks: list[Block]) -> Iterator[str]:
 def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, str]) -> Iterator[str]:
     yield f'<section id="section-{block.key}">\n<h2>{escape(block.title)}</h2>'
     yield from map(_paragraph, block.paragraphs)
-    for sheet in block.sheets:
+    for sheet in block.shown_sheets:
         yield from _table(sheet)
     for name in block.figures:
         if name in figures:

@@ -7,12 +7,12 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from hydrofdi.config.request import parameter_unit
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.forms.indicators_record import output_columns
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.runs.rows import TableRow, largest_positive
-from hydrofdi.report.runs.table import label_header
 from hydrofdi.units import convert
 
 
@@ -38,7 +38,7 @@ def _row_record(row: TableRow) -> dict[str, Any]:
         "run_id": row.run_id,
         "leakage_L_per_min": finite(convert(row.leakage_flow, "L/min")),
         "bulk_modulus_MPa": convert(row.bulk_modulus, "MPa"),
-        **{label_header(name): value for name, value in row.labels.items()},
+        **{_si_header(name): value for name, value in row.labels.items()},
         "internal_leakage_coefficient_m3.5_per_kg0.5": finite(row.leakage_coefficient),
         "mean_internal_leakage_L_per_min": finite(convert(row.mean_leakage_flow, "L/min")),
         "mean_external_leakage_1_L_per_min": finite(convert(row.external.flows[0], "L/min")),
@@ -47,6 +47,12 @@ def _row_record(row: TableRow) -> dict[str, Any]:
         "hydraulic_mode_Hz": finite(row.mode_frequency),
         "hydraulic_mode_damping_ratio": finite(row.mode_damping_ratio),
     }
+
+
+def _si_header(name: str) -> str:
+    """A varied parameter with its SI unit, e.g. ``friction.viscous [N·s/m]``."""
+    unit = parameter_unit(name)
+    return f"{name} [{unit.replace('*', '·')}]" if unit and unit != "1" else name
 
 
 def _measured_record(analysis: Analysis, row: TableRow) -> dict[str, Any]:

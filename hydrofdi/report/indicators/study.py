@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.report.indicators.axes import Axis, Group, varied_axes
 from hydrofdi.report.indicators.changes import Changes, HealthySpread, changes, healthy_spread
 from hydrofdi.report.indicators.measured import (
     MeasuredIndicator,
@@ -15,6 +14,7 @@ from hydrofdi.report.indicators.measured import (
     measured_indicators,
 )
 from hydrofdi.report.ranges import Range, range_of
+from hydrofdi.report.runs.axes import Axis, Group, swept_runs, table_runs, varied_axes
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 
@@ -121,9 +121,9 @@ class IndicatorStudy:
 
 def study_indicators(data: ExperimentData) -> tuple[IndicatorStudy, ...]:
     """All indicators of an experiment but that of the details."""
-    kept = data.replicate_of == names.NO_BASELINE
-    axes = varied_axes(data, kept)
-    return tuple(study_indicator(measured, data, kept, axes) for measured in measured_indicators(data))
+    found = measured_indicators(data)
+    kept, axes = table_runs(data), varied_axes(data, swept_runs(data)) if found else ()
+    return tuple(study_indicator(measured, data, kept, axes) for measured in found)
 
 
 def study_indicator(

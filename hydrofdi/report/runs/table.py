@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from hydrofdi.config.request import parameter_unit
+from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.report.runs.rows import TableRow
 
 EXTERNAL = "leakage.external_coefficient"
@@ -48,6 +48,13 @@ class SensitivityTable:
         return list(self.rows[0].labels)
 
     @cached_property
+    def shown_labels(self) -> dict[str, ShownParameter]:
+        """Varied parameters besides leakage and EBM → how a person reads their values."""
+        return {
+            name: shown_parameter(name, (row.labels[name] for row in self.rows)) for name in self.label_names
+        }
+
+    @cached_property
     def has_doubts(self) -> bool:
         """Whether any run that ended well has a verdict other than ``ok``."""
         return any(row.doubts for row in self.rows)
@@ -74,9 +81,3 @@ class SensitivityTable:
 
 def _bulk_modulus(row: TableRow) -> float:
     return row.bulk_modulus
-
-
-def label_header(name: str) -> str:
-    """A varied parameter with its SI unit, e.g. ``friction.viscous [N·s/m]``."""
-    unit = parameter_unit(name)
-    return f"{name} [{unit.replace('*', '·')}]" if unit and unit != "1" else name

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Rows, Sheet, group_breaks
 from hydrofdi.report.runs.rows import Levels, TableRow
 from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
+from hydrofdi.report.sections.quantiles import MANY_ROWS, quantiles_sheet
 from hydrofdi.report.wording import (
     band_sentence,
     delta_cells,
@@ -44,15 +47,21 @@ _NO_PHASE = "It does not depend on the sample that the record starts at, nor on 
 
 def baseline_title(table: SensitivityTable, baseline: str) -> str:
     """What δ is taken against, as a title."""
+    name = "matched baseline" if baseline == "matched" else "fixed normal"
+    return f"δ [%] against the {name} ({baseline_words(table, baseline)})"
+
+
+def baseline_words(table: SensitivityTable, baseline: str) -> str:
+    """The conditions of the fixed or the matched baseline."""
     held = {name: table.baseline[name] for name in table.label_names if name in table.baseline}
     outside = {name: held.pop(name) for name in list(held) if name.startswith(EXTERNAL)}
     sealed = "sealed inside and out" if outside and not any(outside.values()) else "sealed"
     if baseline == "matched":
-        return f"δ [%] against the matched baseline ({sealed}, the row's own EBM)"
+        return f"{sealed}, the row's own EBM"
     state = [sealed, f"EBM {megapascal(table.normal_bulk_modulus)} MPa"]
     state += [labels_text(held)] if held else []
     state += ["else the row's own parameters"] if len(held) + len(outside) < len(table.label_names) else []
-    return f"δ [%] against the fixed normal ({', '.join(state)})"
+    return ", ".join(state)
 
 
 def changes_block(
@@ -72,11 +81,21 @@ def changes_block(
         key,
         title,
         (legend, band_sentence(table)),
-        tuple(
-            _sheet(table, f"{key}-{baseline}", baseline_title(table, baseline), delta)
-            for baseline, delta in BASELINES.items()
-        ),
+        _sheets(analysis, key, "", BASELINES),
         ("sensitivity",),
+    )
+
+
+def _sheets(
+    analysis: Analysis, key: str, title: str, baselines: dict[str, Callable[[TableRow], Levels]]
+) -> tuple[Sheet, ...]:
+    """The table of all runs for each baseline; once where both are the same runs."""
+    data, table = analysis.data, analysis.table
+    if (data.fixed_baseline == data.matched_baseline).all():
+        baselines = {"fixed": baselines["fixed"]}
+    return tuple(
+        _sheet(analysis, f"{key}-{name}", f"{title}{baseline_title(table, name)}", delta)
+        for name, delta in baselines.items()
     )
 
 
@@ -88,7 +107,7 @@ def _rms_sheet(table: SensitivityTable) -> Sheet:
         headers=(*lead_headers(table), *levels, *doubt_headers(table)),
         rows=tuple(
             (
-                *lead_cells(row),
+                *lead_cells(table, row),
                 *(Cell(kilopascal(rms), value=rms) for rms in row.detail_rms),
                 *doubt_cells(table, row),
             )
@@ -109,14 +128,12 @@ def settled_block(analysis: Analysis) -> Block | None:
         "settled",
         f"The same, {'settled: no start' if is_periodic else 'undecimated'}, all start phases, no boundaries",
         (_CIRCLES if is_periodic else _RECORDS, _NO_PHASE),
-        tuple(
-            _sheet(table, f"settled-{baseline}", f"Settled: {baseline_title(table, baseline)}", delta)
-            for baseline, delta in SETTLED.items()
-        ),
+        _sheets(analysis, "settled", "Settled: ", SETTLED),
     )
 
 
-def _sheet(table: SensitivityTable, key: str, title: str, delta: Callable[[TableRow], Levels]) -> Sheet:
+def _sheet(analysis: Analysis, key: str, title: str, delta: Callable[[TableRow], Levels]) -> Sheet:
+    table = analysis.table
     levels = [f"δd{level}" for level in range(1, table.n_level + 1)]
     return Sheet(
         key=key,
@@ -124,9 +141,27 @@ def _sheet(table: SensitivityTable, key: str, title: str, delta: Callable[[Table
         headers=(*lead_headers(table), *levels, *doubt_headers(table)),
         rows=Rows(
             table.rows,
-            lambda row: (*lead_cells(row), *delta_cells(delta(row)), *doubt_cells(table, row)),
+            lambda row: (*lead_cells(table, row), *delta_cells(delta(row)), *doubt_cells(table, row)),
         ),
         breaks=group_breaks([row.leakage_request for row in table.rows]),
         text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
         note=doubt_note(table),
+        digest=_digest(analysis, key, title, levels, delta),
+    )
+
+
+def _digest(
+    analysis: Analysis, key: str, title: str, levels: list[str], delta: Callable[[TableRow], Levels]
+) -> Sheet | None:
+    """Quantiles of δ over the swept runs, where these are many and their parameters sampled."""
+    is_sampled = any(found.axis.is_in_fifths for found in analysis.responses.axes)
+    if not is_sampled or len(analysis.table.rows) <= MANY_ROWS:
+        return None
+    swept = analysis.responses.runs
+    values = np.array([delta(row) for row in analysis.table.rows if swept[row.position]])
+    return quantiles_sheet(
+        f"{key}-quantiles",
+        f"{title}: quantiles over the runs",
+        "Level",
+        dict(zip(levels, values.T, strict=True)),
     )

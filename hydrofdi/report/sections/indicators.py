@@ -9,10 +9,10 @@ import numpy as np
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.indicators.axes import Axis
 from hydrofdi.report.indicators.changes import LEAST_SHARE
 from hydrofdi.report.indicators.study import GroupChange, IndicatorStudy, OutputStudy
 from hydrofdi.report.ranges import Range
+from hydrofdi.report.runs.axes import Axis
 from hydrofdi.report.runs.rows import TableRow
 from hydrofdi.report.wording import HOLE, counted, joined, row_name, signed, some
 from hydrofdi.units import convert

@@ -104,7 +104,7 @@ def _ranges_sheet(analysis: Analysis, ranges: Sequence[HealthyRange]) -> Sheet:
 def _rows_sheet(analysis: Analysis, key: str, baseline: str, entries: Sequence[ReplicatedRow]) -> Sheet:
     rows = [
         (
-            *lead_cells(entry.row),
+            *lead_cells(analysis.table, entry.row),
             *(
                 Cell(signed(value) if value == value else HOLE, outside, value)
                 for value, outside in zip(entry.delta, entry.outside, strict=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
 from hydrofdi.papers.maddahi2015.scenarios.values import ValueShare
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.runs.table import label_header
-from hydrofdi.report.wording import HOLE, counted, joined, plain, share_text
+from hydrofdi.report.wording import HOLE, counted, joined, share_text
 
 
 def scenarios_block(study: ScenarioStudy) -> Block:
@@ -124,7 +124,7 @@ def _value_cells(study: ScenarioStudy, value: ValueShare) -> tuple[Cell, ...]:
     members = value.members
     feasible = int((members & study.feasible).sum())
     return (
-        Cell(", ".join(label_header(name) for name in value.parameters)),
+        Cell(", ".join(value.parameters)),
         Cell(value_text(value)),
         Cell(f"{int(members.sum()):,}"),
         Cell(f"{feasible:,}", value=feasible),
@@ -134,7 +134,7 @@ def _value_cells(study: ScenarioStudy, value: ValueShare) -> tuple[Cell, ...]:
 
 
 def value_text(value: ValueShare) -> str:
-    """The value or range in SI."""
+    """The value or range, with its unit."""
     if value.is_range:
-        return " … ".join(f"{end:.3g}" for end in value.values)
-    return ", ".join(plain(part) for part in value.values)
+        return shown_value(value.parameters[0], {"uniform": value.values})
+    return ", ".join(map(shown_value, value.parameters, value.values))

@@ -1,0 +1,77 @@
+"""The features of an experiment over all its runs: changes of the details, and outputs of indicators."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.analysis import DWT
+from hydrofdi.report.indicators.measured import measured_indicators
+from hydrofdi.report.runs.changes import baseline_changes
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
+from hydrofdi.units import convert
+
+_SHOWN_UNITS = {"Pa": "kPa", "m": "mm", "m^3/s": "L/min"}
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A number of each run.
+
+    Attributes
+    ----------
+    name : str
+        ``δd1``, or ``label.output`` of an indicator.
+    unit : str
+        That people read, such as ``%`` or ``kPa``; empty where it has none.
+    values : ndarray, shape (n_run,)
+        In `unit`; NaN where a run has none.
+    """
+
+    name: str
+    unit: str
+    values: NDArray[np.float64]
+
+    @property
+    def header(self) -> str:
+        """Name and unit."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def is_change(self) -> bool:
+        """Whether it is a change against a healthy run."""
+        return self.name.startswith("δ")
+
+
+def detail_changes(data: ExperimentData, *, matched: bool) -> tuple[Feature, ...]:
+    """δ [%] of the details against one of the two baselines; nothing where no run has another as its baseline."""
+    against = data.matched_baseline if matched else data.fixed_baseline
+    others = (against != names.NO_BASELINE) & (against != np.arange(data.n_run))
+    if DWT not in data.experiment.indicators or not others.any():
+        return ()
+    levels = baseline_changes(data)[matched].T
+    return tuple(Feature(f"δd{level}", "%", values) for level, values in enumerate(levels, 1))
+
+
+def detail_sizes(data: ExperimentData) -> tuple[Feature, ...]:
+    """RMS of the details [kPa]."""
+    if DWT not in data.experiment.indicators:
+        return ()
+    levels = convert(data.columns[names.DETAIL_RMS], "kPa").T
+    return tuple(Feature(f"RMS of d{level}", "kPa", values) for level, values in enumerate(levels, 1))
+
+
+def indicator_features(data: ExperimentData) -> Iterator[Feature]:
+    """Outputs of the further indicators, as far as any two runs differ in them."""
+    for measured in measured_indicators(data):
+        for output in measured.outputs:
+            means, unit = output.means, output.output.unit
+            known = means[np.isfinite(means)]
+            if known.size and np.ptp(known) > 0.0:
+                shown = _SHOWN_UNITS.get(unit, "" if unit == "1" else unit)
+                values = convert(means, shown) if unit in _SHOWN_UNITS else means
+                yield Feature(f"{measured.label}.{output.title}", shown, values)

@@ -1,0 +1,101 @@
+"""Rank correlation of a feature with a parameter, with its interval and what chance alone gives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.report.intervals import Z_95
+
+Array = NDArray[np.float64]
+
+LEAST_RUNS = 10
+"""Runs below which no rank correlation is stated: its interval would not hold."""
+
+
+@dataclass(frozen=True)
+class RankCorrelation:
+    """Spearman's ρ.
+
+    Attributes
+    ----------
+    value : float
+        −1 … 1; NaN where the feature or the parameter is constant, or where there are too few runs.
+    low, high : float
+        95 % confidence interval.
+    chance : float
+        What abs(ρ) stays below in 95 % of cases where the feature does not depend on the parameter.
+    n_run : int
+        Runs that it is taken from.
+    """
+
+    value: float
+    low: float
+    high: float
+    chance: float
+    n_run: int
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether it is more than chance gives."""
+        return abs(self.value) > self.chance
+
+
+def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
+    """Spearman's ρ over the runs that have both numbers.
+
+    The standard error follows from the influence of each run on ρ, which assumes no distribution; the interval is
+    taken on Fisher's scale, artanh ρ. Without dependence ρ has the variance 1/(n − 1) whatever the ties.
+    Kendall and Gibbons, Rank Correlation Methods, 5th edition, 1990.
+
+    Parameters
+    ----------
+    parameter, feature : ndarray, shape (n_run,)
+        NaN where there is no number.
+    """
+    known = np.isfinite(parameter) & np.isfinite(feature)
+    n_run = int(known.sum())
+    if n_run < LEAST_RUNS or np.ptp(parameter[known]) == 0.0 or np.ptp(feature[known]) == 0.0:
+        return RankCorrelation(math.nan, math.nan, math.nan, math.nan, n_run)
+    x, y = _ranks(parameter[known]), _ranks(feature[known])
+    value = float(np.clip(np.mean(x * y), -1.0, 1.0))
+    error = _standard_error(x, y)
+    low, high = _fisher_interval(value, error)
+    return RankCorrelation(value, low, high, Z_95 / math.sqrt(n_run - 1), n_run)
+
+
+def _ranks(values: Array) -> Array:
+    """Mean ranks, scaled to mean 0 and variance 1."""
+    from scipy.stats import rankdata
+
+    ranks = rankdata(values)
+    scaled: Array = (ranks - ranks.mean()) / ranks.std()
+    return scaled
+
+
+def _standard_error(x: Array, y: Array) -> float:
+    """From the variance of the influence of each run: through its own ranks, and through those of the others."""
+    influence = x * y + _moved(x, y) + _moved(y, x)
+    return float(np.std(influence, ddof=1)) / math.sqrt(len(x))
+
+
+def _moved(x: Array, y: Array) -> Array:
+    """How a run at each x moves the ranks of all runs above it, weighted with their y; its mean is left out."""
+    order = np.argsort(x, kind="stable")
+    above = np.empty_like(y)
+    above[order] = np.cumsum(y[order][::-1])[::-1]
+    step = 1.0 / np.std(np.arange(len(x)))
+    moved: Array = step * (above - above.mean())
+    return moved
+
+
+def _fisher_interval(value: float, error: float) -> tuple[float, float]:
+    """95 % interval on the scale of artanh; a point at a perfect correlation."""
+    if abs(value) > 1.0 - 1e-12:
+        return value, value
+    half = Z_95 * error / (1.0 - value**2)
+    centre = math.atanh(value)
+    return math.tanh(centre - half), math.tanh(centre + half)

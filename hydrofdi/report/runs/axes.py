@@ -1,0 +1,156 @@
+"""The runs of an experiment by the values of what varies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import expand_runs
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
+from hydrofdi.config.shown_values import shown_parameter
+from hydrofdi.config.sweeps.points import count_points
+from hydrofdi.errors import ConfigError
+from hydrofdi.report.fifths import MOST_VALUES, fifths
+from hydrofdi.report.wording import HOLE, litres_per_minute, megapascal, plain
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
+
+_FLOW, _COEFFICIENT = "leakage.internal_flow", "leakage.internal_coefficient"
+_MODULUS = "fluid.bulk_modulus"
+_MANY = 2_000
+
+
+@dataclass(frozen=True)
+class Group:
+    """Runs with one value, or one range of values.
+
+    Attributes
+    ----------
+    value : float, str or None
+        In SI; None for a range.
+    text : str
+        In the unit of the header of the axis.
+    rows : ndarray of bool, shape (n_run,)
+    """
+
+    value: Any
+    text: str
+    rows: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter that varies.
+
+    Attributes
+    ----------
+    name : str
+        Dotted name.
+    header : str
+        What people read, with its unit, such as ``supply.pressure [MPa]``.
+    groups : tuple of Group
+        Runs by value in ascending order; by fifths of the values where there are many.
+    numbers : ndarray, shape (n_run,), or None
+        The values in SI; NaN for runs that belong to no group. None where the values are words.
+    text : callable
+        Value in SI → what people read under the header.
+    """
+
+    name: str
+    header: str
+    groups: tuple[Group, ...]
+    numbers: NDArray[np.float64] | None
+    text: Callable[[Any], str]
+
+    @property
+    def is_in_fifths(self) -> bool:
+        """Whether the groups are ranges of values."""
+        return self.groups[0].value is None and self.numbers is not None
+
+    @property
+    def is_leakage(self) -> bool:
+        """Whether it is a fault rather than a condition."""
+        return self.name.startswith("leakage.")
+
+
+def table_runs(data: ExperimentData) -> NDArray[np.bool_]:
+    """Which runs stand in the table of all runs: the swept and their baselines, replicates left out."""
+    return np.asarray(data.replicate_of == names.NO_BASELINE)
+
+
+def swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
+    """Which runs the experiment itself asks for; the others were added as healthy baselines or replicates."""
+    return np.asarray(table_runs(data) & (np.arange(data.n_run) < _count_swept(data.experiment)))
+
+
+def _count_swept(experiment: ExperimentConfig) -> int:
+    """Runs of the sweep. Many points without conditions are taken to be different, as expanding them is slow."""
+    blocks = (experiment.ensemble, experiment.sweep)
+    n_point = prod(count_points(block) for block in blocks)
+    if n_point > _MANY and not any(block.where or block.union for block in blocks):
+        return n_point
+    try:
+        return expand_runs(experiment).n_swept
+    except ConfigError:  # stored by a version that allowed more
+        return n_point
+
+
+def varied_axes(data: ExperimentData, kept: NDArray[np.bool_]) -> tuple[Axis, ...]:
+    """The swept parameters with more than one value among the runs that are kept."""
+    axes = [_axis(data, name, kept) for name in dict.fromkeys(data.swept_names)]
+    return tuple(axis for axis in axes if len(axis.groups) > 1)
+
+
+def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
+    is_leakage = name in INTERNAL_LEAKAGE_FORMS
+    values = data.leakage_requests.tolist() if is_leakage else data.values(name)
+    if name == _MODULUS:
+        return _made(name, "EBM [MPa]", values, kept, megapascal)
+    if name == _FLOW:
+        return _made(name, "Leakage [L/min]", values, kept, _flow)
+    if is_leakage:
+        return _made(name, "K_i [m^3.5/kg^0.5]", values, kept, _coefficient)
+    shown = shown_parameter(name, values)
+    return _made(name, shown.header, values, kept, shown.text)
+
+
+def _flow(flow: float) -> str:
+    return litres_per_minute(flow) if flow else "sealed"
+
+
+def _coefficient(coefficient: float) -> str:
+    return plain(coefficient) if coefficient else "sealed"
+
+
+def _made(
+    name: str, header: str, values: list[Any], kept: NDArray[np.bool_], text: Callable[[Any], str]
+) -> Axis:
+    found = dict.fromkeys(value for value, is_kept in zip(values, kept, strict=True) if is_kept)
+    if all(isinstance(value, int | float) for value in found):
+        numbers = np.array([v if isinstance(v, int | float) else np.nan for v in values], dtype=float)
+        numbers[~kept] = np.nan
+        if len(found) > MOST_VALUES:
+            return Axis(name, header, _fifths(numbers, kept, text), numbers, text)
+        groups = (Group(value, text(value), numbers == value) for value in sorted(found))
+        return Axis(name, header, tuple(groups), numbers, text)
+    words = (
+        Group(value, HOLE if value is None else text(value), kept & np.array([v == value for v in values]))
+        for value in found
+    )
+    return Axis(name, header, tuple(words), None, text)
+
+
+def _fifths(
+    values: NDArray[np.float64], kept: NDArray[np.bool_], text: Callable[[Any], str]
+) -> tuple[Group, ...]:
+    groups = []
+    for part in fifths(values[kept]):
+        rows = kept.copy()
+        rows[kept] = part.members
+        groups.append(Group(None, f"{text(part.low)} … {text(part.high)}", rows))
+    return tuple(group for group in groups if group.rows.any())

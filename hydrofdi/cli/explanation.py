@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.cli.terminal import terminal
-from hydrofdi.report.runs.table import label_header
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def print_explanation(explanation: Explanation) -> None:
     for header in ("parameter", "baseline", "run"):
         grid.add_column(header)
     for name, (before, now) in explanation.differences.items():
-        grid.add_row(label_header(name), _shown(before), _shown(now))
+        grid.add_row(name, _shown(name, before), _shown(name, now))
     console.print(grid if explanation.differences else "is the fixed baseline itself")
     if explanation.calibration:
         beta = convert(explanation.calibration["fluid"]["bulk_modulus"], "MPa")
@@ -54,5 +54,5 @@ def print_explanation(explanation: Explanation) -> None:
         console.print(explanation.log)
 
 
-def _shown(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else "–" if value is None else str(value)
+def _shown(name: str, value: Any) -> str:
+    return "–" if value is None else shown_value(name, value)

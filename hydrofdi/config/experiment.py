@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from hydrofdi.config.analysis import DWT, IndicatorChoice
 from hydrofdi.config.calibration import CalibrationConfig
-from hydrofdi.config.claims import ClaimId
+from hydrofdi.config.claims import ClaimId, Paper
 from hydrofdi.config.limits import LimitsConfig
 from hydrofdi.config.parameters import SENSING
 from hydrofdi.config.reference import ReferenceConfig
@@ -29,6 +29,8 @@ INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow
 
 STORED = "stored"
 """Context of the validation of a stored experiment, whose indicators need not be installed."""
+
+_NO_PAPER = "belong to a paper: add 'paper: maddahi2015', or leave {} out"
 
 
 class ExperimentConfig(RunRequest):
@@ -73,11 +75,14 @@ class ExperimentConfig(RunRequest):
     detection: DetectionConfig = DetectionConfig()
     """How indicators are judged as detectors, in a study."""
 
+    paper: Paper | None = None
+    """The paper whose study this is: its report then has the paper's tables, claims and figures."""
+
     claims: tuple[ClaimId, ...] = ()
-    """Sentences of the paper that ``hydrofdi report --check`` requires to hold."""
+    """Sentences of the paper that ``hydrofdi report --check`` requires to hold; needs ``paper``."""
 
     reference: ReferenceConfig = ReferenceConfig()
-    """Published values to compare with."""
+    """Published values to compare with; needs ``paper``."""
 
     @field_validator("indicators")
     @classmethod
@@ -91,6 +96,15 @@ class ExperimentConfig(RunRequest):
         except ConfigError as error:
             raise ValueError("; ".join(str(mistake) for mistake in error.mistakes)) from None
         return chosen
+
+    @field_validator("claims", "reference")
+    @classmethod
+    def _belong_to_a_paper(cls, given: Any, info: ValidationInfo) -> Any:
+        """Claims and published values as given; a stored experiment may have them without its paper."""
+        is_listed = bool(given.cells if isinstance(given, ReferenceConfig) else given)
+        if is_listed and info.context != STORED and info.data.get("paper", "mistaken") is None:
+            raise ValueError(_NO_PAPER.format(info.field_name))
+        return given
 
     @field_validator("baseline")
     @classmethod

@@ -212,7 +212,7 @@ sweep:
 def test_headings_break_at_dots_and_underscores_alone(hydrofdi, experiment_file):
     hydrofdi("sweep", experiment_file(NARROW), "--engine", "in-process")
     wide = hydrofdi("report", env=os.environ | {"COLUMNS": "140"}).stdout
-    assert "pressure_1_sensor.noise [Pa]" in wide
+    assert "pressure_1_sensor.noise [kPa]" in wide
     narrow = hydrofdi("report", env=os.environ | {"COLUMNS": "80"}).stdout.splitlines()
     assert max(map(len, narrow)) <= 80
     words = " ".join(narrow).split()

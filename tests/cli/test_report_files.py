@@ -7,6 +7,7 @@ import pytest
 CLAIMS = """\
 name: claims
 record: {duration: 2 s}
+paper: maddahi2015
 claims: [C2]
 store: {signals: none}
 sweep:
@@ -82,8 +83,8 @@ def test_a_page_without_html_is_a_mistake(hydrofdi, small_sweep, tmp_path):
 @pytest.mark.parametrize(
     ("name", "start"), [("spectrum.svg", b"<?xml"), ("any.pdf", b"%PDF"), ("a.png", b"\x89PNG")]
 )
-def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(hydrofdi, small_sweep, tmp_path, name, start):
-    result = hydrofdi("report", small_sweep.directory, "--figure", name)
+def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(hydrofdi, table3, tmp_path, name, start):
+    result = hydrofdi("report", table3.directory, "--figure", name)
     assert (tmp_path / name).read_bytes().startswith(start)
     caption = "Power spectrum" if name.startswith("spectrum") else "δ over leakage"
     assert f"drew {name}: {caption}" in result.stderr

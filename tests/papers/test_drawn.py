@@ -24,6 +24,7 @@ from tests.conftest import run_hydrofdi, sweep_in
 N_DRAWN = 100
 BOTH = """\
 name: both
+paper: maddahi2015
 record: {duration: 1 s}
 store: {signals: none}
 sweep:

@@ -9,6 +9,7 @@ ENSEMBLE = """\
 name: scenarios
 record: {duration: 2 s}
 store: {signals: none}
+paper: maddahi2015
 claims: [C2]
 ensemble:
   zip: {friction.coulomb: [200 N, 20 N], friction.breakaway: [250 N, 25 N]}
@@ -112,6 +113,7 @@ ONE_LEAK = """\
 name: one-leak
 record: {duration: 2 s}
 store: {signals: none}
+paper: maddahi2015
 claims: [C2, C3]
 ensemble: {grid: {friction.viscous: [40, 60]}}
 sweep:

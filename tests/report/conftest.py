@@ -18,6 +18,7 @@ from hydrofdi.store.reading import FileSignals
 
 MADE_UP = """\
 name: made_up
+paper: maddahi2015
 claims: [C1, C3]
 reference:
   source: a printed copy

@@ -17,7 +17,7 @@ def blocks(data):
 def test_a_report_of_sound_runs_says_nothing_of_verdicts(small_sweep):
     found = blocks(read_results(small_sweep.directory))
     assert "doubts" not in found
-    for sheet in found["table3"].sheets:
+    for sheet in found["changes"].sheets:
         assert "Verdict" not in sheet.headers
         assert sheet.note == ""
 
@@ -52,7 +52,7 @@ def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
     assert "4 of 4 runs have numbers" in printed("text")
 
 
-STILL = SMALL.replace("sweep:", "valve: {lap: 1 mm}\nsweep:")
+STILL = SMALL.replace("sweep:", "paper: maddahi2015\nvalve: {lap: 1 mm}\nsweep:")
 
 
 def test_no_change_and_no_claim_is_made_of_records_that_stand_still(tmp_path):

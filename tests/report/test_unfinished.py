@@ -13,6 +13,7 @@ from hydrofdi.store.request import write_request
 
 HALF = """\
 name: half
+paper: maddahi2015
 record: {duration: 2 s}
 sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551 MPa]}}
 """
@@ -34,8 +35,7 @@ def half_done(tmp_path, hydrofdi):
 def test_an_unfinished_experiment_reports_what_is_there_and_why_the_rest_is_not(half_done):
     report = make_report(read_results(half_done))
     assert [row.status for row in report.analysis.table.rows] == ["ok", "missing", "ok", "missing"]
-    holes = report.document().blocks[0]
-    assert holes.key == "holes"
+    (holes,) = [block for block in report.document().blocks if block.key == "holes"]
     assert "2 of 4 runs have no numbers: 2 missing" in holes.paragraphs[0]
     rows = json.loads(render_json(report))["rows"]
     assert [row["detail_rms_Pa"] == [None] * 5 for row in rows] == [False, True, False, True]

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.analysis import DWT
 from hydrofdi.papers.maddahi2015.claims import ClaimResult, evaluate_claims
 from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm, best_levels, sealed_alarms
 from hydrofdi.papers.maddahi2015.deviations import Deviation, compare_reference
@@ -17,6 +16,9 @@ from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy, study_sce
 from hydrofdi.papers.maddahi2015.standings import Standing, standings
 from hydrofdi.report import Analysis, analyze
 from hydrofdi.store import ExperimentData
+
+NAME = "maddahi2015"
+"""What the key ``paper`` of its experiments says."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +43,8 @@ class Study(Analysis):
 
 
 def is_study(experiment: ExperimentConfig) -> bool:
-    """Whether an experiment is the paper's: the EBM varies and details are measured, or it lists claims."""
-    varies = "fluid.bulk_modulus" in (*experiment.ensemble.names, *experiment.sweep.names)
-    return (varies and DWT in experiment.indicators) or bool(experiment.claims or experiment.reference.cells)
+    """Whether an experiment is the paper's; results of earlier versions say so by their claims alone."""
+    return experiment.paper == NAME or bool(experiment.claims or experiment.reference.cells)
 
 
 def study_experiment(data: ExperimentData) -> Study:

@@ -1,7 +1,7 @@
 """Responses: what each feature does over the values of each parameter that varies.
 
-`study_responses` makes a `ResponseStudy`, which `Analysis.responses` holds: for each axis an `AxisResponses`, with
-one `Response` per feature: median, low and high for each group of runs on that axis.
+`study_responses` makes a `ResponseStudy`, which `Analysis.responses` holds: for each axis an `AxisResponses`
+with one `Response` per feature, which has median, low and high for each group of runs on that axis.
 """
 
 from hydrofdi.report.responses.features import Feature

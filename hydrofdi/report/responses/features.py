@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from hydrofdi.config.analysis import DWT
 from hydrofdi.report.indicators.measured import measured_indicators
 from hydrofdi.report.runs.changes import baseline_changes
+from hydrofdi.settings.readable import readable_unit
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
-
-_SHOWN_UNITS = {"Pa": "kPa", "m": "mm", "m^3/s": "L/min"}
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Feature:
 
 
 def detail_changes(data: ExperimentData, *, matched: bool) -> tuple[Feature, ...]:
-    """δ [%] of the details against one of the two baselines; nothing where no run has another as its baseline."""
+    """δ [%] of the details against one of the two baselines; empty where each run is its own baseline."""
     against = data.matched_baseline if matched else data.fixed_baseline
     others = (against != names.NO_BASELINE) & (against != np.arange(data.n_run))
     if DWT not in data.experiment.indicators or not others.any():
@@ -61,7 +60,7 @@ def detail_sizes(data: ExperimentData) -> tuple[Feature, ...]:
     """RMS of the details [kPa]."""
     if DWT not in data.experiment.indicators:
         return ()
-    levels = convert(data.columns[names.DETAIL_RMS], "kPa").T
+    levels = data.columns[names.DETAIL_RMS].T * convert(1.0, "kPa")
     return tuple(Feature(f"RMS of d{level}", "kPa", values) for level, values in enumerate(levels, 1))
 
 
@@ -69,9 +68,9 @@ def indicator_features(data: ExperimentData) -> Iterator[Feature]:
     """Outputs of the further indicators, as far as any two runs differ in them."""
     for measured in measured_indicators(data):
         for output in measured.outputs:
-            means, unit = output.means, output.output.unit
+            means, own = output.means, output.output.unit
             known = means[np.isfinite(means)]
             if known.size and np.ptp(known) > 0.0:
-                shown = _SHOWN_UNITS.get(unit, "" if unit == "1" else unit)
-                values = convert(means, shown) if unit in _SHOWN_UNITS else means
-                yield Feature(f"{measured.label}.{output.title}", shown, values)
+                unit = readable_unit(own, float(np.abs(known).max()))
+                values = means if unit == own else means * convert(1.0, unit)
+                yield Feature(f"{measured.label}.{output.title}", "" if unit == "1" else unit, values)

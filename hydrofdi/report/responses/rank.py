@@ -47,8 +47,8 @@ class RankCorrelation:
 def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
     """Spearman's ρ over the runs that have both numbers.
 
-    The standard error follows from the influence of each run on ρ, which assumes no distribution; the interval is
-    taken on Fisher's scale, artanh ρ. Without dependence ρ has the variance 1/(n − 1) whatever the ties.
+    The standard error follows from the influence of each run on ρ, which assumes no distribution; the
+    interval is taken on Fisher's scale, artanh ρ. Without dependence ρ has the variance 1/(n − 1).
     Kendall and Gibbons, Rank Correlation Methods, 5th edition, 1990.
 
     Parameters
@@ -77,13 +77,13 @@ def _ranks(values: Array) -> Array:
 
 
 def _standard_error(x: Array, y: Array) -> float:
-    """From the variance of the influence of each run: through its own ranks, and through those of the others."""
+    """From the influence of each run: through its own ranks, and through those of the others."""
     influence = x * y + _moved(x, y) + _moved(y, x)
     return float(np.std(influence, ddof=1)) / math.sqrt(len(x))
 
 
 def _moved(x: Array, y: Array) -> Array:
-    """How a run at each x moves the ranks of all runs above it, weighted with their y; its mean is left out."""
+    """How a run at each x moves the ranks of all runs above it, weighted with their y; of mean zero."""
     order = np.argsort(x, kind="stable")
     above = np.empty_like(y)
     above[order] = np.cumsum(y[order][::-1])[::-1]

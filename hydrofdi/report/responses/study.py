@@ -30,7 +30,7 @@ class Spread:
     Attributes
     ----------
     median, low, high : float
-        Low and high: 5 and 95 % of the runs of a group of `MANY_RUNS` or more, else the least and the largest.
+        Low and high: 5 and 95 % in groups of `MANY_RUNS` or more, else the least and the largest.
     n_run : int
         Runs that have a number.
     """
@@ -102,8 +102,8 @@ class ResponseStudy:
 def study_responses(data: ExperimentData) -> ResponseStudy:
     """The responses of an experiment.
 
-    Leakage is compared with the sealed actuator under the same conditions, so that the leak alone is seen; all
-    else with the stated baseline. Where every run is its own baseline, the RMS stand in place of δ.
+    Leakage is compared with the sealed actuator under the same conditions, so that the leak alone is seen;
+    all else with the stated baseline. Where every run is its own baseline, the RMS stand in place of δ.
     """
     runs = swept_runs(data)
     fixed, matched = (detail_changes(data, matched=is_matched) for is_matched in (False, True))

@@ -89,7 +89,7 @@ def swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
 
 
 def _count_swept(experiment: ExperimentConfig) -> int:
-    """Runs of the sweep. Many points without conditions are taken to be different, as expanding them is slow."""
+    """Runs of the sweep. Many unconditional points are taken to be different: expanding is slow."""
     blocks = (experiment.ensemble, experiment.sweep)
     n_point = prod(count_points(block) for block in blocks)
     if n_point > _MANY and not any(block.where or block.union for block in blocks):

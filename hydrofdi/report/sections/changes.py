@@ -89,9 +89,10 @@ def changes_block(
 def _sheets(
     analysis: Analysis, key: str, title: str, baselines: dict[str, Callable[[TableRow], Levels]]
 ) -> tuple[Sheet, ...]:
-    """The table of all runs for each baseline; once where both are the same runs."""
+    """The table of all runs for each baseline; without the matched one where it says no more."""
     data, table = analysis.data, analysis.table
-    if (data.fixed_baseline == data.matched_baseline).all():
+    is_own = data.matched_baseline == np.arange(data.n_run)
+    if (is_own | (data.matched_baseline == data.fixed_baseline)).all():
         baselines = {"fixed": baselines["fixed"]}
     return tuple(
         _sheet(analysis, f"{key}-{name}", f"{title}{baseline_title(table, name)}", delta)

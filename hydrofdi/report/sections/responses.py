@@ -14,15 +14,13 @@ _GAP = "\N{NO-BREAK SPACE}"
 
 
 def responses_block(analysis: Analysis) -> Block | None:
-    """A table for each axis, and rank correlations where parameters are sampled; None where nothing varies."""
+    """A table for each axis, and rank correlations of sampled parameters; None where nothing varies."""
     axes = analysis.responses.axes
     shown = [found for found in axes if found.responses]
     if not shown:
         return None
     sheets = tuple(_axis_sheet(found) for found in shown)
-    return Block(
-        "responses", "Responses", tuple(_legend(shown)), (*sheets, *_rank_sheets(shown)), ("responses",)
-    )
+    return Block("responses", "Responses", tuple(_legend(shown)), (*sheets, *_rank_sheets(shown)))
 
 
 def _legend(axes: list[AxisResponses]) -> Iterator[str]:
@@ -31,7 +29,7 @@ def _legend(axes: list[AxisResponses]) -> Iterator[str]:
         " varies."
     )
     if any(response.feature.is_change for found in axes for response in found.responses):
-        yield "δ is the fall of the RMS of a detail in percent of the healthy RMS: above zero where the RMS fell."
+        yield "δ: the fall of the RMS of a detail in percent of the healthy RMS, above zero where it fell."
 
 
 def _axis_sheet(found: AxisResponses) -> Sheet:
@@ -89,9 +87,9 @@ def _rank_sheets(axes: list[AxisResponses]) -> Iterator[Sheet]:
             tuple(rows),
             text_columns=(0, 1),
             note="Spearman's ρ: +1 where a feature always rises with the parameter, −1 where it always falls."
-            " By chance: abs(ρ) of 95 % of features that do not depend on the parameter lies below. Strong: more"
-            " than that. The interval is for independent draws; for a Sobol sequence or a Latin hypercube it is"
-            " too wide.",
+            " By chance: where a feature does not depend on the parameter, abs(ρ) is below that in 95 % of"
+            " cases; marked where it is above. The interval is for independent draws; for a Sobol sequence"
+            " or a Latin hypercube it is wider than need be.",
         )
 
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.cli.rendering import print_document
 from hydrofdi.papers import make_report
+from hydrofdi.papers.maddahi2015 import StudyReport
 from hydrofdi.pipeline import read_results
 from hydrofdi.report import TableRow, analyze
 from hydrofdi.report.figures import KINDS
@@ -119,7 +120,7 @@ def test_the_latex_tables_compile(made_up, tmp_path):
 
 
 def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
-    report = make_report(read_results(small_sweep.directory))
+    report = StudyReport.of(read_results(small_sweep.directory))
     for name in ("first", "second"):
         list(write_all_forms(report, tmp_path / name))
     files = sorted(path.name for path in (tmp_path / "first").iterdir())

@@ -20,7 +20,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
 ]
-exclude_patterns = ["deploy"]
+exclude_patterns = ["deploy", "_gallery"]
 
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 4
@@ -42,7 +42,17 @@ html_static_path = ["_static"]
 html_theme = "pydata_sphinx_theme"
 html_title = "hydrofdi"
 html_show_sourcelink = False
+html_css_files = ["site.css"]
+html_js_files = ["search.js"]
+html_favicon = "_static/logo.svg"
+html_sidebars = {"index": [], "gallery": []}
 html_theme_options = {
+    "logo": {
+        "text": "hydrofdi",
+        "image_light": "_static/logo.svg",
+        "image_dark": "_static/logo-dark.svg",
+        "alt_text": "",
+    },
     "show_toc_level": 2,
     "navigation_with_keys": False,
     "navbar_end": ["theme-switcher"],

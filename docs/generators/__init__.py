@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from generators import commands, configurations, detectors, interface, links, outside, units
+from generators import commands, configurations, detectors, gallery, interface, links, outside, units
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -21,3 +21,4 @@ def write_pages(app: Sphinx) -> None:
     """Write all generated pages below ``reference/``."""
     for room in (commands, configurations, detectors, interface, outside, units):
         room.write(app.srcdir / "reference")
+    gallery.draw(app.srcdir)

@@ -21,7 +21,7 @@ CHARTS = """\
 ## Control charts
 
 A chart turns the numbers of a detector into alarms, on line. Their options:
-[`detection.online.charts`](../configuration.md#detection-online-charts).
+[`detection.online.charts`](../configuration.md#detectiononlinecharts).
 """
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import SamplingFrequency, Settings
+from hydrofdi.cli.options import SamplingFrequency, Settings, frequency
 from hydrofdi.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -67,21 +68,18 @@ def replay(
     Samples are in SI, written so that they are read again to the bit. Several records follow each other with
     a short gap.
     """
-    from hydrofdi.api.replaying import replay as played
-    from hydrofdi.cli.terminal import tell
+    import time
 
-    chunks = played(
-        source,
-        rate=rate,
-        record=record,
-        now=now,
-        settings=settings or (),
-        sampling_frequency=sampling_frequency,
-    )
+    from hydrofdi.cli.terminal import tell
+    from hydrofdi.pipeline.replaying import Pace, replayed
+    from hydrofdi.pipeline.sources import open_source
+
+    opened = open_source(source, sampling_frequency=frequency(sampling_frequency), settings=settings or ())
+    pace = Pace(_rate(rate))
     n_sample = 0
     try:
         with _target(to, form, config) as send:
-            for chunk in chunks:
+            for chunk in replayed(opened, pace, record, time.time() if now else None):
                 send(chunk)
                 n_sample += chunk.n_time
     except KeyboardInterrupt:
@@ -91,6 +89,21 @@ def replay(
         return 0
     tell(f"played {n_sample:,} samples")
     return 0
+
+
+def _rate(text: str | None) -> float | None:
+    """Samples in a second; None for the rate of the record."""
+    from hydrofdi.units import parse_quantity
+
+    if text is None or text == "max":
+        return None if text is None else math.inf
+    try:
+        rate = parse_quantity(text, "Hz")
+    except ValueError as error:
+        raise ConfigError(f"--rate: {error}, or 'max'") from None
+    if not 0.0 < rate < math.inf:
+        raise ConfigError(f"--rate: must be above zero; found {text!r}")
+    return rate
 
 
 @contextmanager

@@ -1,1 +1,0 @@
-"""Detectors: trained, and judging records and streams."""

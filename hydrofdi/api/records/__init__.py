@@ -1,1 +1,0 @@
-"""Whatever holds records, as sources of them."""

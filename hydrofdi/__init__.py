@@ -14,9 +14,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hydrofdi.api.detector import Detector
+    from hydrofdi.api.detectors.detecting import detect
+    from hydrofdi.api.detectors.detector import Detector
+    from hydrofdi.api.detectors.training import train
+    from hydrofdi.api.evaluating import Evaluation, evaluate
     from hydrofdi.api.exporting import Exported, export
+    from hydrofdi.api.inspecting import Inspection, inspect
+    from hydrofdi.api.listing import describe_indicator, list_indicators
     from hydrofdi.api.measuring import measure
+    from hydrofdi.api.replaying import replay
     from hydrofdi.api.results import Results, results, sweep
     from hydrofdi.api.run import Run, simulate
     from hydrofdi.api.table import Table
@@ -32,45 +38,63 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Detector": "hydrofdi.api.detectors.detector",
+    "Evaluation": "hydrofdi.api.evaluating",
+    "Exported": "hydrofdi.api.exporting",
     "HydrofdiError": "hydrofdi.errors",
+    "Inspection": "hydrofdi.api.inspecting",
+    "Results": "hydrofdi.api.results",
     "Run": "hydrofdi.api.run",
     "Table": "hydrofdi.api.table",
-    "simulate": "hydrofdi.api.run",
-    "Detector": "hydrofdi.api.detector",
-    "Exported": "hydrofdi.api.exporting",
-    "export": "hydrofdi.api.exporting",
-    "measure": "hydrofdi.api.measuring",
-    "Results": "hydrofdi.api.results",
-    "results": "hydrofdi.api.results",
-    "sweep": "hydrofdi.api.results",
-    "load_experiment": "hydrofdi.config",
-    "expand_runs": "hydrofdi.config",
-    "simulate_batch": "hydrofdi.simulation",
-    "solve_leakage_coefficients": "hydrofdi.simulation",
+    "describe_indicator": "hydrofdi.api.listing",
     "detail_rms": "hydrofdi.transforms.wavelet",
+    "detect": "hydrofdi.api.detectors.detecting",
+    "evaluate": "hydrofdi.api.evaluating",
+    "expand_runs": "hydrofdi.config",
+    "export": "hydrofdi.api.exporting",
+    "inspect": "hydrofdi.api.inspecting",
+    "list_indicators": "hydrofdi.api.listing",
+    "load_experiment": "hydrofdi.config",
+    "measure": "hydrofdi.api.measuring",
     "percentage_change": "hydrofdi.transforms.change",
     "plan_sweep": "hydrofdi.pipeline",
-    "run_sweep": "hydrofdi.pipeline",
     "read_experiment": "hydrofdi.store",
+    "replay": "hydrofdi.api.replaying",
+    "results": "hydrofdi.api.results",
+    "run_sweep": "hydrofdi.pipeline",
+    "simulate": "hydrofdi.api.run",
+    "simulate_batch": "hydrofdi.simulation",
+    "solve_leakage_coefficients": "hydrofdi.simulation",
     "summarize_table": "hydrofdi.report",
+    "sweep": "hydrofdi.api.results",
+    "train": "hydrofdi.api.detectors.training",
 }
+"""Name → module that it is loaded from when it is first used."""
 
 __all__ = [
     "Detector",
+    "Evaluation",
     "Exported",
     "HydrofdiError",
+    "Inspection",
     "Results",
     "Run",
     "Table",
     "__version__",
+    "describe_indicator",
     "detail_rms",
+    "detect",
+    "evaluate",
     "expand_runs",
     "export",
+    "inspect",
+    "list_indicators",
     "load_experiment",
     "measure",
     "percentage_change",
     "plan_sweep",
     "read_experiment",
+    "replay",
     "results",
     "run_sweep",
     "simulate",
@@ -78,6 +102,7 @@ __all__ = [
     "solve_leakage_coefficients",
     "summarize_table",
     "sweep",
+    "train",
 ]
 
 

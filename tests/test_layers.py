@@ -115,6 +115,40 @@ def test_nothing_imports_the_command_line():
     assert importers <= {"cli", "__main__"}
 
 
+BELOW_THE_API = {
+    "assessment", "execution", "monitor", "papers", "pipeline", "simulation", "store", "studies",
+    "config.load_experiment",
+}  # fmt: skip
+"""What commands do, they do through ``hydrofdi.api``: they import none of these when they run."""
+
+EXCEPTIONS = {
+    "cli/assessment_rendering.py", "cli/calibrate.py", "cli/check.py", "cli/experiment_folder.py",
+    "cli/mode_table.py", "cli/observability_table.py", "cli/plan.py", "cli/rendering.py", "cli/report.py",
+    "cli/schema.py", "cli/sweep.py", "cli/monitor/monitor.py", "cli/monitor/replay.py",
+    "cli/monitor/live/counting.py", "cli/monitor/live/panels.py", "cli/monitor/live/screen.py",
+    "cli/monitor/live/view.py", "cli/monitor/live/watched.py", "cli/monitor/live/wording.py",
+}  # fmt: skip
+"""Commands that still do; the list only shrinks."""
+
+
+def used_below_the_api(path):
+    names = {name.removeprefix("hydrofdi.") for name in imported(without_type_checking(TREES[path]))}
+    return {name for name in names if {name, name.split(".")[0]} & BELOW_THE_API}
+
+
+def without_type_checking(tree):
+    kept = [node for node in tree.body if ast.unparse(getattr(node, "test", node)) != "TYPE_CHECKING"]
+    return ast.Module(kept, [])
+
+
+COMMANDS = [path for path in INSIDE if room(path) == "cli"]
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=place)
+def test_a_command_acts_through_the_public_api(path):
+    assert bool(used_below_the_api(path)) == (place(path) in EXCEPTIONS), used_below_the_api(path)
+
+
 def test_there_are_no_circles_between_rooms():
     below = {}
     for path in INSIDE:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -32,6 +32,17 @@ def experiment_of(experiment: Experiment | None, settings: Mapping[str, Any]) ->
     if experiment is None or isinstance(experiment, Mapping):
         return load_experiment(experiment, keys)
     return load_experiment(path_of(experiment), keys)
+
+
+def experiment_with(file: str | PathLike[str] | None, settings: Sequence[str]) -> ExperimentConfig:
+    """The experiment in a file, or the nominal one, with settings such as ``fluid.bulk_modulus=689 MPa``.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake.
+    """
+    return load_experiment(None if file is None else path_of(file), settings)
 
 
 def dotted_keys(settings: Mapping[str, Any]) -> dict[str, Any]:

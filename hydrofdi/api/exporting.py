@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hydrofdi.api.places import path_of
-from hydrofdi.api.sources import sources_of
+from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import DataError
 from hydrofdi.records import Channel
 
@@ -90,7 +90,7 @@ def export(
 
     chosen = selection(_texts(channels), _texts(unit))
     target = target_of(path_of(path), format)
-    sources = sources_of(source, chosen.channels or tuple(Channel), sampling_frequency)
+    sources = sources_of(source, chosen.channels or tuple(Channel), Said(sampling_frequency))
     done = Exported()
     for each in exported(sources, target, chosen, _texts(runs)):
         if isinstance(each, RejectedRecord):

@@ -2,35 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from os import PathLike, fspath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.sources import Names, sources_of
+from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.api.table import Table
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.selection import load_indicators, make_indicators
 from hydrofdi.settings.yaml_source import plain
 
+Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
+"""``"dwt,ring_down"``, ``"all"``, a list of names, a YAML file, or label → options."""
+
 
 def measure(
     data: Any,
-    indicators: str | PathLike[str] | Sequence[str] | Mapping[str, Any] = "dwt",
+    indicators: Indicators = "dwt",
     *,
     sampling_frequency: str | float | None = None,
     channel: Names = None,
     unit: Names = None,
+    label: Texts = None,
+    group: Texts = None,
 ) -> Table:
     """Measure indicators of records, as ``hydrofdi measure`` does.
 
     Parameters
     ----------
-    data : path, sequence of path, array_like, mapping, pandas.DataFrame, xarray.DataArray or xarray.Dataset
-        Whatever the command takes as a source; or samples of a channel, shape (n_time,) or
-        (n_record, n_time), in SI; or columns that are named like channels, ``P1 [bar]`` or
-        ``chamber_1_pressure``. Frames and datasets have to state units.
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
+        Whatever the command takes as a source; or runs and results; or samples of a channel, shape (n_time,)
+        or (n_record, n_time), in SI; or columns that are named like channels, ``P1 [bar]`` or
+        ``chamber_1_pressure``. Data frames and datasets (pandas, xarray) have to state units.
     indicators : str, path, sequence of str, or mapping
         ``"dwt,ring_down"``, ``"all"``, a list of names, a YAML file, or label → options.
     sampling_frequency : str or float, optional
@@ -39,6 +47,9 @@ def measure(
         Which channel an array is, ``"P1"`` where left out; or column → channel.
     unit : str or mapping, optional
         Of the samples; or column → unit.
+    label, group : str or sequence of str, optional
+        What is known of each record in memory, such as ``"healthy"``; and the unit or day that it shares with
+        others. Of a dataset, the coordinates ``label`` and ``group``.
 
     Returns
     -------
@@ -63,19 +74,73 @@ def measure(
     Traceback (most recent call last):
     hydrofdi.errors.DataError: the array: no sampling frequency is given (sampling_frequency='1 kHz'), ...
     """
-    chosen = _indicators(indicators)
-    sources = sources_of(data, used_channels(chosen), sampling_frequency, channel, unit)
-    columns, records = measure_sources(sources, chosen)
-    return _table(columns, [*records])
+    said = Said(sampling_frequency, channel, unit, label, group)
+    return _table(measured_records(data, indicators, said))
 
 
-def _indicators(given: str | PathLike[str] | Sequence[str] | Mapping[str, Any]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Measured:
+    """What is measured of records, one after another: for more of them than memory holds.
+
+    Attributes
+    ----------
+    columns : sequence of Column
+    records : iterator of RecordMeasures
+        Measured as they are asked for.
+    """
+
+    columns: Sequence[Column]
+    records: Iterator[RecordMeasures]
+
+
+def measured_records(data: Any, indicators: Indicators, said: Said) -> Measured:
+    """What `measure` makes a table of.
+
+    Raises
+    ------
+    ConfigError, DataError, StoreError
+        As there.
+    """
+    chosen = indicators_of(indicators)
+    return Measured(*measure_sources(sources_of(data, used_channels(chosen), said), chosen))
+
+
+def write_measures(
+    path: Path, form: str, columns: Sequence[Column], records: Iterable[RecordMeasures]
+) -> None:
+    """Write what was measured, whole or not at all, as ``csv``, ``json`` or ``parquet``.
+
+    Raises
+    ------
+    ReportError, StoreError
+        The file cannot be written, or a library is not installed.
+    """
+    from hydrofdi.report.forms.measures import csv_lines, json_parts, write_parquet
+    from hydrofdi.store.files import whole_file
+
+    with whole_file(path) as aside:
+        if form == "parquet":
+            write_parquet(aside, columns, records)
+        else:
+            with open(aside, "w", encoding="utf-8", newline="") as file:
+                file.writelines((csv_lines if form == "csv" else json_parts)(columns, records))
+
+
+def indicators_of(given: Indicators) -> dict[str, Any]:
+    """Label → indicator.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake.
+    """
     if isinstance(given, str | PathLike):
         return load_indicators(fspath(given))
     return make_indicators(plain(given))
 
 
-def _table(columns: Sequence[Column], records: Sequence[RecordMeasures]) -> Table:
+def _table(measured: Measured) -> Table:
+    columns, records = measured.columns, [*measured.records]
     texts = ("record_id", "source", "group", "label", "status")
     content: dict[str, Any] = {name: [getattr(record, name) for record in records] for name in texts}
     for column in columns:

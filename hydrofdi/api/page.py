@@ -22,3 +22,9 @@ def _row(texts: Sequence[str], tag: str) -> str:
         for side, text in zip(sides, texts, strict=True)
     )
     return f"<tr>{''.join(cells)}</tr>"
+
+
+def html_sentences(title: str, sentences: Iterable[str]) -> str:
+    """A list of sentences below a title."""
+    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
+    return f"<p><strong>{escape(title)}</strong></p><ul>{items}</ul>"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Collection
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from hydrofdi.records import Channel, RecordSource
     from hydrofdi.report.contract import ComposedReport
     from hydrofdi.store import ExperimentData
 
@@ -73,6 +75,12 @@ class Results:
     def table(self) -> Table:
         """The numbers that ``hydrofdi report --format csv`` prints; units stand in the names."""
         return Table("row", self._report.columns(), {})
+
+    def record_source(self, channels: Collection[Channel]) -> RecordSource:
+        """The stored runs as records, so that `hydrofdi.measure` and others take results as they are."""
+        from hydrofdi.store.records import StoredRecords
+
+        return StoredRecords(self.data, str(self.folder), channels)
 
     def report(self) -> str:
         """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""

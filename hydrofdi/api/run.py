@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import cached_property
 from html import escape
 from os import PathLike
@@ -15,10 +16,14 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.pipeline.single import SingleRun, simulate_nominal, write_single_run
 from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
 from hydrofdi.simulation.second_opinion import Solver
+from hydrofdi.store.files import require_replaceable
+from hydrofdi.store.layout.names import TIME
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
+
+    from hydrofdi.records import Channel, RecordSource
 
 
 class Run:
@@ -98,6 +103,21 @@ class Run:
         told |= {"verdict": self.verdict} | ({"message": self.message} if self.message else {})
         return run_dataset(run_variables(self.experiment), self._single.columns, told)
 
+    def record_source(self, channels: Collection[Channel]) -> RecordSource:
+        """The run as a record, so that `hydrofdi.measure` and others take it as it is."""
+        from hydrofdi.api.records.columns import Column, Held
+        from hydrofdi.api.records.held import records_of
+        from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+
+        held = self._single.columns
+        columns = [
+            Column(channel.value, held[signal][0], channel.unit)
+            for channel, signal in SIGNAL_OF_CHANNEL.items()
+            if channel in channels and signal in held
+        ]
+        time = Column("time", held[TIME], "s")
+        return records_of(Held(self.summary.title, columns, time, [self.run_id]), None, None, None)
+
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi simulate --json`` prints."""
         return run_record(self.summary)
@@ -116,8 +136,6 @@ class Run:
         StoreError
             The file cannot be written, or something else stands there.
         """
-        from hydrofdi.store.files import require_replaceable
-
         require_replaceable(path_of(path))
         write_single_run(path_of(path), self.experiment, self._single)
 
@@ -136,6 +154,7 @@ def simulate(
     /,
     *,
     solver: Solver | None = None,
+    out: str | PathLike[str] | None = None,
     **settings: Any,
 ) -> Run:
     """Simulate one actuator, as ``hydrofdi simulate`` does.
@@ -146,6 +165,8 @@ def simulate(
         YAML file, or what would stand in one; without it, the nominal actuator. A sweep is left aside.
     solver : {"lsoda", "radau"}, optional
         Integrate the same equations with SciPy instead: a second opinion.
+    out : path, optional
+        Store the run in this experiment file (HDF5); `Run.write` does it later.
     **settings
         Parameters by their names, quantities with a unit or in SI: ``bulk_modulus="689 MPa"``. Where several
         sections have a name, ``pressure_1_sensor__noise="20 kPa"``; a whole section as a mapping.
@@ -159,6 +180,8 @@ def simulate(
     ------
     ConfigError
         With every mistake in the settings.
+    StoreError
+        The file cannot be written, or something else stands there.
 
     Examples
     --------
@@ -175,4 +198,9 @@ def simulate(
     hydrofdi.errors.ConfigError: bulk_modulos: unknown key; did you mean 'bulk_modulus'?
     """
     loaded = experiment_of(experiment, settings)
-    return Run(loaded, simulate_nominal(loaded, solver))
+    if out is not None:
+        require_replaceable(path_of(out))
+    run = Run(loaded, simulate_nominal(loaded, solver))
+    if out is not None:
+        run.write(out)
+    return run

@@ -16,8 +16,11 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-_SHOWN = 10
+_SHOWN = 30
 """Rows that are shown."""
+
+_MOST_TEXT = 40
+"""Characters of a text in a row of plain text."""
 
 
 class Table:
@@ -119,6 +122,7 @@ class Table:
 
     def __repr__(self) -> str:
         header, rows, more = self._shown()
+        rows = [[_short(text) for text in row] for row in rows]
         widths = [max(map(len, texts)) for texts in zip(header, *rows, strict=True)]
         lines = (
             "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True))
@@ -140,6 +144,10 @@ def _array(values: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
     objects = np.empty(len(values), dtype=object)
     objects[:] = list(values)
     return objects
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _MOST_TEXT else f"{text[: _MOST_TEXT - 1]}…"
 
 
 def _text(value: Any) -> str:

@@ -32,6 +32,7 @@ from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
 from hydrofdi.errors import HydrofdiError, IndicatorWarning, RenamedKeyWarning, without_credentials
+from hydrofdi.settings.naming import settings_as_options
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
@@ -73,7 +74,7 @@ def main() -> None:
     """Run the command line and exit."""
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), settings_as_options():
             _show_warnings()
             code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or DONE
         sys.stdout.flush()

@@ -40,21 +40,17 @@ def simulate(
 
     A sweep in the file is left aside.
     """
+    from hydrofdi.api.experiments import experiment_with
     from hydrofdi.api.run import simulate as simulate_actuator
     from hydrofdi.cli.rendering import print_run, tell_doubtful_settings
     from hydrofdi.cli.terminal import print_json, tell
-    from hydrofdi.config import load_experiment
     from hydrofdi.quality.doubts import doubts_of
     from hydrofdi.quality.failures import REMEDIES
-    from hydrofdi.store.files import require_replaceable
 
-    experiment = load_experiment(config, settings or ())
+    experiment = experiment_with(config, settings or ())
     tell_doubtful_settings(experiment, with_sweep=False)
+    run = simulate_actuator(experiment, solver=None if solver is None else solver.value, out=out)
     if out is not None:
-        require_replaceable(out)
-    run = simulate_actuator(experiment, solver=None if solver is None else solver.value)
-    if out is not None:
-        run.write(out)
         tell(f"stored {out}")
     if figure is not None:
         from hydrofdi.report.figures import save_figure

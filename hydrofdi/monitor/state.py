@@ -17,6 +17,7 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.sources import Position
 from hydrofdi.records.streams import State
+from hydrofdi.settings.naming import setting
 from hydrofdi.store.files import reason, require_regular, whole_file
 from hydrofdi.store.folder.lock import file_lock
 
@@ -120,7 +121,7 @@ class StateFile:
         }
         for key, text in words.items():
             if header.get(key) != self._owner[key]:
-                advice = "give another file with --state, or remove this one to begin anew"
+                advice = f"give another file with {setting('state')}, or remove this one to begin anew"
                 raise StoreError(f"{self.path}: {text}; {advice}")
 
 

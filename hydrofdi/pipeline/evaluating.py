@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from hydrofdi.config.study.detection import ScoreConfig
@@ -13,9 +12,9 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
+from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources
 from hydrofdi.pipeline.healthy_control import conclusion, ranked_by_control
-from hydrofdi.pipeline.sources import open_source
+from hydrofdi.pipeline.healthy_records import labels_of_healthy
 from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.studies.detecting import detect
@@ -113,7 +112,7 @@ class Evaluation:
 
 
 def evaluate(
-    paths: Sequence[Path],
+    sources: Sequence[RecordSource],
     indicators: Mapping[str, Indicator[Any]],
     healthy: Sequence[str],
     rules: Rules,
@@ -127,8 +126,8 @@ def evaluate(
 
     Parameters
     ----------
-    paths : sequence of Path
-        Sources of records.
+    sources : sequence of RecordSource
+        With the channels that the indicators use.
     indicators : mapping of str to Indicator
     healthy : sequence of str
         Labels of healthy records beside those that descriptions name.
@@ -146,7 +145,6 @@ def evaluate(
     DataError, StoreError
         A source cannot be read.
     """
-    sources = [open_source(path, used_channels(indicators)) for path in paths]
     columns, measured = measure_sources(sources, indicators)
     left = Left()
     labels = _labels(sources, healthy)
@@ -162,7 +160,7 @@ def evaluate(
 
 def _labels(sources: Sequence[RecordSource], healthy: Sequence[str]) -> Labels:
     described = [source.config for source in sources if isinstance(source, MeasuredSource)]
-    named = [label for config in described for label in config.healthy]
+    named = [label for source in sources for label in labels_of_healthy(source)]
     severity = {label: value for config in described for label, value in config.severity.items()}
     return Labels(tuple(dict.fromkeys([*named, *healthy])), severity)
 

@@ -10,8 +10,10 @@ from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.pipeline.healthy_runs import HealthyRuns, healthy_simulated, healthy_stored
 from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordBatch, RecordSource
+from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.naming import setting
 from hydrofdi.store.records import StoredRecords
 
 STUDY_LABEL = "healthy (fit)"
@@ -85,22 +87,22 @@ class HealthyRecords:
         self._require_found(found)
 
     def _of_source(self, source: RecordSource, found: set[str]) -> Iterator[RecordBatch]:
-        if isinstance(source, MeasuredSource):
+        chosen = _healthy_runs(source)
+        if chosen is None:
             for batch in source.batches(labels=True):
                 found |= set(batch.labels or ())
                 yield self._healthy(source, batch)
             return
-        chosen = _healthy_runs(source)
         self.left_out.n_leaking += chosen.n_left_out
         for batch in chosen.source.batches(labels=True):
             yield replace(batch, labels=(STUDY_LABEL,) * batch.n_record) if chosen.is_study else batch
 
-    def _healthy(self, source: MeasuredSource, batch: RecordBatch) -> RecordBatch:
+    def _healthy(self, source: RecordSource, batch: RecordBatch) -> RecordBatch:
         if not _is_labelled(source):
             return batch
-        names = {*source.config.healthy, *self.healthy}
+        names = {*labels_of_healthy(source), *self.healthy}
         if not names:
-            remedy = "--healthy LABEL, or 'healthy: [LABEL]' in the description"
+            remedy = f"{setting('healthy', 'LABEL')}, or 'healthy: [LABEL]' in the description"
             raise ConfigError(f"{source.name}: which records are healthy? {remedy}")
         labels = batch.labels or ("",) * batch.n_record
         rows = [row for row, label in enumerate(labels) if label in names]
@@ -132,15 +134,22 @@ class HealthyRecords:
         if missing:
             names = ", ".join(repr(label) for label in sorted(found - {""})[:10]) or "none"
             hint = nearest(missing[0], sorted(found))
-            raise ConfigError(f"--healthy: no record has the label {missing[0]!r}; found {names}{hint}")
+            raise ConfigError(
+                f"{setting('healthy')}: no record has the label {missing[0]!r}; found {names}{hint}"
+            )
 
 
-def _healthy_runs(source: RecordSource) -> HealthyRuns:
+def labels_of_healthy(source: RecordSource) -> tuple[str, ...]:
+    """Labels that a source itself calls healthy."""
+    return source.config.healthy if isinstance(source, MeasuredSource | HeldSource) else ()
+
+
+def _healthy_runs(source: RecordSource) -> HealthyRuns | None:
+    """The healthy runs of an experiment; None where records are no runs of one."""
     if isinstance(source, SimulatedRecords):
         return healthy_simulated(source)
-    assert isinstance(source, StoredRecords)
-    return healthy_stored(source)
+    return healthy_stored(source) if isinstance(source, StoredRecords) else None
 
 
 def _is_labelled(source: RecordSource) -> bool:
-    return not isinstance(source, MeasuredSource) or bool(source.config.label)
+    return source.is_labelled if isinstance(source, MeasuredSource | HeldSource) else True

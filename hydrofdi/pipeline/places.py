@@ -9,6 +9,7 @@ from pathlib import Path
 import hydrofdi
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.errors import ConfigError, ReportError
+from hydrofdi.settings.naming import setting
 from hydrofdi.store.request import REQUEST_FILE
 
 RESULTS = Path("results")
@@ -28,7 +29,7 @@ def experiment_directory(experiment: ExperimentConfig, out: Path | None = None) 
     if out is None:
         return RESULTS / experiment.name
     if out.resolve() == Path.cwd():
-        raise ConfigError("--out: name a folder of its own, not the working directory")
+        raise ConfigError(f"{setting('out')}: name a folder of its own, not the working directory")
     return out
 
 

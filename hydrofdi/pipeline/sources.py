@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
+from hydrofdi.settings.naming import setting
 from hydrofdi.settings.ready import located, ready_hint
 
 _HEAD_BYTES = 65_536
@@ -115,12 +116,16 @@ def _described(path: Path, name: str, channels: Collection[Channel], settings: S
 
 def _refuse_frequency(path: Path, sampling_frequency: float | None) -> None:
     if sampling_frequency is not None:
-        raise ConfigError(f"--sampling-frequency: {path} has its own; the option is for one plain data file")
+        raise ConfigError(
+            f"{setting('sampling_frequency')}: {path} has its own; it is for one plain data file"
+        )
 
 
 def _refuse_settings(path: Path, settings: Sequence[str]) -> None:
     if settings:
-        raise ConfigError(f"--set: {path} is not simulated; the option is for the file of an experiment")
+        raise ConfigError(
+            f"{setting('settings')}: {path} is not simulated; they are for the file of an experiment"
+        )
 
 
 def _head(path: Path) -> bytes:

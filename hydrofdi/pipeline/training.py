@@ -15,7 +15,7 @@ from hydrofdi.detectors.trained.reading import detector_text, is_detector
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.healthy_records import HealthyRecords, LeftOut
-from hydrofdi.pipeline.sources import open_source
+from hydrofdi.records import Channel, RecordSource
 from hydrofdi.store.files import require_regular, write_whole_text
 
 
@@ -37,25 +37,23 @@ class Training:
 
 
 def train_on(
-    paths: Sequence[Path],
+    sources: Sequence[RecordSource],
     config: DetectorConfig,
     *,
     healthy: Sequence[str] = (),
-    sampling_frequency: float | None = None,
     command: str = "",
 ) -> Training:
     """Train a detector on the healthy records of some sources.
 
     Parameters
     ----------
-    paths : sequence of Path
+    sources : sequence of RecordSource
+        With the channels of `channels_needed`.
     config : DetectorConfig
     healthy : sequence of str
         Labels of healthy records beside those that descriptions name.
-    sampling_frequency : float, optional
-        Of a measured file by itself [Hz].
     command : str
-        The command line, as the file shall tell it.
+        What the file says of how it was made.
 
     Raises
     ------
@@ -64,12 +62,16 @@ def train_on(
     NotStatedError
         There are too few healthy records.
     """
-    indicator = feature_of(config).indicator
-    used = indicator.channels | indicator.optional_channels | {config.window.channel}
-    records = HealthyRecords([open_source(path, used, sampling_frequency) for path in paths], healthy)
+    records = HealthyRecords(sources, healthy)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
-    file = train(records, config, [str(path) for path in paths], made)
+    file = train(records, config, [source.name for source in sources], made)
     return Training(file, records.left_out, records.is_unlabelled)
+
+
+def channels_needed(config: DetectorConfig) -> frozenset[Channel]:
+    """Channels that training looks at."""
+    indicator = feature_of(config).indicator
+    return indicator.channels | indicator.optional_channels | {config.window.channel}
 
 
 def require_place(out: Path) -> None:

@@ -14,6 +14,7 @@ from hydrofdi.config.experiment import STORED
 from hydrofdi.config.renamed_keys import with_present_keys
 from hydrofdi.errors import StoreError
 from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.naming import setting
 from hydrofdi.store.files import write_whole_text
 
 REQUEST_FILE = "experiment.json"
@@ -44,7 +45,8 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
     held = read_request(directory).name
     if held != experiment.name:
         raise StoreError(
-            f"{directory}: contains the experiment {held!r}, not {experiment.name!r}; give another --out"
+            f"{directory}: contains the experiment {held!r}, not {experiment.name!r}; give another"
+            f" {setting('out')}"
         )
 
 

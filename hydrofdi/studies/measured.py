@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.settings.naming import setting
 from hydrofdi.studies.records import Scored, StudyRecords
 
 SEED = 0
@@ -99,7 +100,7 @@ def _require_healthy(labels: Labels, found: Sequence[str]) -> None:
     if not found:
         raise ConfigError("no record has a label; 'label:' of the description says what is known of each")
     if not labels.healthy:
-        remedy = "--healthy LABEL, or 'healthy: [LABEL]' in the description"
+        remedy = f"{setting('healthy', 'LABEL')}, or 'healthy: [LABEL]' in the description"
         raise ConfigError(f"which records are healthy? {remedy}; found {names}")
     missing = [label for label in labels.healthy if label not in found]
     if missing:

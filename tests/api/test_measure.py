@@ -155,7 +155,7 @@ FRAME = pandas.DataFrame({"P1": [1.0, 2.0], "P2 [bar]": [1.0, 2.0]})
         ),
         ([1.0, 2.0], {"indicators": "dwtt"}, "did you mean 'dwt'?"),
         ("nowhere.csv", {}, "nowhere.csv: no such file or folder"),
-        ("nowhere.csv", {"unit": "bar"}, "channel and unit are for arrays"),
+        ("nowhere.csv", {"unit": "bar"}, "unit: is for arrays"),
     ],
 )
 def test_what_is_not_clear_is_refused(data, options, sentence):
@@ -168,5 +168,7 @@ def test_the_sentence_is_that_of_the_command(tmp_path):
     (tmp_path / "rig.csv").write_text("P1 [bar]\n1\n2\n")
     with pytest.raises(hydrofdi.HydrofdiError) as raised:
         hydrofdi.measure(tmp_path / "rig.csv")
+    assert "(sampling_frequency='1kHz')" in str(raised.value)
     told = run("measure", tmp_path / "rig.csv", check=2).stderr
-    assert told.strip() == f"hydrofdi: {raised.value}"
+    as_option = str(raised.value).replace("sampling_frequency='1kHz'", "--sampling-frequency 1kHz")
+    assert told.strip() == f"hydrofdi: {as_option}"

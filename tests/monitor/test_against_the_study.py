@@ -11,6 +11,7 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.pipeline.simulated import SimulatedRecords
+from hydrofdi.pipeline.sources import open_source
 from hydrofdi.pipeline.training import train_on
 from hydrofdi.records.streams import Chunk
 from tests.conftest import REPOSITORY
@@ -42,7 +43,7 @@ def detector(tmp_path_factory):
     config = DetectorConfig(
         indicator="weak_rls", options=OPTIONS, window=WindowConfig(by="estimate"), chart=chart
     )
-    return train_on([study(tmp_path_factory.mktemp("healthy"), 41)], config).file
+    return train_on([open_source(study(tmp_path_factory.mktemp("healthy"), 41))], config).file
 
 
 @pytest.fixture(scope="module")

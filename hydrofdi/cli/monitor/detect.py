@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency, frequency
+from hydrofdi.cli.options import Json, SamplingFrequency
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.detected import Tally
@@ -42,15 +41,9 @@ def detect(
 
     Exit code 1 where nothing of a record could be judged; and on an alarm, with --fail-on-alarm.
     """
-    from hydrofdi.detectors.trained.reading import load_detector
-    from hydrofdi.pipeline.detected import Tally
-    from hydrofdi.pipeline.detecting import channels_read
-    from hydrofdi.pipeline.detecting import detect as judged
-    from hydrofdi.pipeline.sources import open_source
+    from hydrofdi.api.detectors.detector import Detector
 
-    file, given = load_detector(detector), frequency(sampling_frequency)
-    opened = [open_source(path, channels_read(file), given) for path in sources]
-    tally = Tally(file, chain.from_iterable(judged(file, source) for source in opened))
+    tally = Detector.load(detector).windows(sources, sampling_frequency=sampling_frequency)
     _write(Format.json if json else form, tally)
     _tell(tally)
     return 1 if tally.unjudged or (fail_on_alarm and tally.n_alarm) else 0
@@ -62,7 +55,7 @@ def _write(form: Format, tally: Tally) -> None:
 
         print_windows(tally)
         return
-    from hydrofdi.cli.monitor.detected_forms import csv_lines, json_parts
+    from hydrofdi.api.detectors.window_forms import csv_lines, json_parts
     from hydrofdi.cli.terminal import write_out
 
     for text in (csv_lines if form is Format.csv else json_parts)(tally):

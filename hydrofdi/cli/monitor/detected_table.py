@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from operator import itemgetter
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 from rich.text import Text
@@ -10,11 +11,13 @@ from rich.text import Text
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import plain, readable, readable_unit
-from hydrofdi.pipeline.detected import Tally
-from hydrofdi.pipeline.detecting import JudgedWindow
 from hydrofdi.units import convert
 
-_Rows = list[tuple[int, JudgedWindow]]
+if TYPE_CHECKING:
+    from hydrofdi.pipeline.detected import Tally
+    from hydrofdi.pipeline.detecting import JudgedWindow
+
+_Rows = list[tuple[int, "JudgedWindow"]]
 
 _SHOWN = 20
 """Windows that the terminal shows."""

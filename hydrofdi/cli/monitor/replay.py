@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import SamplingFrequency, Settings, frequency
+from hydrofdi.cli.options import SamplingFrequency, Settings
 from hydrofdi.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -68,18 +67,21 @@ def replay(
     Samples are in SI, written so that they are read again to the bit. Several records follow each other with
     a short gap.
     """
-    import time
-
+    from hydrofdi.api.replaying import replay as played
     from hydrofdi.cli.terminal import tell
-    from hydrofdi.pipeline.replaying import Pace, replayed
-    from hydrofdi.pipeline.sources import open_source
 
-    opened = open_source(source, sampling_frequency=frequency(sampling_frequency), settings=settings or ())
-    pace = Pace(_rate(rate))
+    chunks = played(
+        source,
+        rate=rate,
+        record=record,
+        now=now,
+        settings=settings or (),
+        sampling_frequency=sampling_frequency,
+    )
     n_sample = 0
     try:
         with _target(to, form, config) as send:
-            for chunk in replayed(opened, pace, record, time.time() if now else None):
+            for chunk in chunks:
                 send(chunk)
                 n_sample += chunk.n_time
     except KeyboardInterrupt:
@@ -89,21 +91,6 @@ def replay(
         return 0
     tell(f"played {n_sample:,} samples")
     return 0
-
-
-def _rate(text: str | None) -> float | None:
-    """Samples in a second; None for the rate of the record."""
-    from hydrofdi.units import parse_quantity
-
-    if text is None or text == "max":
-        return None if text is None else math.inf
-    try:
-        rate = parse_quantity(text, "Hz")
-    except ValueError as error:
-        raise ConfigError(f"--rate: {error}, or 'max'") from None
-    if not 0.0 < rate < math.inf:
-        raise ConfigError(f"--rate: must be above zero; found {text!r}")
-    return rate
 
 
 @contextmanager

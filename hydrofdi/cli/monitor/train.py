@@ -6,11 +6,11 @@ import shlex
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency, frequency
+from hydrofdi.cli.options import Json, SamplingFrequency
 from hydrofdi.errors import without_credentials
 
 if TYPE_CHECKING:
@@ -111,37 +111,31 @@ def train(
     its healthy fit records; of other records all. Too few records are refused with the number that is needed.
     Exit code 1 where records are rejected or repeat the samples of another.
     """
-    from hydrofdi.cli.monitor.training_summary import print_training, training_record
-    from hydrofdi.cli.terminal import print_json
-    from hydrofdi.detectors.trained.training import stated_detector
-    from hydrofdi.pipeline.training import require_place, train_on, write_detector
+    from hydrofdi.api.detectors.training import train as train_detector
+    from hydrofdi.cli.terminal import print_json, terminal
 
-    given: dict[tuple[str, ...], tuple[str, Any]] = {
-        ("indicator",): ("--indicator", indicator),
-        ("output",): ("--output", output),
-        ("direction",): ("--direction", direction),
-        ("false_alarm_rate",): ("--false-alarm-rate", false_alarm_rate),
-        ("confidence",): ("--confidence", confidence),
-        ("threshold",): ("--threshold", threshold),
-        ("window", "duration"): ("--window", window),
-        ("window", "every"): ("--every", every),
-        ("window", "by"): ("--by", by),
-    }
-    stated = stated_detector(config, {key: each for key, each in given.items() if each[1] is not None})
-    require_place(out)
-    training = train_on(
+    detector = train_detector(
         sources,
-        stated,
+        indicator,
+        config=config,
+        output=output,
+        direction=None if direction is None else direction.value,
+        window=window,
+        every=every,
+        by=None if by is None else by.value,
+        false_alarm_rate=false_alarm_rate,
+        confidence=confidence,
+        threshold=None if threshold is None else threshold.value,
         healthy=healthy or (),
-        sampling_frequency=frequency(sampling_frequency),
+        out=out,
         command=shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])]),
+        sampling_frequency=sampling_frequency,
     )
-    write_detector(out, training.file)
     if json:
-        print_json(training_record(training, out))
+        print_json({"out": str(out), **detector.to_dict()})
     else:
-        print_training(training, out)
-    return _tell(training.left_out)
+        terminal().print(f"{out}: {detector.name}\n{detector.summary}")
+    return _tell(detector.training.left_out)
 
 
 def _tell(left: LeftOut) -> int:

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrofdi.cli.options import Json
-from hydrofdi.errors import ConfigError
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.evaluating import Left
-    from hydrofdi.studies.rules import Rules
 
 
 def evaluate(
@@ -55,43 +53,23 @@ def evaluate(
     by a model that saw it or its group. Exit code 1 where records are rejected, repeat the samples of
     another or have no number of any indicator, or an indicator fails.
     """
-    from hydrofdi.cli.records.evaluation_record import evaluation_record
+    from hydrofdi.api.evaluating import evaluate as evaluate_records
     from hydrofdi.cli.records.evaluation_table import print_evaluation
     from hydrofdi.cli.terminal import print_json
-    from hydrofdi.config.study.scores import load_scores
-    from hydrofdi.indicators import load_indicators
-    from hydrofdi.pipeline.evaluating import evaluate as evaluate_records
 
-    rules = _rules(false_alarm_rate, confidence)
-    chosen = load_indicators(indicators)
-    scores = load_scores(indicators, chosen)
     evaluation = evaluate_records(
-        sources, chosen, healthy or (), rules, scores=scores, with_usual_scores=usual_scores
+        sources,
+        indicators,
+        healthy=healthy or (),
+        false_alarm_rate=false_alarm_rate,
+        confidence=confidence,
+        usual_scores=usual_scores,
     )
     if json:
-        print_json(evaluation_record(evaluation))
+        print_json(evaluation.to_dict())
     else:
         print_evaluation(evaluation)
-    return _tell(evaluation.left)
-
-
-def _rules(false_alarm_rate: str, confidence: str) -> Rules:
-    from hydrofdi.studies.rules import Rules
-
-    rate = _share("--false-alarm-rate", false_alarm_rate, 0.0, 0.5)
-    return Rules(false_alarm_rate=rate, confidence=_share("--confidence", confidence, 0.5, 0.9999))
-
-
-def _share(option: str, text: str, least: float, most: float) -> float:
-    from hydrofdi.units import parse_quantity
-
-    try:
-        value = parse_quantity(text, "1")
-    except ValueError as error:
-        raise ConfigError(f"{option}: {error}") from None
-    if not least < value <= most:
-        raise ConfigError(f"{option}: must lie above {least:.0%} and up to {most:.4g}; found {text!r}")
-    return value
+    return _tell(evaluation.found.left)
 
 
 def _tell(left: Left) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
@@ -14,11 +15,11 @@ from hydrofdi.evaluation.auc import Area
 from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.evaluation.rates import Rate
-from hydrofdi.pipeline.evaluating import Evaluation
-from hydrofdi.pipeline.healthy_control import stands_clear
-from hydrofdi.studies.judgement import Judgement
-from hydrofdi.studies.parts import records_without_number
 from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from hydrofdi.api.evaluating import Evaluation
+    from hydrofdi.studies.judgement import Judgement
 
 HOLE = "–"
 
@@ -45,7 +46,7 @@ def print_scores(console: Console, evaluation: Evaluation, judgements: Sequence[
     healthy groups differ as much as faults are marked.
     """
     names = [each.scored.name for each in judgements]
-    clear = [stands_clear(each, evaluation.healthy_pairs[each.scored.name]) for each in judgements]
+    clear = [evaluation.stands_clear(each) for each in judgements]
     marks = ["~" if each is False else "" for each in clear]
     room = min(max(map(len, names)), max(console.width // 3, 16))
     for part in _parts(_columns(evaluation, judgements), console.width - room - 2):
@@ -65,14 +66,13 @@ def _columns(evaluation: Evaluation, judgements: Sequence[Judgement]) -> list[_C
         return _Column(heading, tuple(text(each) for each in judgements))
 
     faults = [level.population.name for level in judgements[0].levels]
-    records = evaluation.detection.records
     columns = [
         *(column(f"AUC\n{name}", partial(_area_at, place)) for place, name in enumerate(faults)),
-        column("healthy\ngroups", lambda each: _between(evaluation.healthy_pairs[each.scored.name])),
+        column("healthy\ngroups", lambda each: _between(evaluation.healthy_pairs(each))),
         *(column(f"detected\n{name}", partial(_detected_at, place)) for place, name in enumerate(faults)),
         column("false\nalarms", _false_alarms),
         column("q90/95\n[L/min]", _found),
-        column("without\na number", lambda each: _missing(records_without_number(records, each.scored))),
+        column("without\na number", lambda each: _missing(evaluation.without_number(each))),
     ]
     return [each for each in columns if any(text != HOLE for text in each.texts)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from itertools import compress
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
@@ -14,9 +15,11 @@ from rich.text import Text
 from hydrofdi.cli.records.evaluation_columns import HOLE, area_text, print_scores
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.evaluation.groups import HealthyPair
-from hydrofdi.pipeline.evaluating import Evaluation
 from hydrofdi.report.wording import capitalized
-from hydrofdi.studies.judgement import Judgement
+
+if TYPE_CHECKING:
+    from hydrofdi.api.evaluating import Evaluation
+    from hydrofdi.studies.judgement import Judgement
 
 _SHOWN = 20
 """Scores, and pairs of healthy groups, that the terminal shows."""
@@ -38,7 +41,7 @@ def print_evaluation(evaluation: Evaluation) -> None:
     print_scores(console, evaluation, shown)
     if len(detection.judgements) > len(shown):
         console.print(f"… the first {len(shown)} of {len(detection.judgements)} scores; --json has all")
-    _print_pairs(console, evaluation, detection.judgements[0].scored.name)
+    _print_pairs(console, evaluation, detection.judgements[0])
     console.print()
     told = Table.grid(padding=(0, 1, 0, 0))
     for sentence in _sentences(evaluation):
@@ -67,8 +70,8 @@ def _print_records(console: Console, evaluation: Evaluation) -> None:
     console.print(f"Records: {counts}; {f'{n_group} groups' if n_group else 'no groups'}")
 
 
-def _print_pairs(console: Console, evaluation: Evaluation, name: str) -> None:
-    pairs = evaluation.healthy_pairs[name]
+def _print_pairs(console: Console, evaluation: Evaluation, judgement: Judgement) -> None:
+    pairs, name = evaluation.healthy_pairs(judgement), judgement.scored.name
     if not pairs:
         return
     console.print(Text(f"\nHealthy groups against each other by {name}: none of them leaks", style="bold"))

@@ -21,10 +21,10 @@ def indicators(
     json: Json = False,
 ) -> int:
     """List what can be measured of a record, or describe one indicator."""
+    from hydrofdi.api.listing import describe_indicator
     from hydrofdi.cli.terminal import print_json
-    from hydrofdi.indicators.description import describe
 
-    described = [describe(name)] if name else _all_that_load()
+    described = [describe_indicator(name)] if name else _all_that_load()
     if json:
         records = [_record(each) for each in described]
         print_json(records[0] if name else {"indicators": records})
@@ -37,20 +37,12 @@ def indicators(
 
 def _all_that_load() -> list[Description]:
     """All indicators; a package that cannot be loaded is named and hides no other."""
+    from hydrofdi.api.listing import described_indicators
     from hydrofdi.cli.terminal import tell
-    from hydrofdi.errors import ConfigError
-    from hydrofdi.indicators import indicator_names
-    from hydrofdi.indicators.description import describe
-    from hydrofdi.indicators.registry import shadows
 
-    for shadow in shadows():
-        tell(f"warning: {shadow}")
-    described = []
-    for name in indicator_names():
-        try:
-            described.append(describe(name))
-        except ConfigError as error:
-            tell(f"warning: {error}")
+    described, doubts = described_indicators()
+    for doubt in doubts:
+        tell(f"warning: {doubt}")
     return described
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency, frequency
+from hydrofdi.cli.options import Json, SamplingFrequency
 from hydrofdi.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -52,17 +52,13 @@ def measure(
     Exit code 1 where records are rejected or have no number of any indicator, or an indicator fails.
     'hydrofdi indicators' lists what can be measured.
     """
-    from hydrofdi.indicators import load_indicators
-    from hydrofdi.indicators.record_measures import measure_sources, used_channels
-    from hydrofdi.pipeline.sources import open_source
+    from hydrofdi.api.measuring import measured_records
+    from hydrofdi.api.records.sources import Said
 
     chosen_form = _form(Format.json if json else form, out)
-    chosen = load_indicators(indicators)
-    given = frequency(sampling_frequency)
-    opened = [open_source(path, used_channels(chosen), given) for path in sources]
-    columns, records = measure_sources(opened, chosen)
-    counted = _Counted(records)
-    _write(chosen_form, out, columns, counted)
+    measured = measured_records(sources, indicators, Said(sampling_frequency))
+    counted = _Counted(measured.records)
+    _write(chosen_form, out, measured.columns, counted)
     _tell(counted, out, with_reason=chosen_form is not Format.table)
     return 1 if counted.n_rejected or counted.n_empty or counted.faults else 0
 
@@ -114,21 +110,16 @@ def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _
         print_measures(columns, records)
         return
     from hydrofdi.cli.terminal import write_out
-    from hydrofdi.report.forms.measures import csv_lines, json_parts, write_parquet
+    from hydrofdi.report.forms.measures import csv_lines, json_parts
 
     lines = csv_lines if form is Format.csv else json_parts
     if out is None:
         for line in lines(columns, records):
             write_out(line)
         return
-    from hydrofdi.store.files import whole_file
+    from hydrofdi.api.measuring import write_measures
 
-    with whole_file(out) as aside:
-        if form is Format.parquet:
-            write_parquet(aside, columns, records)
-        else:
-            with open(aside, "w", encoding="utf-8", newline="") as file:
-                file.writelines(lines(columns, records))
+    write_measures(out, form.value, columns, records)
 
 
 def _tell(counted: _Counted, out: Path | None, *, with_reason: bool) -> None:

@@ -8,6 +8,7 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import Event, EventKind, Line
 from hydrofdi.records.streams import Chunk
+from hydrofdi.settings.naming import setting
 
 
 class MetricsSink:
@@ -34,12 +35,14 @@ class MetricsSink:
         except ModuleNotFoundError as error:
             if error.name != "prometheus_client":
                 raise
-            raise ConfigError("--metrics needs the extra: pip install 'hydrofdi[monitor]'") from None
+            raise ConfigError(
+                f"{setting('metrics')} needs the extra: pip install 'hydrofdi[monitor]'"
+            ) from None
         self._measures = Measures(file)
         try:
             self._server, self._thread = start_http_server(port, host, self._measures.registry)
         except OSError as error:
-            raise ConfigError(f"--metrics: {address}: {error.strerror}") from None
+            raise ConfigError(f"{setting('metrics')}: {address}: {error.strerror}") from None
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self._server.server_port}/metrics"
         self._is_told = False
@@ -65,5 +68,5 @@ def _host_and_port(address: str) -> tuple[str, int]:
     if ":" in host and not (host.startswith("[") and host.endswith("]")):
         is_port = False
     if not (host and colon and is_port):
-        raise ConfigError(f"--metrics: {address!r} is not host:port; write such as 127.0.0.1:9464")
+        raise ConfigError(f"{setting('metrics')}: {address!r} is not host:port; write such as 127.0.0.1:9464")
     return host.strip("[]"), int(port)

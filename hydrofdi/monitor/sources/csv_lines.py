@@ -17,8 +17,7 @@ from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.formats.text_cells import blank_divided, delimiter_of
 from hydrofdi.records.measured.formats.text_numbers import CellError, column_numbers, is_number
 from hydrofdi.records.streams import Chunk
-
-_COMMA_HINT = "; if commas are decimal signs, write 'text: {decimal: \",\"}' in the file of --config"
+from hydrofdi.settings.naming import setting
 
 
 class CsvLines:
@@ -77,7 +76,7 @@ class CsvLines:
             }
             return Chunk(self._times(columns, cells, width, len(lines)), values)
         except CellError as error:
-            self._reason = error.message + (_COMMA_HINT if error.is_decimal_comma else "")
+            self._reason = error.message + (_comma_hint() if error.is_decimal_comma else "")
         except (ValueError, OverflowError, csv.Error) as error:
             self._reason = str(error)
         return None
@@ -197,3 +196,8 @@ def _only(numbers: set[int]) -> int:
     if len(numbers) != 1:
         raise ValueError("rows have different numbers of cells")
     return numbers.pop()
+
+
+def _comma_hint() -> str:
+    file = setting("config")
+    return f"; if commas are decimal signs, write 'text: {{decimal: \",\"}}' in the file of {file}"

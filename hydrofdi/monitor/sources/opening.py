@@ -10,6 +10,7 @@ from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import StreamSource
 from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.naming import setting
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
 _KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT"
@@ -59,7 +60,9 @@ def open_stream(
     if kind not in _SCHEMES:
         raise ConfigError(f"{text}: unknown kind of source {kind!r}{_hint(kind, text)}")
     if sampling_frequency is not None:
-        raise ConfigError("--sampling-frequency: is for text; other samples need a time of their own")
+        raise ConfigError(
+            f"{setting('sampling_frequency')}: is for text; other samples need a time of their own"
+        )
     return _opcua(text, config, file) if kind == "opc.tcp" else _mqtt(text, config, detector)
 
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array, RecordBatch
+from hydrofdi.records.batch import Array, RecordBatch, RejectedRecord
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.batching import batched
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.formats.table import Table
-from hydrofdi.records.measured.forming import Forming
+from hydrofdi.records.measured.forming import Forming, MeasuredRecord
 from hydrofdi.records.measured.source import described
 from hydrofdi.settings.yaml_source import Source
 
@@ -29,7 +29,8 @@ class HeldTable(Table):
     titles, units : sequence of str
         Name and unit of each column; the unit is empty where nobody stated it.
     columns : sequence of ndarray, shape (n_time,)
-    record_id : str
+    record_id, group, label : str
+        Empty where nothing is known.
     """
 
     place: str
@@ -37,6 +38,8 @@ class HeldTable(Table):
     units: Sequence[str]
     columns: Sequence[Array]
     record_id: str = "0"
+    group: str = ""
+    label: str = ""
 
     def unit(self, position: int) -> str:
         """Unit of a column; empty where nobody stated it."""
@@ -76,8 +79,16 @@ class HeldSource:
         DataError
             A unit is unknown, or of another dimension.
         """
-        forming = Forming(Path(), self.config)
-        yield from batched((forming.held(table, table.record_id) for table in self.tables), None, labels)
+        yield from batched(map(self._record, self.tables), None, labels)
+
+    @property
+    def is_labelled(self) -> bool:
+        """Whether anything is known of some record."""
+        return any(table.label for table in self.tables)
+
+    def _record(self, table: HeldTable) -> MeasuredRecord | RejectedRecord:
+        record = Forming(Path(), self.config).held(table, table.record_id)
+        return replace(record, group=table.group, label=table.label)
 
 
 def held_source(

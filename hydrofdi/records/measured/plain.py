@@ -16,6 +16,7 @@ from hydrofdi.records.measured.formats.table import Table, shortened
 from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.records.measured.source import MeasuredSource, described
 from hydrofdi.records.measured.suggesting import is_counter, refusal
+from hydrofdi.settings.naming import setting
 from hydrofdi.settings.yaml_source import Source
 
 _MOST_SHOWN = 12
@@ -77,7 +78,8 @@ def _sampling(table: Table, file: Path, sampling_frequency: float | None) -> dic
     if not times:
         raise refusal(
             file,
-            "no sampling frequency is given (--sampling-frequency 1kHz), and no column is named 'time [s]'",
+            f"no sampling frequency is given ({setting('sampling_frequency', '1kHz')}), and no column is"
+            " named 'time [s]'",
             table,
         )
     if is_counter(table, table.find(times[0])):

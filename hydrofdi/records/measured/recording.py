@@ -128,6 +128,23 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     )
 
 
+def samples_of(table: Table, config: MeasuredConfig) -> tuple[dict[Channel, Array], Array | None]:
+    """The samples of a table in SI and their instants [s], however few or uneven; None without a time.
+
+    Raises
+    ------
+    DataError
+        They are not as described, or have different lengths.
+    """
+    channels = {channel: _channel(table, channel, column)[0] for channel, column in config.channels.items()}
+    times = None if config.time is None else _times(table, config)
+    try:
+        _common_length(channels, times)
+    except RejectionError as rejection:
+        raise DataError(f"{table.place}: {rejection.remark.text}") from None
+    return channels, times
+
+
 def _channel(table: Table, channel: Channel, config: ChannelConfig) -> tuple[Array, bool]:
     position = table.find(config.column)
     where = f"{table.place}: column {config.column!r} ({channel})"

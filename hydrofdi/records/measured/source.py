@@ -57,6 +57,11 @@ class MeasuredSource:
         period = self.config.drive_period or (None if cycles is None else cycles.period)
         yield from batched(self._judged(), period, labels, self.most_samples)
 
+    @property
+    def is_labelled(self) -> bool:
+        """Whether the description says how records are labelled."""
+        return bool(self.config.label)
+
     def _judged(self) -> Iterator[MeasuredRecord | RejectedRecord]:
         """The records, those that differ from their group remarked where that is asked for."""
         limit = self.config.limits.outliers

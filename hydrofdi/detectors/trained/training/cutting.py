@@ -11,6 +11,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Chunk, EvenStream, Piece, Window, Windower, make_windower
+from hydrofdi.settings.naming import setting
 
 _CHUNK = 2**17
 """Samples of a record that are cut at a time, because windows that overlap hold many samples twice."""
@@ -31,14 +32,17 @@ def windower_of(
     assert window.by != "estimate"
     frequency = first.sampling_frequency
     if window.by == "cycle" and window.duration is None:
-        raise ConfigError("--by cycle: give the length of each cycle, counted from its edge, with --window")
+        raise ConfigError(
+            f"{setting('by', 'cycle')}: give the length of each cycle, counted from its edge, with"
+            f" {setting('window')}"
+        )
     if window.by == "cycle" and window.every is not None:
-        raise ConfigError("--every: windows by cycle begin at the edges of the drive; remove it")
+        raise ConfigError(f"{setting('every')}: windows by cycle begin at the edges of the drive; remove it")
     duration = first.duration if window.duration is None else window.duration
     n_sample = round(duration * frequency)
     if n_sample < 2:
         raise ConfigError(
-            f"--window: {duration:g} s at {frequency:g} Hz hold {n_sample} samples; 2 are needed"
+            f"{setting('window')}: {duration:g} s at {frequency:g} Hz hold {n_sample} samples; 2 are needed"
         )
     n_every = None if window.every is None else max(1, round(window.every * frequency))
     return make_windower(
@@ -88,7 +92,7 @@ def drive_of(healthy: RecordSource, channel: Channel) -> Drive:
     if not low < high:
         found = "is in no healthy record" if high == -np.inf else "never changes in the healthy records"
         raise NotStatedError(
-            f"--by cycle: {channel} {found}, but cycles begin at its edges; choose another channel under"
-            f" 'window:', or cut by time"
+            f"{setting('by', 'cycle')}: {channel} {found}, but cycles begin at its edges; choose another"
+            " channel under 'window:', or cut by time"
         )
     return low, high

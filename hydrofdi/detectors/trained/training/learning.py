@@ -20,6 +20,7 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.settings.naming import setting
 
 
 def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
@@ -86,7 +87,7 @@ def _absence(scorer: Scorer, records: Sequence[LearnedRecord], config: DetectorC
         return f"{longest}, and the first estimate comes later; take longer records"
     if window.by == "cycle":
         return f"none has a cycle, from an edge of {window.channel} on; choose another edge or channel"
-    return f"{longest}, and a window {time_text(window.duration or 0.0)}; state a shorter --window"
+    return f"{longest}, and a window {time_text(window.duration or 0.0)}; state a shorter {setting('window')}"
 
 
 def _channels(feature: Feature, config: DetectorConfig, first: RecordBatch) -> tuple[Channel, ...]:
@@ -103,8 +104,8 @@ def _estimator(
 ) -> Estimator:
     if config.window.duration is not None or config.window.every is not None:
         raise ConfigError(
-            f"--by estimate: there are no windows; the option 'interval' of {feature.indicator.name} sets"
-            f" the time between estimates"
+            f"{setting('by', 'estimate')}: there are no windows; the option 'interval' of"
+            f" {feature.indicator.name} sets the time between estimates"
         )
     return Estimator(feature, channels, first.sampling_frequency)
 
@@ -133,6 +134,6 @@ def _alike(
     if needs_length and batch.n_time != first.n_time:
         raise DataError(
             f"{source}: lasts {batch.duration:g} s, and {other} {first.duration:g} s; state the duration of a"
-            " window with --window"
+            f" window with {setting('window')}"
         )
     return batch

@@ -1,4 +1,4 @@
-"""What a detector shall be: from a YAML file, and from the command line on top of it."""
+"""What a detector shall be: from a YAML file or a mapping, and from keywords or options on top of it."""
 
 from __future__ import annotations
 
@@ -14,32 +14,36 @@ from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
-from hydrofdi.settings.extending import overlay, read_extended
+from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.mistakes import describe_error, nearest
+from hydrofdi.settings.naming import setting
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path as KeyPath
-from hydrofdi.settings.yaml_source import Source
+from hydrofdi.settings.yaml_source import Source, dotted, plain
 
 _INDICATORS = "indicators"
 
 
-def stated_detector(file: Path | None, options: Mapping[KeyPath, tuple[str, Any]]) -> DetectorConfig:
+def stated_detector(
+    file: Path | Mapping[str, Any] | None, options: Mapping[KeyPath, tuple[str, Any]]
+) -> DetectorConfig:
     """A detector before it is trained.
 
     Parameters
     ----------
-    file : path, optional
-        YAML with the keys of `DetectorConfig`. It may extend others, and may hold ``indicators:`` instead of
-        ``indicator:`` and ``options:``; then ``indicator`` is the label of one of them.
+    file : path or mapping, optional
+        YAML, or what would stand in one, with the keys of `DetectorConfig`. It may extend others, and may
+        hold ``indicators:`` instead of ``indicator:`` and ``options:``; then ``indicator`` is the label of
+        one.
     options : mapping
-        Key → option of the command line, and its value; they win.
+        Key → keyword or option, and its value; they win.
 
     Raises
     ------
     ConfigError
         With every mistake.
     """
-    source = Source({}) if file is None else read_extended(file, "a detector before it is trained")
+    source = _read(file)
     overlay(source, _given(options))
     chosen = source.data.pop(_INDICATORS, None)
     if chosen is not None:
@@ -49,6 +53,15 @@ def stated_detector(file: Path | None, options: Mapping[KeyPath, tuple[str, Any]
     return config
 
 
+def _read(file: Path | Mapping[str, Any] | None) -> Source:
+    kind = "a detector before it is trained"
+    if file is None:
+        return Source({})
+    if isinstance(file, Mapping):
+        return extended(Source(plain(file)), Path("the mapping"), kind)
+    return read_extended(file, kind)
+
+
 def _given(options: Mapping[KeyPath, tuple[str, Any]]) -> Source:
     source = Source({})
     for path, (option, value) in options.items():
@@ -56,7 +69,8 @@ def _given(options: Mapping[KeyPath, tuple[str, Any]]) -> Source:
         for part in path[:-1]:
             section = section.setdefault(part, {})
         section[path[-1]] = value
-        source.origins[path] = option
+        if option != dotted(path):
+            source.origins[path] = option
     return source
 
 
@@ -68,7 +82,7 @@ def _choose(chosen: Any, source: Source) -> None:
         raise ConfigError([source.mistake(("options",), "belong under the label in 'indicators:'")])
     if label not in made or ("indicator" not in source.data and len(made) > 1):
         hint = nearest(str(label), [*made]) if label not in made else f"; known are {', '.join(made)}"
-        raise ConfigError([source.mistake((_INDICATORS,), f"choose one with --indicator{hint}")])
+        raise ConfigError([source.mistake((_INDICATORS,), f"choose one with {setting('indicator')}{hint}")])
     source.data["indicator"] = made[label].name
     source.data["options"] = made[label].options.model_dump()
 
@@ -119,4 +133,4 @@ def _mistakes_of_score(config: DetectorConfig, source: Source) -> Iterator[Mista
     try:
         feature.direction(config.direction)
     except ConfigError as faulty:
-        yield source.mistake(("direction",), f"{faulty} (--direction)")
+        yield source.mistake(("direction",), f"{faulty} ({setting('direction')})")

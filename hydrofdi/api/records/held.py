@@ -1,90 +1,39 @@
-"""Whatever holds records, as a source of them: paths, arrays, data frames, datasets."""
+"""Columns in memory as a source of records: which of them are channels, in which units."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from os import PathLike
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.columns import Column, Held, held
-from hydrofdi.api.places import path_of
+from hydrofdi.api.records.columns import Column, Held
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.pipeline.sources import open_source
-from hydrofdi.records import Channel, RecordSource
+from hydrofdi.records import Channel
 from hydrofdi.records.measured.column_names import channel_named
-from hydrofdi.records.measured.held import HeldTable, held_source
+from hydrofdi.records.measured.held import HeldSource, HeldTable, held_source
 from hydrofdi.settings.mistakes import nearest
-from hydrofdi.units import parse_quantity
 
 Names = str | Mapping[str, str] | None
 """One name for all columns, or column → name."""
 
 
-def sources_of(
-    data: Any,
-    channels: Collection[Channel],
-    sampling_frequency: str | float | None = None,
-    channel: Names = None,
-    unit: Names = None,
-) -> list[RecordSource]:
-    """The records in files or in memory.
+def records_of(data: Held, frequency: float | None, channel: Names, unit: Names) -> HeldSource:
+    """Records of columns.
 
     Parameters
     ----------
-    data : path, sequence of path, array_like, mapping, pandas.DataFrame, xarray.DataArray or xarray.Dataset
-    channels : collection of Channel
-        What is needed of simulated records.
-    sampling_frequency : str or float, optional
+    data : Held
+    frequency : float or None
         [Hz]
     channel, unit : str or mapping, optional
-        Of arrays, as `hydrofdi.measure` has them.
+        As `hydrofdi.measure` has them.
 
     Raises
     ------
-    ConfigError, DataError, StoreError
-        They cannot be read, or do not say enough.
+    ConfigError, DataError
+        They do not say enough, or contradict each other.
     """
-    frequency = frequency_of(sampling_frequency)
-    paths = _paths(data)
-    if paths is None:
-        return [_held_source(held(data), frequency, channel, unit)]
-    if channel is not None or unit is not None:
-        raise ConfigError("channel and unit are for arrays; files are described by a YAML (docs/measured.md)")
-    return [open_source(path_of(path), channels, frequency) for path in paths]
-
-
-def frequency_of(given: str | float | None) -> float | None:
-    """A sampling frequency [Hz].
-
-    Raises
-    ------
-    ConfigError
-        It is none above zero.
-    """
-    if given is None:
-        return None
-    try:
-        value = parse_quantity(given, "Hz") if isinstance(given, str) else float(given)
-    except ValueError as error:
-        raise ConfigError(f"sampling_frequency: {error}") from None
-    if not 0.0 < value < float("inf"):
-        raise ConfigError(f"sampling_frequency: must be above zero; found {given!r}")
-    return value
-
-
-def _paths(data: Any) -> list[str | PathLike[str]] | None:
-    """The paths that data are; None where they are something else."""
-    if isinstance(data, str | PathLike):
-        return [data]
-    is_paths = (
-        isinstance(data, list | tuple) and data and all(isinstance(each, str | PathLike) for each in data)
-    )
-    return list(data) if is_paths else None
-
-
-def _held_source(data: Held, frequency: float | None, channel: Names, unit: Names) -> RecordSource:
     chosen = _chosen(data, channel)
     described = {found: _described(data, found, column, unit) for found, column in chosen.items()}
     titles = [found.value for found in chosen]
@@ -96,10 +45,11 @@ def _held_source(data: Held, frequency: float | None, channel: Names, unit: Name
     n_record = max((len(array) for array in values if array.ndim > 1), default=1)
     if n_record == 0:
         raise DataError(f"{data.kind}: holds no records")
-    record_ids = data.record_ids or [str(row) for row in range(n_record)]
+    named = (data.record_ids or [*map(str, range(n_record))], data.groups, data.labels)
+    record_ids, groups, labels = (texts or [""] * n_record for texts in named)
     tables = [
-        HeldTable(data.kind, titles, units, [_row(data, array, row, n_record) for array in values], record_id)
-        for row, record_id in enumerate(record_ids)
+        HeldTable(data.kind, titles, units, [_row(data, array, row, n_record) for array in values], *names)
+        for row, names in enumerate(zip(record_ids, groups, labels, strict=True))
     ]
     return held_source(tables, described, sampling)
 

@@ -47,7 +47,7 @@ class Held:
         What messages call them.
     columns : sequence of Column
     time : Column or None
-    record_ids : sequence of str
+    record_ids, groups, labels : sequence of str
         Empty where nothing names the records.
     """
 
@@ -55,6 +55,8 @@ class Held:
     columns: Sequence[Column]
     time: Column | None = None
     record_ids: Sequence[str] = field(default=())
+    groups: Sequence[str] = field(default=())
+    labels: Sequence[str] = field(default=())
 
 
 def held(data: Any) -> Held:
@@ -72,6 +74,8 @@ def held(data: Any) -> Held:
         return _of_dataset("the Dataset", {str(name): each for name, each in data.data_vars.items()})
     if pandas is not None and isinstance(data, pandas.Series | pandas.DataFrame):
         return _of_frame(data.to_frame() if isinstance(data, pandas.Series) else data)
+    if hasattr(data, "to_pandas"):
+        return _of_frame(data.to_pandas())
     if isinstance(data, Mapping):
         columns = [_column("the mapping", str(title), values, None) for title, values in data.items()]
         return _timed("the mapping", columns)
@@ -99,15 +103,21 @@ def _of_dataset(kind: str, variables: Mapping[str, Any]) -> Held:
         for name, each in chosen.items()
     ]
     leading = next((each for each in chosen.values() if each.ndim > 1), None)
-    record_ids: list[str] = []
-    if leading is not None:
-        (over, *_) = (dim for dim in leading.dims if dim != along)
-        record_ids = [str(name) for name in leading[over].to_numpy()] if over in leading.coords else []
+    names = {} if leading is None else _names(leading, along)
     times = next((each.coords[along] for each in chosen.values() if along in each.coords), None)
     if times is None:
-        return Held(kind, columns, None, record_ids)
+        return Held(kind, columns, None, **names)
     unit = _usual(str(times.attrs.get("units", "")))
-    return Held(kind, columns, _column(kind, along, times.to_numpy(), unit), record_ids)
+    return Held(kind, columns, _column(kind, along, times.to_numpy(), unit), **names)
+
+
+def _names(data: Any, along: str) -> dict[str, list[str]]:
+    """Names, groups and labels of the records of an array, from its coordinates."""
+    (over, *_) = (dim for dim in data.dims if dim != along)
+    coordinates = {"record_ids": over, "groups": "group", "labels": "label"}
+    held = {name: data.coords[each] for name, each in coordinates.items() if each in data.coords}
+    along_records = {name: each for name, each in held.items() if each.dims == (over,)}
+    return {name: [str(text) for text in each.to_numpy()] for name, each in along_records.items()}
 
 
 def _timed(kind: str, columns: Sequence[Column]) -> Held:
@@ -125,7 +135,8 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
     name, stated = split_title(title)
     array = np.asarray(values)
     if array.dtype.kind in "mM":
-        return Column(name, (array - array[:1]) / np.timedelta64(1, "ns") / 1e9, "s")
+        start = np.zeros(1, "datetime64[ns]") if array.dtype.kind == "M" else np.timedelta64(0, "ns")
+        return Column(name, (array - start) / np.timedelta64(1, "ns") / 1e9, "s")
     if array.dtype.kind not in "fiu":
         raise DataError(
             f"{kind}: {f'column {title!r} ' if title else ''}holds something else than real numbers"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.detectors.trained.wording import count_text, percent, plain, readable, time_text
@@ -23,10 +22,9 @@ _RESTS = {
 }
 
 
-def training_record(training: Training, out: Path) -> dict[str, Any]:
-    """The same for a program."""
+def training_record(training: Training) -> dict[str, Any]:
+    """A detector, its promise and what was left out, for a program."""
     return {
-        "out": str(out),
         "detector": training.file.model_dump(mode="json", by_alias=True),
         "false_alarms_per_hour": _per_hour(training.file),
         "left_out": asdict(training.left_out),
@@ -35,22 +33,12 @@ def training_record(training: Training, out: Path) -> dict[str, Any]:
     }
 
 
-def print_training(training: Training, out: Path) -> None:
-    """Print the sentences below the name of the file."""
-    from hydrofdi.cli.terminal import terminal
-
-    console = terminal()
-    console.print(f"{out}: {training.file.config.indicator}.{training.file.config.output}")
-    for sentence in sentences(training):
-        console.print(sentence)
-
-
 def sentences(training: Training) -> Iterator[str]:
     """What the detector judges, what it promises, and what that rests on."""
     file = training.file
     channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
     yield f"It judges {_what(file)} at {file.sampling_frequency:g} Hz and needs {channels}."
-    yield f"A score {_limits(file)} is an alarm."
+    yield f"A score {limits_text(file)} is an alarm."
     yield from _promise(file)
     yield from _basis(training)
     yield from _doubts(training)
@@ -67,7 +55,8 @@ def _what(file: DetectorFile) -> str:
     return f"windows of {duration:g} s" + ("" if every == duration else f", one every {every:g} s,")
 
 
-def _limits(file: DetectorFile) -> str:
+def limits_text(file: DetectorFile) -> str:
+    """Which scores are alarms, such as ``above 0.26 MPa``."""
     limits = file.limits
     low = "" if limits.low is None else f"below {readable(limits.low, file.unit)}"
     high = "" if limits.high is None else f"above {readable(limits.high, file.unit)}"

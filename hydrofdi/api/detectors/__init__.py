@@ -1,0 +1,1 @@
+"""Detectors: trained, and judging records and streams."""

@@ -1,0 +1,251 @@
+"""Trained detectors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from os import PathLike
+from typing import Any
+
+from hydrofdi.api.detectors.watching import watched
+from hydrofdi.api.page import html_sentences
+from hydrofdi.api.places import path_of
+from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.table import Table
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.reading import load_detector
+from hydrofdi.detectors.trained.wording import percent
+from hydrofdi.pipeline.detected import Tally
+from hydrofdi.pipeline.detecting import JudgedWindow, channels_read, detect
+from hydrofdi.pipeline.healthy_records import LeftOut
+from hydrofdi.pipeline.promise import limits_text, sentences, training_record
+from hydrofdi.pipeline.training import Training, write_detector
+
+
+class Detector:
+    """A trained detector, which judges records window by window.
+
+    `hydrofdi.train` makes one; `Detector.load` reads the file of one.
+
+    Attributes
+    ----------
+    training : Training
+        The detector in full, and which records were left out.
+
+    Examples
+    --------
+    >>> import hydrofdi, numpy
+    >>> noise = numpy.random.default_rng(1).standard_normal((201, 1000))
+    >>> healthy, leaking = 5e6 + 1e4 * noise[:200], 5e6 + 3e4 * noise[200]
+    >>> detector = hydrofdi.train(healthy, output="d2", direction="both", sampling_frequency="1 kHz",
+    ...                           false_alarm_rate="2 %")
+    >>> detector.save("detector.json")
+    >>> same = hydrofdi.Detector.load("detector.json")
+    >>> same
+    dwt.d2: alarm below ... or above ...; false alarms in 2 % of healthy windows (... to ... %)
+    >>> same.judge(leaking, sampling_frequency="1 kHz")["alarm"].tolist()
+    [None]
+    >>> same.judge(leaking, sampling_frequency="1 kHz")["fault"].tolist()
+    ['novel']
+    """
+
+    def __init__(self, training: Training) -> None:
+        self.training = training
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Detector:
+        """The detector in a file that ``hydrofdi train`` or `save` wrote.
+
+        Raises
+        ------
+        ConfigError
+            It is no detector file, or one of another version.
+        """
+        return cls(Training(load_detector(path_of(path)), LeftOut(), is_unlabelled=False))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the detector as JSON for a person to read.
+
+        Raises
+        ------
+        StoreError
+            The file cannot be written, or something else than a detector stands there.
+        """
+        write_detector(path_of(path), self.file)
+
+    @property
+    def file(self) -> DetectorFile:
+        """Indicator, limits and what its promise rests on, in SI."""
+        return self.training.file
+
+    @property
+    def name(self) -> str:
+        """What is judged, such as ``dwt.d2``."""
+        config = self.file.config
+        return f"{config.indicator}.{config.output}" if config.output else config.indicator
+
+    @property
+    def limits(self) -> tuple[float | None, float | None]:
+        """Scores below the first or above the second are alarms; None where there is no such limit."""
+        return self.file.limits.low, self.file.limits.high
+
+    @property
+    def sampling_frequency(self) -> float:
+        """Of the records that it judges [Hz]."""
+        return self.file.sampling_frequency
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the channels that it reads."""
+        return [channel.value for channel in channels_read(self.file)]
+
+    @property
+    def false_alarm_rate(self) -> float:
+        """Share of healthy windows that raise an alarm, as it was asked for."""
+        return self.file.limits.false_alarm_rate
+
+    @property
+    def false_alarm_interval(self) -> tuple[float, float]:
+        """Where the true share lies, with the stated confidence."""
+        return self.file.limits.interval
+
+    @property
+    def summary(self) -> str:
+        """What it judges, what it promises, and what that rests on: a sentence a line."""
+        return "\n".join(sentences(self.training))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The detector, its promise, and what was left out of its training."""
+        return training_record(self.training)
+
+    def judge(
+        self,
+        data: Any,
+        *,
+        sampling_frequency: str | float | None = None,
+        channel: Names = None,
+        unit: Names = None,
+    ) -> Table:
+        """Judge every window of records, as ``hydrofdi detect`` does.
+
+        Parameters
+        ----------
+        data, sampling_frequency, channel, unit
+            Records in files or in memory, as `hydrofdi.measure` has them.
+
+        Returns
+        -------
+        Table
+            A row for each window, or record without any: ``record_id``, ``source``, ``group``, ``start`` and
+            ``end`` [s], ``score``, ``margin`` in healthy spreads, ``alarm`` (None where the window is not
+            judged), and the ``fault`` and ``reason`` why.
+
+        Raises
+        ------
+        ConfigError, DataError, StoreError
+            As the command says it.
+        """
+        rows = [
+            _row(window)
+            for window in self.windows(
+                data, sampling_frequency=sampling_frequency, channel=channel, unit=unit
+            )
+        ]
+        columns = {name: [row[name] for row in rows] for name in _NAMES}
+        return Table("window", columns, {"start": "s", "end": "s", "score": self.file.unit})
+
+    def windows(
+        self,
+        data: Any,
+        *,
+        sampling_frequency: str | float | None = None,
+        channel: Names = None,
+        unit: Names = None,
+    ) -> Tally:
+        """The windows of records one after another, for more of them than memory holds.
+
+        Parameters
+        ----------
+        data, sampling_frequency, channel, unit
+            As `judge` has them.
+
+        Returns
+        -------
+        Tally
+            Iterate over it once; afterwards it has counted them: ``n_judged``, ``n_alarm``, ``rate``.
+        """
+        said = Said(sampling_frequency, channel, unit)
+        sources = sources_of(data, channels_read(self.file), said)
+        return Tally(self.file, chain.from_iterable(detect(self.file, source) for source in sources))
+
+    def watch(
+        self,
+        chunks: Iterable[Any],
+        *,
+        sampling_frequency: str | float | None = None,
+        channel: Names = None,
+        unit: Names = None,
+    ) -> Iterator[dict[str, Any]]:
+        """Judge a stream as its samples come, as ``hydrofdi monitor`` does.
+
+        Parameters
+        ----------
+        chunks : iterable
+            Samples as they come, a few at a time: arrays, mappings, data frames or datasets as
+            `hydrofdi.measure` has them, or what `hydrofdi.replay` yields. Those without time follow each
+            other at `sampling_frequency`, which is that of the detector where left out.
+        sampling_frequency, channel, unit
+            Of chunks, as `hydrofdi.measure` has them.
+
+        Yields
+        ------
+        dict
+            A line for each window and each event, with the keys of the lines of ``hydrofdi monitor``
+            (docs/monitoring.md). The lines do not depend on how the samples are cut into chunks.
+
+        Raises
+        ------
+        ConfigError, DataError
+            A chunk does not say enough.
+
+        Examples
+        --------
+        >>> import hydrofdi, numpy
+        >>> noise = numpy.random.default_rng(1).standard_normal((200, 1000))
+        >>> detector = hydrofdi.train(5e6 + 1e4 * noise, output="d2", sampling_frequency="1 kHz",
+        ...                           false_alarm_rate="2 %")
+        >>> for line in detector.watch(5e6 + 1e4 * noise[:2].reshape(20, 100)):
+        ...     print(line["line"], line["start"], line["alarm"])
+        window 0.0 False
+        window 1.0 False
+        """
+        return watched(self.file, chunks, Said(sampling_frequency, channel, unit))
+
+    def __repr__(self) -> str:
+        low, high = (percent(share) for share in self.false_alarm_interval)
+        what = "windows" if self.file.n_sample else "estimates"
+        rate = f"false alarms in {percent(self.false_alarm_rate)} of healthy {what}"
+        return f"{self.name}: alarm {limits_text(self.file)}; {rate} ({low.removesuffix(' %')} to {high})"
+
+    def _repr_html_(self) -> str:
+        return html_sentences(self.name, sentences(self.training))
+
+
+_NAMES = ("record_id", "source", "group", "start", "end", "score", "margin", "alarm", "fault", "reason")
+
+
+def _row(window: JudgedWindow) -> dict[str, Any]:
+    line, fault = window.line, window.fault
+    return {
+        "record_id": window.record_id,
+        "source": window.source,
+        "group": window.group,
+        "start": None if line is None else line.start,
+        "end": None if line is None else line.end,
+        "score": None if line is None else line.verdict.score,
+        "margin": None if line is None else line.verdict.margin,
+        "alarm": window.alarm,
+        "fault": "" if fault is None else fault.kind,
+        "reason": "" if fault is None else fault.text,
+    }

@@ -1,0 +1,137 @@
+"""Detectors trained on healthy records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+from hydrofdi.api.detectors.detector import Detector
+from hydrofdi.api.places import path_of
+from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.detectors.trained.training import stated_detector
+from hydrofdi.pipeline.training import channels_needed, require_place, train_on
+from hydrofdi.settings.naming import setting
+from hydrofdi.settings.ready import located
+
+
+def train(
+    data: Any,
+    indicator: str | PathLike[str] | Mapping[str, Any] | None = None,
+    *,
+    output: str | None = None,
+    direction: Literal["rising", "falling", "both"] | None = None,
+    window: str | float | None = None,
+    every: str | float | None = None,
+    by: Literal["time", "cycle", "estimate"] | None = None,
+    false_alarm_rate: str | float | None = None,
+    confidence: str | float | None = None,
+    threshold: Literal["quantile", "tolerance"] | None = None,
+    healthy: str | Sequence[str] = (),
+    config: str | PathLike[str] | Mapping[str, Any] | None = None,
+    out: str | PathLike[str] | None = None,
+    command: str = "",
+    sampling_frequency: str | float | None = None,
+    channel: Names = None,
+    unit: Names = None,
+    label: Texts = None,
+    group: Texts = None,
+) -> Detector:
+    """Train a detector on healthy records, as ``hydrofdi train`` does.
+
+    Of labelled records those with a healthy label are used, of a sweep the runs without a leak, of a study
+    its healthy fit records; of other records all. Too few are refused with the number that is needed.
+
+    Parameters
+    ----------
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
+        Records, as `hydrofdi.measure` takes them.
+    indicator : str, optional
+        What is measured, ``"dwt"`` where left out; a label, where `config` has several. A YAML file or a
+        mapping stands for `config`.
+    output : str, optional
+        Which number of the indicator is the score, such as ``"d2"``.
+    direction : {"rising", "falling", "both"}, optional
+        Which departure raises an alarm; that of the output where left out.
+    window, every : str or float, optional
+        Duration of a window, and time from the start of one to the next [s]; that of the records where left
+        out.
+    by : {"time", "cycle", "estimate"}, optional
+        Windows by time or by cycle of the drive, or each estimate of a recursive indicator.
+    false_alarm_rate : str or float, optional
+        Share of healthy windows that may raise an alarm; ``"1 %"`` where left out.
+    confidence : str or float, optional
+        Of the interval of the rate; ``"95 %"`` where left out.
+    threshold : {"quantile", "tolerance"}, optional
+        Keep the rate on average, or with the confidence.
+    healthy : str or sequence of str, optional
+        Labels of healthy records.
+    config : path or mapping, optional
+        YAML file with the same settings, options of the indicator and a chart; or what would stand in one.
+        Keywords win over it.
+    out : path, optional
+        Where the detector is written; `Detector.save` does it later.
+    command : str, optional
+        What the file says of how it was made.
+    sampling_frequency, channel, unit, label, group
+        Of records in memory, as `hydrofdi.measure` has them.
+
+    Returns
+    -------
+    Detector
+        Its `summary` says what it promises, and what that rests on.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake, or too few healthy records.
+    DataError, StoreError
+        Records cannot be read, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import hydrofdi, numpy
+    >>> pressure = 5e6 + 1e4 * numpy.random.default_rng(1).standard_normal((200, 1000))
+    >>> detector = hydrofdi.train(pressure, output="d2", sampling_frequency="1 kHz", false_alarm_rate="2 %")
+    >>> detector.false_alarm_rate, detector.sampling_frequency
+    (0.02, 1000.0)
+    >>> print(detector.summary)
+    It judges windows of 1 s at 1000 Hz and needs P1 (chamber_1_pressure).
+    A score ...
+    >>> hydrofdi.train(pressure[:10], output="d2", sampling_frequency="1 kHz")
+    Traceback (most recent call last):
+    hydrofdi.evaluation.refusal.NotStatedError: ... needs 99 healthy windows ...
+    """
+    if indicator is not None and config is None and _is_config(indicator):
+        indicator, config = None, indicator
+    given: dict[tuple[str, ...], tuple[str, Any]] = {
+        ("indicator",): ("indicator", indicator),
+        ("output",): ("output", output),
+        ("direction",): ("direction", direction),
+        ("false_alarm_rate",): ("false_alarm_rate", false_alarm_rate),
+        ("confidence",): ("confidence", confidence),
+        ("threshold",): ("threshold", threshold),
+        ("window", "duration"): ("window", window),
+        ("window", "every"): ("every", every),
+        ("window", "by"): ("by", by),
+    }
+    stated = stated_detector(
+        config if config is None or isinstance(config, Mapping) else path_of(config),
+        {key: (setting(name), value) for key, (name, value) in given.items() if value is not None},
+    )
+    if out is not None:
+        require_place(path_of(out))
+    said = Said(sampling_frequency, channel, unit, label, group)
+    labels = (healthy,) if isinstance(healthy, str) else tuple(healthy)
+    sources = sources_of(data, channels_needed(stated), said)
+    detector = Detector(train_on(sources, stated, healthy=labels, command=command))
+    if out is not None:
+        detector.save(out)
+    return detector
+
+
+def _is_config(indicator: str | PathLike[str] | Mapping[str, Any]) -> bool:
+    """Whether it is a file or a mapping, and no name."""
+    return not isinstance(indicator, str) or located(Path(indicator)).is_file()

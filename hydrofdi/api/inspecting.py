@@ -1,0 +1,161 @@
+"""The first look at unknown records."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from hydrofdi.api.page import html_table
+from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
+from hydrofdi.errors import ReportError
+from hydrofdi.records import Channel
+from hydrofdi.records.overview import Overview, Range, look_at
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Inspection:
+    """What there is of records, and what is wrong with them; `hydrofdi.inspect` makes it.
+
+    Attributes
+    ----------
+    overview : Overview
+        Counts, ranges and remarks, in SI.
+    """
+
+    def __init__(self, overview: Overview) -> None:
+        self.overview = overview
+
+    @property
+    def n_record(self) -> int:
+        """Records that can be measured."""
+        return self.overview.n_record
+
+    @property
+    def n_rejected(self) -> int:
+        """Records that cannot."""
+        return self.overview.n_rejected
+
+    @property
+    def remarks(self) -> dict[str, int]:
+        """Kind of a remark → number of records that have it."""
+        return {kind: finding.n_record for kind, finding in self.overview.findings.items()}
+
+    def plot(self) -> Figure:
+        """The record that was asked for, or the first: time, spectrum, details.
+
+        Raises
+        ------
+        ReportError
+            No record can be drawn.
+        """
+        from hydrofdi.api.figures import shown
+        from hydrofdi.report.figures.record import draw_record
+
+        if self.overview.example is None:
+            raise ReportError(f"{self.overview.name}: has no record that could be drawn")
+        return shown(draw_record(self.overview.example))
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``hydrofdi inspect --json`` prints."""
+        overview = self.overview
+        frequency_is = "inferred" if overview.is_inferred else "given"
+        return {
+            "source": overview.name,
+            "records": overview.n_record,
+            "rejected": overview.n_rejected,
+            "samples": [{"samples": n, "records": count} for n, count in sorted(overview.lengths.items())],
+            "sampling_frequencies_Hz": [
+                {"frequency": rate, "records": count, "is": frequency_is}
+                for rate, count in sorted(overview.sampling_frequencies.items())
+            ],
+            "drive_periods_s": [
+                {"period": period, "records": count}
+                for period, count in sorted(overview.drive_periods.items(), key=lambda item: item[0] or 0.0)
+            ],
+            "channels": {channel: _range_record(found) for channel, found in overview.channels.items()},
+            "groups": dict(overview.groups),
+            "labels": dict(overview.labels),
+            "findings": {
+                kind: {
+                    "records": finding.n_record,
+                    "rejects": finding.is_rejection,
+                    "examples": [{"record_id": name, "text": text} for name, text in finding.examples],
+                }
+                for kind, finding in overview.findings.items()
+            },
+        }
+
+    def _lines(self) -> list[tuple[str, ...]]:
+        """Channel, unit, lowest, mean and highest value."""
+        return [
+            (channel.value, found.unit, *(f"{each:.4g}" for each in (found.least, found.mean, found.largest)))
+            for channel, found in self.overview.channels.items()
+        ]
+
+    def _title(self) -> str:
+        rates = ", ".join(f"{rate:g} Hz" for rate in self.overview.sampling_frequencies)
+        rejected = f", {self.n_rejected:,} rejected" if self.n_rejected else ""
+        return f"{self.overview.name}: {self.n_record:,} records{rejected} at {rates or 'no known rate'}"
+
+    def _remark_lines(self) -> list[str]:
+        return [
+            f"{kind} ({finding.n_record:,}): {finding.examples[0][1]}"
+            for kind, finding in self.overview.findings.items()
+        ]
+
+    def __repr__(self) -> str:
+        lines = [f"  {name} [{unit}]: {least} … {most}" for name, unit, least, _, most in self._lines()]
+        return "\n".join([self._title(), *lines, *(f"  remark: {text}" for text in self._remark_lines())])
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        header = ("channel", "unit", "min", "mean", "max")
+        remarks = "".join(f"<p>remark: {escape(text)}</p>" for text in self._remark_lines())
+        return html_table(self._lines(), header, caption=self._title()) + remarks
+
+
+def inspect(
+    data: Any,
+    *,
+    record: str | None = None,
+    sampling_frequency: str | float | None = None,
+    channel: Names = None,
+    unit: Names = None,
+    label: Texts = None,
+    group: Texts = None,
+) -> Inspection:
+    """Look at unknown records: channels, rates, lengths, ranges, and what is wrong with them.
+
+    Parameters
+    ----------
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
+        Records, as `hydrofdi.measure` takes them.
+    record : str, optional
+        Record of the figure, or the beginning of its name; the first where it is left out.
+    sampling_frequency, channel, unit, label, group
+        Of records in memory, as `hydrofdi.measure` has them.
+
+    Raises
+    ------
+    ConfigError, DataError, StoreError
+        As the command says it.
+
+    Examples
+    --------
+    >>> import hydrofdi, numpy
+    >>> hydrofdi.inspect({"P1 [bar]": numpy.linspace(50.0, 51.0, 500)}, sampling_frequency="1 kHz")
+    the mapping: 1 records at 1000 Hz
+      chamber_1_pressure [Pa]: 5e+06 … 5.1e+06
+    """
+    said = Said(sampling_frequency, channel, unit, label, group)
+    return Inspection(look_at(joined(sources_of(data, tuple(Channel), said)), record))
+
+
+def _range_record(found: Range) -> dict[str, Any]:
+    numbers = {"min": found.least, "mean": found.mean, "max": found.largest}
+    finite = {name: value if math.isfinite(value) else None for name, value in numbers.items()}
+    return {"unit": found.unit, "records": found.n_record} | finite

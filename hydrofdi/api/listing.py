@@ -1,0 +1,67 @@
+"""What can be measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hydrofdi.api.table import Table
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import indicator_names
+from hydrofdi.indicators.description import Description, describe
+from hydrofdi.indicators.registry import shadows
+
+
+def list_indicators() -> Table:
+    """What can be measured of a record, as ``hydrofdi indicators`` lists it.
+
+    Returns
+    -------
+    Table
+        A row for each indicator: ``name``, ``summary``, ``channels`` that it needs, number of ``outputs``,
+        ``cost`` and ``source``.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> table = hydrofdi.list_indicators()
+    >>> "dwt" in table["name"].tolist()
+    True
+    """
+    described, _ = described_indicators()
+    columns: dict[str, list[Any]] = {
+        "name": [each.name for each in described],
+        "summary": [each.summary for each in described],
+        "channels": [" ".join(channel.symbol for channel in each.channels) for each in described],
+        "outputs": [len(each.outputs) for each in described],
+        "cost": [each.cost for each in described],
+        "source": [each.source for each in described],
+    }
+    return Table("indicator", columns, {})
+
+
+def describe_indicator(name: str) -> Description:
+    """One indicator: equation, source, channels, options and outputs.
+
+    Raises
+    ------
+    ConfigError
+        There is none of this name.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> [option.name for option in hydrofdi.describe_indicator("dwt").options]
+    ['name', 'levels', 'extension', 'boundary', 'phase', 'channel']
+    """
+    return describe(name)
+
+
+def described_indicators() -> tuple[list[Description], list[str]]:
+    """All indicators, and a sentence on each package whose indicator cannot be used."""
+    described, doubts = [], [*shadows()]
+    for name in indicator_names():
+        try:
+            described.append(describe(name))
+        except ConfigError as error:
+            doubts.append(str(error))
+    return described, doubts

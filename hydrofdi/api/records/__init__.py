@@ -1,0 +1,1 @@
+"""Whatever holds records, as sources of them."""

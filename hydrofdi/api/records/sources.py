@@ -1,0 +1,182 @@
+"""Whatever holds records, as sources of them: paths, results, arrays, data frames, datasets."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.api.places import path_of
+from hydrofdi.api.records.columns import held
+from hydrofdi.api.records.held import Names, records_of
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.pipeline.sources import open_source
+from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records.measured.held import HeldSource
+from hydrofdi.settings.naming import setting
+from hydrofdi.units import parse_quantity
+
+Texts = str | Sequence[str] | None
+"""One text for all records, or one for each."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a caller says of data beside them; the keywords that `hydrofdi.measure` and others share.
+
+    Attributes
+    ----------
+    sampling_frequency : str, float or None
+        [Hz]
+    channel, unit : str, mapping or None
+        Of arrays: one name for all columns, or column → name.
+    label, group : str, sequence of str or None
+        Of records in memory.
+    settings : sequence of str
+        ``KEY=VALUE`` of an experiment that is simulated.
+    """
+
+    sampling_frequency: str | float | None = None
+    channel: Names = None
+    unit: Names = None
+    label: Texts = None
+    group: Texts = None
+    settings: Sequence[str] = ()
+
+    @property
+    def frequency(self) -> float | None:
+        """The sampling frequency [Hz]."""
+        return frequency_of(self.sampling_frequency)
+
+
+def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[RecordSource]:
+    """The records in files, results or memory.
+
+    Parameters
+    ----------
+    data
+        As `hydrofdi.measure` has it.
+    channels : collection of Channel
+        What is needed of simulated records.
+    said : Said
+
+    Raises
+    ------
+    ConfigError, DataError, StoreError
+        They cannot be read, or do not say enough.
+    """
+    parts = _parts(data)
+    if all(isinstance(each, str | PathLike) for each in parts):
+        _refuse_names(said)
+    found = [_source(each, channels, said) for each in parts]
+    named = iter(_named([source for source in found if isinstance(source, HeldSource)], said))
+    return [next(named) if isinstance(source, HeldSource) else source for source in found]
+
+
+def _refuse_names(said: Said) -> None:
+    for name in ("channel", "unit", "label", "group"):
+        if getattr(said, name) is not None:
+            raise ConfigError(f"{name}: is for arrays; files are described by a YAML (docs/measured.md)")
+
+
+def joined(sources: Sequence[RecordSource]) -> RecordSource:
+    """Several sources as one."""
+    return sources[0] if len(sources) == 1 else _Joined(sources)
+
+
+@dataclass(frozen=True)
+class _Joined:
+    sources: Sequence[RecordSource]
+
+    @property
+    def name(self) -> str:
+        """All of them."""
+        return ", ".join(source.name for source in self.sources)
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """Their batches."""
+        for source in self.sources:
+            yield from source.batches(labels=labels)
+
+
+def frequency_of(given: str | float | None) -> float | None:
+    """A sampling frequency [Hz].
+
+    Raises
+    ------
+    ConfigError
+        It is none above zero.
+    """
+    if given is None:
+        return None
+    name = setting("sampling_frequency")
+    try:
+        value = parse_quantity(given, "Hz") if isinstance(given, str) else float(given)
+    except ValueError as error:
+        raise ConfigError(f"{name}: {error}") from None
+    if not 0.0 < value < float("inf"):
+        raise ConfigError(f"{name}: must be above zero; found {given!r}")
+    return value
+
+
+def _parts(data: Any) -> list[Any]:
+    """What data consist of: several sources in a list, or one by itself."""
+    if not isinstance(data, list | tuple) or not data:
+        return [data]
+    are_whole = [isinstance(each, str | PathLike | Mapping) or _is_whole(each) for each in data]
+    is_one_array = not any(are_whole) and len({np.shape(each) for each in data}) == 1
+    has_numbers = any(
+        np.ndim(each) == 0 for each, is_whole in zip(data, are_whole, strict=True) if not is_whole
+    )
+    return [data] if is_one_array or has_numbers else list(data)
+
+
+def _is_whole(data: Any) -> bool:
+    """Whether data are more than samples: a frame, a dataset, results, an experiment."""
+    return any(hasattr(data, name) for name in ("columns", "coords", "record_source", "model_fields"))
+
+
+def _source(data: Any, channels: Collection[Channel], said: Said) -> RecordSource:
+    if isinstance(data, str | PathLike):
+        return open_source(path_of(data), channels, said.frequency, said.settings)
+    if hasattr(data, "record_source"):
+        source: RecordSource = data.record_source(channels)
+        return source
+    config = sys.modules.get("hydrofdi.config")
+    if config is not None and isinstance(data, config.ExperimentConfig):
+        from hydrofdi.pipeline.simulated import SimulatedRecords
+
+        return SimulatedRecords(data, data.name, channels)
+    return records_of(held(data), said.frequency, said.channel, said.unit)
+
+
+def _named(sources: Sequence[HeldSource], said: Said) -> list[HeldSource]:
+    """Records in memory with labels, groups, and names that differ."""
+    n_record = sum(len(source.tables) for source in sources)
+    labels, groups = (_texts(name, getattr(said, name), n_record) for name in ("label", "group"))
+    named, first = [], 0
+    for source in sources:
+        tables = []
+        for row, table in enumerate(source.tables, first):
+            own: dict[str, Any] = (
+                {"record_id": str(row)} if len(sources) > 1 and table.record_id.isdecimal() else {}
+            )
+            own |= ({"label": labels[row]} if labels else {}) | ({"group": groups[row]} if groups else {})
+            tables.append(replace(table, **own))
+        first += len(tables)
+        named.append(replace(source, tables=tables))
+    return named
+
+
+def _texts(name: str, given: Texts, n_record: int) -> list[str]:
+    """A text for each record; none where nothing is given."""
+    if given is None or isinstance(given, str):
+        return [] if given is None else [given] * n_record
+    texts = [str(each) for each in given]
+    if len(texts) != n_record:
+        raise DataError(f"{name}: {len(texts)} are given for {n_record} records")
+    return texts

@@ -1,0 +1,44 @@
+"""Settings in messages: keywords of Python, or options where a command line is at work."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+_AS_OPTIONS = ContextVar("as_options", default=False)
+
+_OPTIONS = {"settings": "--set"}
+"""Keywords whose option has another name."""
+
+
+@contextmanager
+def settings_as_options() -> Iterator[None]:
+    """Within this context messages name settings as options of the command line."""
+    token = _AS_OPTIONS.set(True)
+    try:
+        yield
+    finally:
+        _AS_OPTIONS.reset(token)
+
+
+def setting(name: str, value: str = "") -> str:
+    """A setting as its reader writes it.
+
+    Parameters
+    ----------
+    name : str
+        Keyword of the Python API, such as ``sampling_frequency``.
+    value : str
+        An example.
+
+    Returns
+    -------
+    str
+        ``sampling_frequency='1 kHz'``; ``--sampling-frequency '1 kHz'`` on the command line.
+    """
+    if not _AS_OPTIONS.get():
+        return f"{name}={value!r}" if value else name
+    option = _OPTIONS.get(name, f"--{name.replace('_', '-')}")
+    return f"{option} {shlex.quote(value)}" if value else option

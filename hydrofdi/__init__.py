@@ -22,9 +22,11 @@ if TYPE_CHECKING:
     from hydrofdi.api.inspecting import Inspection, inspect
     from hydrofdi.api.listing import describe_indicator, list_indicators
     from hydrofdi.api.measuring import measure
+    from hydrofdi.api.planning import plan
     from hydrofdi.api.replaying import replay
-    from hydrofdi.api.results import Results, results, sweep
+    from hydrofdi.api.results import Results, results
     from hydrofdi.api.run import Run, simulate
+    from hydrofdi.api.sweeping import sweep
     from hydrofdi.api.table import Table
     from hydrofdi.config import expand_runs, load_experiment
     from hydrofdi.errors import HydrofdiError
@@ -57,6 +59,7 @@ _HOMES = {
     "load_experiment": "hydrofdi.config",
     "measure": "hydrofdi.api.measuring",
     "percentage_change": "hydrofdi.transforms.change",
+    "plan": "hydrofdi.api.planning",
     "plan_sweep": "hydrofdi.pipeline",
     "read_experiment": "hydrofdi.store",
     "replay": "hydrofdi.api.replaying",
@@ -66,7 +69,7 @@ _HOMES = {
     "simulate_batch": "hydrofdi.simulation",
     "solve_leakage_coefficients": "hydrofdi.simulation",
     "summarize_table": "hydrofdi.report",
-    "sweep": "hydrofdi.api.results",
+    "sweep": "hydrofdi.api.sweeping",
     "train": "hydrofdi.api.detectors.training",
 }
 """Name → module that it is loaded from when it is first used."""
@@ -92,6 +95,7 @@ __all__ = [
     "load_experiment",
     "measure",
     "percentage_change",
+    "plan",
     "plan_sweep",
     "read_experiment",
     "replay",

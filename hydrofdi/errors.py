@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 _CREDENTIALS = re.compile(r"(?P<begin>://?).*@|(?P<slashes>//)\S*@|[^\s/:'\"]+:\S*@")
 
@@ -87,3 +88,23 @@ class RenamedKeyWarning(FutureWarning):
 
 class IndicatorWarning(UserWarning):
     """An indicator of another package cannot be used."""
+
+
+class SweepInterrupted(KeyboardInterrupt):
+    """A sweep that was stopped early; its message says what is stored, and how to go on.
+
+    Parameters
+    ----------
+    completed, stored, planned : int
+        Runs that it computed; that are stored altogether; that were asked for.
+    summary : object, optional
+        What it did (a `SweepSummary`), where it could finish the runs in progress.
+    """
+
+    def __init__(self, completed: int, stored: int, planned: int, summary: Any = None) -> None:
+        self.summary = summary
+        super().__init__(
+            f"interrupted; {stored:,} of {planned:,} runs are stored, and the same command goes on from there"
+            if completed
+            else "interrupted before the first run ended; nothing was stored"
+        )

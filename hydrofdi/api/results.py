@@ -1,4 +1,4 @@
-"""Sweeps and their stored results."""
+"""Stored results of sweeps."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from collections.abc import Collection
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING
 
-from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.figures import shown
 from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.api.table import Table
-from hydrofdi.errors import ConfigError, ReportError, StoreError
+from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.settings.mistakes import nearest
 from hydrofdi.store.layout.names import STATUS
 
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from hydrofdi.pipeline.sweeping import SweepSummary
     from hydrofdi.records import Channel, RecordSource
     from hydrofdi.report.contract import ComposedReport
     from hydrofdi.store import ExperimentData
@@ -33,10 +33,12 @@ class Results:
     ----------
     data : ExperimentData
         Runs and their numbers, signals left on disk.
+    summary : SweepSummary or None
+        What the sweep did that made them; None where they were stored before.
     """
 
-    def __init__(self, data: ExperimentData) -> None:
-        self.data = data
+    def __init__(self, data: ExperimentData, summary: SweepSummary | None = None) -> None:
+        self.data, self.summary = data, summary
 
     @property
     def file(self) -> Path:
@@ -140,65 +142,3 @@ def results(folder: str | PathLike[str] | None = None) -> Results:
     from hydrofdi.pipeline.results import read_results
 
     return Results(read_results(None if folder is None else path_of(folder)))
-
-
-def sweep(
-    experiment: Experiment,
-    /,
-    *,
-    out: str | PathLike[str] | None = None,
-    workers: int | None = None,
-    engine: Literal["local", "in-process"] = "local",
-    retry_failed: bool = False,
-    **settings: Any,
-) -> Results:
-    """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
-
-    Parameters
-    ----------
-    experiment : path, mapping or ExperimentConfig
-        YAML file, or what would stand in one.
-    out : path, optional
-        Folder of the results; ``results/<name>`` where it is left out.
-    workers : int, optional
-        Processes; the cores that hydrofdi may use where it is left out.
-    engine : {"local", "in-process"}
-        In processes of their own, or in this one.
-    retry_failed : bool
-        Whether runs that raised, hung or lost their worker are tried again.
-    **settings
-        As `hydrofdi.simulate` has them.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake; nothing is written then.
-    StoreError
-        The folder is in use, or cannot be written.
-    KeyboardInterrupt
-        Ctrl-C; what ran is stored, and the same call goes on there.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    >>> study = {"name": "stiffness", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> results
-    2 runs in results/stiffness: 2 ok
-    >>> results.dataset.chamber_1_pressure.sizes["run"]
-    2
-    """
-    from hydrofdi.pipeline.engines import make_engine
-    from hydrofdi.pipeline.places import experiment_directory
-    from hydrofdi.pipeline.sweeping import run_sweep
-
-    loaded = experiment_of(experiment, settings)
-    directory = experiment_directory(loaded, None if out is None else path_of(out))
-    if workers is not None and workers < 1:
-        raise ConfigError(f"workers: must be at least 1; found {workers}")
-    chosen = make_engine(engine, workers, None, shared_directory=True)
-    summary = run_sweep(loaded, directory, chosen, retry_failed=retry_failed)
-    if summary.interrupted:
-        raise KeyboardInterrupt("interrupted; the same call goes on where this one ended")
-    return results(directory)

@@ -10,6 +10,7 @@ import warnings
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from hydrofdi import __version__
 from hydrofdi.cli.calibrate import calibrate
@@ -39,8 +40,22 @@ _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 
 DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
+
+class _Commands(TyperGroup):
+    """The commands; an interruption says what is stored, which typer would leave out."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        """Run a command; its exit code."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as stop:
+            _complain(str(stop) or "interrupted")
+            return INTERRUPTED
+
+
 app = typer.Typer(
     name="hydrofdi",
+    cls=_Commands,
     help="Wavelet-based diagnosis of internal leakage in hydraulic actuators.",
     epilog="Exit codes: 0 done; 1 done, but runs failed; 2 something that you can fix; "
     "3 a fault of hydrofdi; 130 interrupted.",

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrofdi.cli.options import Json, Settings
+from hydrofdi.cli.terminal import print_json, tell
+
+if TYPE_CHECKING:
+    from hydrofdi.pipeline import SweepSummary
 
 
 class EngineName(StrEnum):
@@ -51,37 +55,57 @@ def sweep(
 ) -> int:
     """Run whatever is missing and store it.
 
-    Ctrl-C once finishes what runs and stores it, twice stops at once; the same command goes on later.
+    Ctrl-C once finishes the runs in progress and stores them, twice stops at once; the same command goes on
+    later.
     """
+    from hydrofdi.api.experiments import experiment_with
+    from hydrofdi.api.sweeping import sweep as run_missing
+    from hydrofdi.cli.plan import show_plan
+    from hydrofdi.errors import SweepInterrupted
+
+    experiment = experiment_with(config, settings or ())
+    if dry_run:
+        return show_plan(experiment, out, workers, retry_failed=retry_failed, json=json)
+    try:
+        results = run_missing(
+            experiment,
+            out=out,
+            workers=workers,
+            engine=engine.value,
+            scheduler=scheduler,
+            shared_directory=shared_directory,
+            retry_failed=retry_failed,
+            progress=True,
+        )
+    except SweepInterrupted as stop:
+        if stop.summary is not None:
+            _show(stop.summary, json=json)
+        raise
+    assert results.summary is not None
+    _show(results.summary, json=json)
+    tell(f"stored {results.file}; see 'hydrofdi report {results.folder}'")
+    return 1 if results.summary.failed or results.summary.faults else 0
+
+
+def _show(summary: SweepSummary, *, json: bool) -> None:
+    """What a sweep did, and what its runs have to be read with."""
     from dataclasses import asdict
 
-    from hydrofdi.cli.plan import show_plan
-    from hydrofdi.cli.rendering import tell_doubtful_settings
-    from hydrofdi.cli.terminal import print_json, tell
-    from hydrofdi.cli.watching import SweepWatcher
-    from hydrofdi.config import load_experiment
-    from hydrofdi.pipeline import experiment_directory, run_sweep
-    from hydrofdi.pipeline.engines import make_engine
+    from hydrofdi.quality.doubts import DOUBTS
+    from hydrofdi.quality.failures import REMEDIES
+    from hydrofdi.settings.readable import shown_seconds
 
-    experiment = load_experiment(config, settings or ())
-    directory = experiment_directory(experiment, out)
-    if dry_run:
-        return show_plan(experiment, directory, workers, retry_failed=retry_failed, json=json)
-    tell_doubtful_settings(experiment, with_study=True)
-    chosen = make_engine(engine.value, workers, scheduler, shared_directory=shared_directory)
-    with SweepWatcher() as watcher:
-        summary = run_sweep(experiment, directory, chosen, watcher, retry_failed=retry_failed)
     if json:
         print_json({**asdict(summary), "file": str(summary.file)})
-    measured = f" ({summary.measured} from stored signals)" if summary.measured else ""
+    measured = f" ({summary.measured:,} from stored signals)" if summary.measured else ""
     tell(
-        f"{summary.planned} runs: {summary.completed} computed{measured}, {summary.skipped} stored before,"
-        f" {summary.failed} failed, in {summary.seconds:.1f} s"
+        f"{summary.planned:,} runs: {summary.completed:,} computed{measured}, {summary.skipped:,} stored"
+        f" before, {summary.failed:,} failed, in {shown_seconds(summary.seconds)}"
     )
+    for word, count in summary.verdicts.items():
+        tell(f"{count:,} {word}: {DOUBTS[word].remedy}")
+    for status, count in summary.statuses.items():
+        if status in REMEDIES:
+            tell(f"{count:,} {status}: {REMEDIES[status]}")
     for label, fault in summary.faults.items():
         tell(f"{label}: {fault}")
-    if summary.interrupted:
-        tell("interrupted; the same command goes on where this one ended")
-        return 130
-    tell(f"stored {summary.file}; see 'hydrofdi report {summary.file.parent}'")
-    return 1 if summary.failed or summary.faults else 0

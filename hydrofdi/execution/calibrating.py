@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
@@ -26,6 +26,7 @@ def leakage_coefficients(
     known: dict[str, float],
     *,
     required: Literal["all", "any", "none"] = "all",
+    on_solved: Callable[[int], None] = lambda _: None,
 ) -> list[float]:
     """K_i of each run [m^3.5/kg^0.5]: as given, or solved from the leakage flow.
 
@@ -38,6 +39,8 @@ def leakage_coefficients(
         Identity of a calibration → K_i; what is solved is added as it comes.
     required : {"all", "any", "none"}
         How many of the leaks have to be possible; beyond these, a flow that no K_i reaches gives NaN.
+    on_solved : callable
+        Is told how many more are solved.
 
     Raises
     ------
@@ -51,6 +54,7 @@ def leakage_coefficients(
     for first, group in _solved_groups(list(unsolved.values()), engine):
         for identity, solution in zip(identities[first:], group, strict=False):
             known[identity], reachable[identity] = solution.coefficient, solution.reachable_flow
+        on_solved(len(group))
     coefficients = [
         run.parameters.leakage.internal_coefficient or 0.0 if identity is None else known[identity]
         for run, identity in zip(runs, identities_of_runs, strict=True)

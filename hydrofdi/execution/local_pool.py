@@ -17,6 +17,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from multiprocessing import forkserver
 from multiprocessing.connection import Connection, wait
 from types import ModuleType, TracebackType
 from typing import Any, Self
@@ -105,6 +106,28 @@ def _without_main() -> Iterator[None]:
         sys.modules["__main__"] = main
 
 
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Hold Ctrl-C back; what starts meanwhile never sees it, and this process sees it afterwards."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _start_server() -> None:
+    """Start the fork server, which never sees Ctrl-C; this process sees afterwards what came meanwhile."""
+    from multiprocessing import forkserver, resource_tracker
+
+    resource_tracker.ensure_running()  # lets signals through when it has started
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class LocalPoolEngine:
     """Worker processes, forked from a server that has loaded the simulation once.
 
@@ -129,6 +152,9 @@ class LocalPoolEngine:
         if "forkserver" in multiprocessing.get_all_start_methods():
             self._context = multiprocessing.get_context("forkserver")
             self._context.set_forkserver_preload(["hydrofdi.execution.compute"])
+            _start_server()
+            with _without_interrupts(), _without_main():
+                forkserver.ensure_running()
         else:
             self._context = multiprocessing.get_context("spawn")
         return self

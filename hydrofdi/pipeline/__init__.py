@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hydrofdi.pipeline.inspecting import explain, recompute, sweep_status, verify
     from hydrofdi.pipeline.places import experiment_directory
-    from hydrofdi.pipeline.planning import SweepPlan, plan_sweep, predict
+    from hydrofdi.pipeline.planning import SweepPlan, plan_sweep, predict_seconds
     from hydrofdi.pipeline.results import read_results
     from hydrofdi.pipeline.single import SingleRun, simulate_nominal, write_single_run
     from hydrofdi.pipeline.sweeping import SweepSummary, collect, run_sweep
@@ -21,7 +21,7 @@ _HOMES = {
     "experiment_directory": "hydrofdi.pipeline.places",
     "explain": "hydrofdi.pipeline.inspecting",
     "plan_sweep": "hydrofdi.pipeline.planning",
-    "predict": "hydrofdi.pipeline.planning",
+    "predict_seconds": "hydrofdi.pipeline.planning",
     "read_results": "hydrofdi.pipeline.results",
     "recompute": "hydrofdi.pipeline.inspecting",
     "run_sweep": "hydrofdi.pipeline.sweeping",
@@ -40,7 +40,7 @@ __all__ = [
     "experiment_directory",
     "explain",
     "plan_sweep",
-    "predict",
+    "predict_seconds",
     "read_results",
     "recompute",
     "run_sweep",

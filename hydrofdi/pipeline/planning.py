@@ -12,9 +12,12 @@ from math import prod
 from pathlib import Path
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config.idle_parameters import idle_parameters
+from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file
+from hydrofdi.settings.readable import shown_bytes
 from hydrofdi.simulation import identities_of_analyses, record_identities, run_identity
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import Failure, ShardIndex, StoredRun, holds_enough, read_failures, read_index
@@ -115,14 +118,25 @@ class SweepPlan:
 
         return needed_signals(self.experiment.indicator_choice.made(self.experiment.wavelet))
 
-    def warnings(self, prediction: Prediction) -> list[str]:
-        """What deserves a second look before the sweep starts."""
-        warnings = []
-        needed = 2 * prediction.file_bytes
-        if needed > prediction.free_bytes:
-            warnings.append(
-                f"needs {needed / 1e6:,.0f} MB, of which {prediction.free_bytes / 1e6:,.0f} are free"
-            )
+    @cached_property
+    def file_bytes(self) -> int:
+        """Size of the experiment file before compression; the shards take as much again."""
+        return len(self.run_ids) * _row_bytes(self)
+
+    @property
+    def free_bytes(self) -> int:
+        """Free space where they will lie."""
+        folder = next(path for path in (self.directory, *self.directory.resolve().parents) if path.exists())
+        return shutil.disk_usage(folder).free
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        """What deserves a second look before the sweep starts, each said once."""
+        experiment = self.experiment
+        warnings = unusual_values(experiment) + distant_baseline(experiment) + idle_parameters(experiment)
+        needed, free = 2 * self.file_bytes, self.free_bytes
+        if needed > free:
+            warnings.append(f"needs {shown_bytes(needed)}, of which {shown_bytes(free)} are free")
         for sample in (self.experiment.ensemble.sample, self.experiment.sweep.sample):
             if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
                 warnings.append(
@@ -134,7 +148,7 @@ class SweepPlan:
         warnings += plan_warnings(runs.distinct) + indicator_warnings(runs.distinct, runs.choice)
         warnings += study_warnings(self.experiment)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
-        return warnings
+        return list(dict.fromkeys(warnings))
 
     def reason(self, position: int) -> str:
         """Why a missing run is to be computed."""
@@ -153,25 +167,6 @@ class SweepPlan:
 
 def _because(obstacle: str) -> str:
     return f", simulated anew ({obstacle})" if obstacle else ", measured from its signals"
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """What the missing runs of a plan will take.
-
-    Attributes
-    ----------
-    seconds : float
-        Wall time, from a pilot of a few runs.
-    file_bytes : int
-        Size of the experiment file before compression; the shards take as much again.
-    free_bytes : int
-        Free space where they will lie.
-    """
-
-    seconds: float
-    file_bytes: int
-    free_bytes: int
 
 
 def plan_sweep(
@@ -213,14 +208,8 @@ def plan_sweep(
     return SweepPlan(experiment, directory, table, run_ids, record_ids, read_index(directory), failures)
 
 
-def predict(plan: SweepPlan, workers: int) -> Prediction:
-    """Wall time and size of a plan, from simulating a few of its runs without their leakage."""
-    rows = len(plan.run_ids) * _row_bytes(plan)
-    folder = next(path for path in (plan.directory, *plan.directory.resolve().parents) if path.exists())
-    return Prediction(_predicted_seconds(plan, workers), rows, shutil.disk_usage(folder).free)
-
-
-def _predicted_seconds(plan: SweepPlan, workers: int) -> float:
+def predict_seconds(plan: SweepPlan, workers: int) -> float:
+    """Wall time of a plan [s], from simulating a few of its runs without their leakage."""
     runs = plan.table.runs.at(plan.simulated)
     if not runs:
         return 0.0

@@ -9,11 +9,12 @@ from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Literal
 
+from hydrofdi.compilation.compiling import cache_directory
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.run_table.runs import Runs
-from hydrofdi.errors import StoreError
+from hydrofdi.errors import StoreError, SweepInterrupted
 from hydrofdi.execution import (
     Batch,
     BatchReceipt,
@@ -32,8 +33,9 @@ from hydrofdi.execution import (
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.pipeline.places import experiment_file, library_versions
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
+from hydrofdi.pipeline.watching import COEFFICIENTS, RUNS, Nobody, Watcher
+from hydrofdi.quality.doubts import doubts_of
 from hydrofdi.simulation import run_identities
-from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import (
     Failure,
     ShardResults,
@@ -48,7 +50,7 @@ from hydrofdi.store.folder.calibrations import read_calibrations, write_calibrat
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.log import RunLog
 from hydrofdi.store.folder.provenance import add_provenance, environment_record, now
-from hydrofdi.store.reading import is_current, read_obstacles, read_statuses
+from hydrofdi.store.reading import is_current, read_obstacles, read_statuses, read_verdicts
 from hydrofdi.store.request import read_request, require_same_experiment, write_request
 from hydrofdi.store.results import MISSING
 
@@ -70,6 +72,8 @@ class SweepSummary:
         Whether it was asked to finish early.
     faults : dict of str to str
         Label → what is wrong with an indicator that failed, and in how many of the runs.
+    statuses, verdicts : dict of str to int
+        How runs ended, and words of the verdicts on those that ended well → number of runs, ``ok`` left out.
     """
 
     planned: int
@@ -81,35 +85,13 @@ class SweepSummary:
     file: Path
     interrupted: bool = False
     faults: dict[str, str] = field(default_factory=dict)
+    statuses: dict[str, int] = field(default_factory=dict)
+    verdicts: dict[str, int] = field(default_factory=dict)
 
-
-class Watcher(Protocol):
-    """Who looks on while a sweep runs."""
-
-    def begin(self, n_run: int) -> None:
-        """So many runs are to be computed."""
-        ...
-
-    def advance(self, n_run: int, n_failed: int) -> None:
-        """So many more runs ended, and so many of them failed."""
-        ...
-
-    def tell(self, message: str) -> None:
-        """A line for the user."""
-        ...
-
-
-class _Nobody:
-    """A watcher who does not look."""
-
-    def begin(self, n_run: int) -> None:
-        """Ignore it."""
-
-    def advance(self, n_run: int, n_failed: int) -> None:
-        """Ignore it."""
-
-    def tell(self, message: str) -> None:
-        """Ignore it."""
+    @property
+    def stored(self) -> int:
+        """Runs that are stored now, failed ones among them."""
+        return self.planned - self.statuses.get(MISSING, 0)
 
 
 def run_sweep(
@@ -140,17 +122,23 @@ def run_sweep(
         The sweep is impossible, or none of its leakage flows can be reached; nothing is written then.
     StoreError
         The folder is in use by another sweep, or cannot be written.
+    SweepInterrupted
+        It was stopped before what ran could be finished.
     """
-    start = time.perf_counter()
+    start, completed = time.perf_counter(), 0
     engine = engine or LocalPoolEngine(available_cores())
-    watcher = watcher or _Nobody()
+    watcher = watcher or Nobody()
     require_unlocked(directory)
     require_same_experiment(directory, experiment)
+    watcher.tell(f"planning {experiment.name}")
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
+    for warning in plan.warnings:
+        watcher.tell(f"warning: {warning}")
     if not plan.missing and is_current(plan.file, experiment):
         return _summary(plan, 0, start, interrupted=False)
     try:
         with engine if plan.missing else nullcontext():
+            _announce(plan, engine, watcher)
             known = read_calibrations(directory)
             jobs = _jobs(plan, engine, known, watcher)
             with experiment_lock(directory, watcher.tell):
@@ -166,6 +154,8 @@ def run_sweep(
     except StoreError:
         _clear_away(directory)
         raise
+    except KeyboardInterrupt as stop:
+        raise stop if isinstance(stop, SweepInterrupted) else _interrupted(plan, completed) from None
     return _summary(plan, completed, start, interrupted=interruption.requested)
 
 
@@ -198,6 +188,16 @@ def _write_file(
     return file
 
 
+def _announce(plan: SweepPlan, engine: Engine, watcher: Watcher) -> None:
+    """Say what is going to happen."""
+    if not plan.missing:
+        return
+    if plan.simulated and not any(cache_directory("simulation").iterdir()):
+        watcher.tell("compiling the simulation for this processor; this happens once")
+    workers = f"{engine.workers} worker{'s' if engine.workers > 1 else ''}"
+    watcher.tell(f"{len(plan.missing):,} of {len(plan.run_ids):,} runs to compute with {workers}")
+
+
 def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watcher) -> list[Job]:
     runs = plan.table.runs.at(plan.simulated)
     coefficients = dict(zip(plan.simulated, _coefficients(plan, runs, engine, known, watcher), strict=True))
@@ -214,18 +214,17 @@ def _job(plan: SweepPlan, position: int, coefficient: float) -> Job:
 def _coefficients(
     plan: SweepPlan, runs: Runs, engine: Engine, known: dict[str, float], watcher: Watcher
 ) -> list[float]:
-    n_unsolved = unsolved_conditions(runs, known)
-    if n_unsolved > WIDTH:
-        watcher.tell(f"solving the leakage coefficients of {n_unsolved} conditions first")
+    if n_unsolved := unsolved_conditions(runs, known):
+        watcher.begin(COEFFICIENTS, n_unsolved)
+    required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
     try:
-        return leakage_coefficients(runs, engine, known, required="none" if _may_lack_leaks(plan) else "any")
+        return leakage_coefficients(runs, engine, known, required=required, on_solved=watcher.advance)
     except KeyboardInterrupt:
         solved = {identity: value for identity, value in known.items() if not math.isnan(value)}
-        if solved:
-            write_calibrations(plan.directory, solved)
-            watcher.tell(
-                f"kept {len(solved)} solved leakage coefficients; the same command goes on from there"
-            )
+        if not solved:
+            raise
+        write_calibrations(plan.directory, solved)
+        watcher.tell(f"kept {len(solved):,} solved leakage coefficients for the next time")
         raise
 
 
@@ -260,7 +259,7 @@ def _clear_away(directory: Path) -> None:
 
 def _finish_early(engine: Engine, watcher: Watcher) -> None:
     engine.cancel()
-    watcher.tell("finishing what runs and storing it; press Ctrl-C again to stop at once")
+    watcher.tell("finishing the runs in progress and storing them; press Ctrl-C again to stop at once")
 
 
 class _Recorder:
@@ -279,12 +278,15 @@ class _Recorder:
         """Run the jobs; returns how many ended."""
         experiment, directory = self._plan.experiment, self._plan.directory
         self._log.write("begin", planned=len(self._plan.run_ids), missing=len(jobs))
-        self._watcher.begin(len(jobs))
+        self._watcher.begin(RUNS, len(jobs))
         batches = [Batch(batch, directory, experiment.store) for batch in split_jobs(jobs, engine.workers)]
         here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
         there = [batch for batch in batches if batch not in here]
-        for place, work in ((InProcessEngine(), here), (engine, there)):
-            run_batches(place, work, experiment.limits.time_per_job, self._stored, self._failed)
+        try:
+            for place, work in ((InProcessEngine(), here), (engine, there)):
+                run_batches(place, work, experiment.limits.time_per_job, self._stored, self._failed)
+        except KeyboardInterrupt:
+            raise _interrupted(self._plan, self._completed) from None
         self._log.write("end", completed=self._completed)
         return self._completed
 
@@ -316,18 +318,26 @@ class _Recorder:
         self._watcher.advance(1, 1)
 
 
+def _interrupted(plan: SweepPlan, completed: int) -> SweepInterrupted:
+    stored = len(plan.run_ids) - len(plan.missing) + completed
+    return SweepInterrupted(completed, stored, len(plan.run_ids))
+
+
 def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool) -> SweepSummary:
-    statuses = read_statuses(plan.file)
+    statuses = Counter(read_statuses(plan.file))
+    verdicts = Counter(doubt.word for verdict in read_verdicts(plan.file) for doubt in doubts_of(verdict))
     return SweepSummary(
         planned=len(plan.run_ids),
         completed=completed,
         measured=min(completed, len(plan.measurable)),
         skipped=len(plan.run_ids) - len(plan.missing),
-        failed=sum(status not in ("ok", MISSING) for status in statuses),
+        failed=sum(count for status, count in statuses.items() if status not in ("ok", MISSING)),
         seconds=time.perf_counter() - start,
         file=plan.file,
         interrupted=interrupted,
         faults=_faults(plan.file),
+        statuses={status: count for status, count in statuses.items() if status != "ok"},
+        verdicts=dict(verdicts),
     )
 
 

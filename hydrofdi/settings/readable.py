@@ -1,4 +1,4 @@
-"""Units that a person reads numbers in SI in."""
+"""Units that a person reads numbers in: of quantities in SI, of files, and of time to wait."""
 
 from __future__ import annotations
 
@@ -24,3 +24,20 @@ def readable_unit(own: str, largest: float) -> str:
     if units and largest == 0.0:
         return units[-1][0]
     return next((unit for unit, least in units if largest >= least), own)
+
+
+def shown_bytes(count: int) -> str:
+    """A size such as ``0.9 MB`` or ``66.8 GB``."""
+    return f"{count / 1e9:,.1f} GB" if count >= 1e9 else f"{count / 1e6:,.1f} MB"
+
+
+def shown_seconds(seconds: float) -> str:
+    """A time to wait, such as ``8.1 s``, ``45 s``, ``2 min 5 s`` or ``3 h 20 min``."""
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600:,} h {whole // 60 % 60} min"

@@ -32,6 +32,7 @@ from hydrofdi.store.layout.names import (
     RUN,
     STATUS,
     TIME,
+    VERDICT,
     Variable,
     axis_variable,
     stored_variables,
@@ -147,6 +148,18 @@ def read_statuses(path: Path) -> list[str]:
     """
     with _experiment_file(path) as file:
         return list(file[STATUS].asstr()[:])
+
+
+def read_verdicts(path: Path) -> list[str]:
+    """How far the runs of an experiment file can be believed; empty where it has no verdicts.
+
+    Raises
+    ------
+    StoreError
+        The file is missing, damaged, or of another version.
+    """
+    with _experiment_file(path) as file:
+        return list(file[VERDICT].asstr()[:]) if VERDICT in file else []
 
 
 def read_obstacles(path: Path) -> dict[str, list[str]]:

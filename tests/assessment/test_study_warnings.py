@@ -8,7 +8,7 @@ from hydrofdi.assessment.study_warnings import study_warnings
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import plan_sweep, predict, read_results, run_sweep
+from hydrofdi.pipeline import plan_sweep, read_results, run_sweep
 
 STUDY = """
 name: few
@@ -49,7 +49,7 @@ def test_too_few_records_of_shifts_are_warned_of_with_the_number_needed(loaded):
 
 def test_plans_warn_of_too_few_leaks(loaded, tmp_path):
     plan = plan_sweep(loaded(99, each=28), tmp_path / "out")
-    assert any("study.faults.each = 28" in text and "29" in text for text in plan.warnings(predict(plan, 1)))
+    assert any("study.faults.each = 28" in text and "29" in text for text in plan.warnings)
 
 
 def test_without_the_extra_plans_warn_and_reports_judge_the_other_scores(loaded, tmp_path, monkeypatch):

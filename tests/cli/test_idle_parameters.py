@@ -26,7 +26,7 @@ def test_simulate_warns_and_goes_on(hydrofdi):
 def test_commands_warn_of_swept_parameters(hydrofdi, experiment_file, command):
     config = experiment_file("record: {duration: 2 s}\nsweep: {grid: {fluid.free_air: [0.005, 0.05]}}\n")
     result = hydrofdi(command, config)
-    assert result.stderr.splitlines()[0] == f"warning: {AIR}"
+    assert (result.stdout + result.stderr).count(AIR) == 1
     assert result.returncode == 0
 
 

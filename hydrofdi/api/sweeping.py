@@ -72,8 +72,8 @@ def sweep(
     2 runs in results/stiffness: 2 ok
     >>> results.dataset.chamber_1_pressure.sizes["run"]
     2
-    >>> results.summary.verdicts
-    {'unsettled': 1}
+    >>> results.summary.completed
+    2
     """
     with watching(progress) as watcher:
         loaded = experiment_of(experiment, settings)

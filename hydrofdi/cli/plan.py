@@ -36,7 +36,9 @@ def plan(
     """
     from hydrofdi.api.experiments import experiment_with
 
-    return show_plan(experiment_with(config, settings or ()), out, workers, retry_failed=retry_failed, json=json)
+    return show_plan(
+        experiment_with(config, settings or ()), out, workers, retry_failed=retry_failed, json=json
+    )
 
 
 def show_plan(

@@ -123,8 +123,8 @@ BELOW_THE_API = {
 
 EXCEPTIONS = {
     "cli/assessment_rendering.py", "cli/calibrate.py", "cli/check.py", "cli/experiment_folder.py",
-    "cli/mode_table.py", "cli/observability_table.py", "cli/plan.py", "cli/rendering.py", "cli/report.py",
-    "cli/schema.py", "cli/sweep.py", "cli/monitor/monitor.py", "cli/monitor/replay.py",
+    "cli/mode_table.py", "cli/observability_table.py", "cli/rendering.py", "cli/report.py",
+    "cli/schema.py", "cli/monitor/monitor.py", "cli/monitor/replay.py",
     "cli/monitor/live/counting.py", "cli/monitor/live/panels.py", "cli/monitor/live/screen.py",
     "cli/monitor/live/view.py", "cli/monitor/live/watched.py", "cli/monitor/live/wording.py",
 }  # fmt: skip

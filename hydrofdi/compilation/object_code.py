@@ -89,7 +89,7 @@ def _type_of(value: Any) -> Any:
 
 @cache
 def _machine() -> tuple[str, ...]:
-    """What machine code depends on beside its source."""
+    """What machine code depends on besides its source."""
     from llvmlite import binding
 
     features = binding.get_host_cpu_features().flatten()
@@ -196,7 +196,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _write(path: Path, code: bytes) -> None:
-    """Keep machine code; where that fails, the next process compiles again."""
+    """Keep machine code; if that fails, the next process compiles again."""
     with suppress(OSError), tempfile.TemporaryDirectory(dir=path.parent) as folder:
         part = Path(folder) / path.name
         part.write_bytes(_digest(code) + code)

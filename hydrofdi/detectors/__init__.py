@@ -1,4 +1,4 @@
-"""Detectors: what learns from healthy records and scores others, whole or as they come."""
+"""Detectors: they learn from healthy records and score others, as batches or as streams."""
 
 from hydrofdi.detectors.contract import Detector, OnlineDetector
 from hydrofdi.detectors.distance_detector import DistanceDetector

@@ -1,4 +1,4 @@
-"""The volume balance of a chamber, linear in what is not known of the actuator."""
+"""The volume balance of a chamber, linear in the unknowns of the actuator."""
 
 from __future__ import annotations
 

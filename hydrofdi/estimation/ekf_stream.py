@@ -149,7 +149,7 @@ def find_path(spool: Array, before: float, drive: float, tuning: Tuning, path: A
 
 @equation
 def carry_signature(signature: Array, transition: Array) -> None:
-    """Let what the filter is off by move on with the plant, and the leak act for another sample."""
+    """Propagate the filter's deviation with the plant, and let the leak act for another sample."""
     first, second, third, fourth = (
         transition[0, LEAKAGE], transition[1, LEAKAGE], transition[2, LEAKAGE], transition[3, LEAKAGE],
     )  # fmt: skip
@@ -165,7 +165,7 @@ def carry_signature(signature: Array, transition: Array) -> None:
 def take_in(
     streams: Streams, k: int, measured: Array, is_open: bool, tuning: Tuning, work: Workspace
 ) -> None:
-    """Correct a filter by the measurements of a sample, and add up what they differ by."""
+    """Correct a filter by the measurements of a sample, and accumulate the innovations."""
     mean, covariance, signature, sums = (
         streams.mean[k], streams.covariance[k], streams.signature[k], streams.sums[k],
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What outputs along a motion tell of states and parameters.
+"""Information of outputs along a motion about states and parameters.
 
 Krener and Ide, Measures of unobservability, IEEE Conference on Decision and Control (2009): the singular
 values of the Gramian of a finite horizon, here in units of what is known beforehand.
@@ -67,7 +67,7 @@ class Spectrum:
 
 
 def spectrum(gramian: Array) -> Spectrum:
-    """Singular values of a symmetric matrix; what is not told from rounding is zero.
+    """Singular values of a symmetric matrix; those indistinguishable from rounding are zero.
 
     Parameters
     ----------

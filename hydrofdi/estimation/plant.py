@@ -1,4 +1,4 @@
-"""The nominal plant of state estimators: actuator and valve with what may differ from their data sheet.
+"""The nominal plant of state estimators: actuator and valve with possible deviations from their data sheet.
 
 Units are mm, s, N, MPa and t (1 t·mm/s² = 1 N), so that all states are of the order of 1 to 100. They are
 consistent: the equations of `hydrofdi.physics` hold in them as in SI.
@@ -146,7 +146,7 @@ def actual(held: Held, supply: float, plant: Plant) -> Actual:
 
 @equation
 def true_pressures(moving: Moving, a: Actual) -> tuple[float, float]:
-    """P_1 and P_2 without what their sensors show too much [MPa]."""
+    """P_1 and P_2 without the biases of their sensors [MPa]."""
     return moving.pressure_1 - a.bias_1, moving.pressure_2 - a.bias_2
 
 

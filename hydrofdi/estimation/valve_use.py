@@ -1,4 +1,4 @@
-"""Which samples tell what flows through the valve, and the supply pressure that they show, as streams."""
+"""Samples that determine the flow through the valve, and their supply pressure, as streams."""
 
 from __future__ import annotations
 

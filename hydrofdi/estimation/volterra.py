@@ -59,7 +59,7 @@ def regressors(given: Array, signal: Array, n_given: int, n_own: int, terms: tup
 
 
 def ridge_regression(columns: Array, target: Array, ridge: float) -> tuple[Array, float]:
-    """Coefficients (n_term,) and the rms of what they leave; NaN if they are not determined.
+    """Coefficients (n_term,) and the rms of the residual; NaN if they are not determined.
 
     Parameters
     ----------

@@ -149,7 +149,7 @@ def left_over(moments: Any, values: Any) -> float:
 
 @equation
 def misfit(moments: Any, count: float, values: Any) -> float:
-    """Root mean square of what estimates leave of the equations, in standard deviations of `error`."""
+    """Root mean square residual of the equations, in standard deviations of `error`."""
     total, n_kind = 0.0, moments.shape[0]
     for kind in range(n_kind):
         total += left_over(moments[kind, EQUATIONS], values)

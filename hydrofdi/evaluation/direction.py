@@ -41,7 +41,7 @@ def suspicion(scores: ArrayLike, direction: Direction, centre: float = 0.0) -> A
 
 
 def learned_direction(healthy: ArrayLike, faulty: ArrayLike, *, confidence: float = 0.95) -> Direction:
-    """The direction that fit records show; both where they do not settle it.
+    """The direction that fit records show; both if they do not decide it.
 
     Healthy records alone hold no direction: it takes faulty ones, and none of them may be tested afterwards.
 

@@ -21,7 +21,7 @@ Rule = Callable[[Array], Threshold]
 
 @dataclass(frozen=True)
 class HealthyPair:
-    """What one healthy group says of another: nothing, where groups do not differ.
+    """Comparison of healthy groups with each other: no effect, if groups do not differ.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Many indicators looked at: what the best of them is worth."""
+"""Multiple comparisons: what the best of many indicators is worth."""
 
 from __future__ import annotations
 

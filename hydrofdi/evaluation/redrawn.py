@@ -1,4 +1,4 @@
-"""Rates of detection as they might have come out, thresholds included."""
+"""Resampled rates of detection, including the thresholds."""
 
 from __future__ import annotations
 

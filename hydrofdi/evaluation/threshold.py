@@ -45,7 +45,7 @@ class Threshold:
     method: str
 
     def outcomes(self, scores: ArrayLike) -> Array:
-        """1 where a score is an alarm, 0 where it is none, NaN if it cannot be measured."""
+        """1 if a score is an alarm, 0 if not, NaN if it cannot be measured."""
         values = np.asarray(scores, dtype=float)
         alarms = (values < self.low) | (values > self.high)
         return np.where(np.isnan(values), np.nan, alarms.astype(float))

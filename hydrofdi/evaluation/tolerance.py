@@ -88,7 +88,7 @@ def _confidence_at(rank: int, n: int, false_alarm_rate: float) -> float:
 
 
 def _largest_rank(n: int, false_alarm_rate: float, confidence: float) -> int:
-    """The largest rank that keeps the confidence; 0 where none does."""
+    """The largest rank that keeps the confidence; 0 if none does."""
     keeps, fails = 0, n + 1
     while fails - keeps > 1:
         middle = (keeps + fails) // 2

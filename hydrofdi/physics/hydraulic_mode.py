@@ -1,4 +1,4 @@
-"""The linearised hydraulic mode: what EBM and leakage do to its frequency and damping.
+"""The linearised hydraulic mode: effect of EBM and leakage on its frequency and damping.
 
 EBM moves the frequency, leakage moves the damping; which wavelet level answers depends on the band that the
 mode falls into.

@@ -65,7 +65,7 @@ class Fitted:
 
 
 class Score(Protocol[Chosen]):
-    """One number from several features of a record. Subclass it, and say how it learns.
+    """One number from several features of a record. Subclass it and implement its training.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Score(Protocol[Chosen]):
         self.options = chosen
 
     def fit(self, values: ArrayLike, is_faulty: ArrayLike) -> Fitted:
-        """The score as it is learned from fit records; those that lack a feature teach nothing.
+        """The score trained on fit records; records with a missing feature are ignored.
 
         Parameters
         ----------

@@ -25,7 +25,7 @@ def cross_fitted_scores(
     n_fold: int = 10,
     seed: int = 0,
 ) -> Array:
-    """Scores of records where fit and test are not apart: each by a model fitted on the other folds.
+    """Scores of records without separate fit and test: each by a model fitted on the other folds.
 
     Whole groups are dealt into folds; with `n_fold` groups or fewer, each is left out once (Stone, Journal of
     the Royal Statistical Society B 36 (1974) 111). Each fold has a model of its own; their scores are pooled.

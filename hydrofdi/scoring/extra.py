@@ -20,7 +20,7 @@ def has_extra() -> bool:
 
 @contextmanager
 def scikit_learn(name: str) -> Iterator[None]:
-    """Surrounds what a score does with scikit-learn, imports included.
+    """Context for the use of scikit-learn by a score, including imports.
 
     Its linear algebra runs in one thread: then its results do not depend on the number of cores, and threads
     that wait for a busy core do not take twenty times as long.

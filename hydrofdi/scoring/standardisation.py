@@ -19,7 +19,7 @@ FAR = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Standardisation:
-    """z = (x - median)/(interquartile range/1.349); the standard deviation where the quartiles are equal.
+    """z = (x - median)/(interquartile range/1.349); the standard deviation if the quartiles are equal.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Errors that a sensor adds to a signal, and what a converter of limited range and resolution makes of it."""
+"""Errors of a sensor, and the limited range and resolution of its converter."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def quantised(signal: Value, lowest: float, resolution: float) -> Value:
 
 
 def quantisation_noise(resolution: float) -> float:
-    """Standard deviation of what quantisation adds, in the unit of the signal.
+    """Standard deviation of quantisation noise, in the unit of the signal.
 
     It counts as white noise that is spread evenly over a level; this holds for a signal that moves by more
     than a level from sample to sample, or whose noise spans one.

@@ -32,7 +32,7 @@ from hydrofdi.simulation.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class BalanceResiduals:
-    """What the balances of each run lack, each of shape (n_run,).
+    """Relative residuals of the volume and energy balances, each of shape (n_run,).
 
     Attributes
     ----------

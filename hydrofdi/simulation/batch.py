@@ -207,7 +207,7 @@ class _Signals:
             self._spool[members, window] = chunk.stages[every, 0, block.columns].T
 
     def trajectory(self, leakage_coefficients: Sequence[float]) -> Trajectory:
-        """The signals with their names, and what follows from them."""
+        """The signals with their names, and derived quantities."""
         record = self._runs[0].record
         position, velocity, pressure_1, pressure_2 = self._states
         time = np.arange(record.n_sample) / record.sampling_frequency
@@ -232,7 +232,7 @@ class _Signals:
 
 
 def _held(values: Signal, moves: bool, shape: tuple[int, int]) -> Signal:
-    """A signal that holds the given values (n_run,); with memory of its own where it moves."""
+    """A signal with the given values (n_run,); with its own memory if it moves."""
     held = np.broadcast_to(values[:, None], shape)
     return held.copy() if moves else held
 

@@ -16,7 +16,7 @@ RELATIVE_TOLERANCE = 1e-10
 """Tolerance of K_i."""
 
 _LARGEST_SURPLUS = 1e-6
-"""A root that leaks more or less than was asked for, by more than this share, is none."""
+"""A root whose leakage deviates from the request by more than this share is rejected."""
 
 _MOST_TRIALS = 12
 """How often the upper end of the bracket is tripled before a flow counts as unreachable."""

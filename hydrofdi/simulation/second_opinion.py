@@ -137,7 +137,7 @@ class _Record:
         self._error = self._integral = self._voltage = self._acting_voltage = 0.0
 
     def solve(self) -> None:
-        """Fill the samples, up to where the solver gives up."""
+        """Fill the samples up to the point where the solver fails."""
         for first, last in pairwise(self._jumps()):
             if self._is_closed and first % self._steps_per_control == 0:
                 self._control(first)

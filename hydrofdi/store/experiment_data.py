@@ -31,7 +31,7 @@ from hydrofdi.store.results import MISSING
 
 
 class SignalSource(Protocol):
-    """Where the signals of an experiment lie."""
+    """Location of the signals of an experiment."""
 
     def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
@@ -95,7 +95,7 @@ class ExperimentData:
 
     @cached_property
     def leakage_requests(self) -> NDArray[np.float64]:
-        """Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that each run asks for; 0 where it is sealed."""
+        """Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that each run requests; 0 if it is sealed."""
         level = self.columns[LEAKAGE_LEVEL]
         requests: NDArray[np.float64] = np.where(np.isnan(level), self.columns[LEAKAGE_COEFFICIENT], level)
         return requests

@@ -111,7 +111,7 @@ def computed_variables(table: RunTable) -> tuple[Variable, ...]:
 
 
 def computed_columns(results: Results, table: RunTable) -> dict[str, NDArray[Any]]:
-    """What the runs of a table have computed, signals left out; holes where there is nothing."""
+    """The computed results of the runs of a table, without signals; gaps where there are none."""
     variables = computed_variables(table)
     columns = results.columns(variables)
     fit_to_dimensions(columns, variables, dimensions(table.runs))
@@ -120,7 +120,7 @@ def computed_columns(results: Results, table: RunTable) -> dict[str, NDArray[Any
 
 
 def _describe_indicators(file: h5py.File, experiment: ExperimentConfig) -> None:
-    """Write what each label stands for; a wavelet that varies stands with the other swept parameters."""
+    """Write the definition of each label; a wavelet that varies is among the other swept parameters."""
     for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
         attributes = file[f"{label}{ANALYSIS_ID}"].attrs
         attributes["indicator"], attributes["version"] = indicator.name, indicator.version
@@ -215,7 +215,7 @@ def _describe(dataset: h5py.Dataset, units: str, long_name: str) -> None:
 
 
 def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
-    """What the experiment itself says of each run: the variables beside the computed ones."""
+    """Variables of each run that come from the experiment, in addition to the computed ones."""
     flows, coefficients = (
         table.runs.values(name) for name in ("leakage.internal_flow", "leakage.internal_coefficient")
     )
@@ -234,7 +234,7 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
 
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
-    """Values of a swept parameter; NaN if a number is not set; all as texts where some are texts."""
+    """Values of a swept parameter; NaN if a number is not set; all as text if some are text."""
     values = [without_contents(value) for value in table.runs.values(parameter)]
     if any(isinstance(value, str) for value in values):
         return np.array([_as_text(value, parameter_unit(parameter) or "") for value in values], dtype=object)

@@ -45,7 +45,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def require_regular(path: Path) -> None:
-    """Check, without opening it, that nothing but a regular file stands at a path, or where its link leads.
+    """Check, without opening it, that a path, or the target of its link, is a regular file if it exists.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def write_whole_text(path: Path, text: str) -> None:
 
 
 def remove_leftovers(directory: Path) -> None:
-    """Remove what killed processes left half written below an experiment's folder."""
+    """Remove half-written files of killed processes below an experiment's folder."""
     for path in directory.rglob(".*.part"):
         path.unlink(missing_ok=True)
 

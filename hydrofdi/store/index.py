@@ -1,4 +1,4 @@
-"""The index of an experiment's shards: which run lies where.
+"""The index of an experiment's shards: the location of each run.
 
 It is rebuilt from the shards whenever it is missing; a shard is read and checked again when its size or its
 time of change differs from what the index remembers.
@@ -21,7 +21,7 @@ _FORMAT = 2
 
 
 class StoredRun(NamedTuple):
-    """Where the results of a run lie, and what they are. A tuple, for there are very many."""
+    """Location and kind of the results of a run. A tuple, because there are very many."""
 
     shard: Path
     row: int
@@ -78,7 +78,7 @@ class ShardIndex:
         return sum(len(entry["run_ids"]) for entry in earlier)
 
     def signals_of(self, run: StoredRun) -> StoredRun:
-        """Where the signals of a run's record lie: in its own shard, or in one with more of them."""
+        """Location of the signals of a run's record: in its own shard, or in one with more of them."""
         record = self.records.get(run.record_id, run)
         return record if _richness(record) > _richness(run) else run
 
@@ -97,7 +97,7 @@ class ShardIndex:
 
 
 def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = frozenset()) -> ShardIndex:
-    """The index of the shards that lie below a folder.
+    """The index of the shards below a folder.
 
     Parameters
     ----------

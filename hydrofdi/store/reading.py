@@ -116,7 +116,7 @@ def _configuration(path: Path, file: h5py.File) -> ExperimentConfig:
 
 
 def is_current(path: Path, experiment: ExperimentConfig) -> bool:
-    """Whether an experiment file holds all runs of just this configuration."""
+    """Whether an experiment file contains all runs of exactly this configuration."""
     try:
         with _experiment_file(path) as file:
             same = file.attrs["configuration"] == experiment.model_dump_json()

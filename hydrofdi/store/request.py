@@ -33,7 +33,7 @@ def write_request(directory: Path, experiment: ExperimentConfig) -> None:
 
 
 def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> None:
-    """Check that a folder holds no experiment of another name.
+    """Check that a folder contains no experiment of another name.
 
     Raises
     ------

@@ -90,7 +90,7 @@ class _Stretch(NamedTuple):
 
 
 class ShardResults:
-    """Results that lie in shards, with holes where runs failed or are missing.
+    """Results in shards, with gaps where runs failed or are missing.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class ShardResults:
         return len(self._run_ids)
 
     def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
-        """Variables that are no signals; NaN, or the reason, where a run has no result."""
+        """Variables other than signals; NaN, or the reason, if a run has no result."""
         known = {
             RUN_ID: np.array(self._run_ids, dtype=object),
             STATUS: np.array(self.statuses(), dtype=object),
@@ -143,7 +143,7 @@ class ShardResults:
             return np.asarray(file[name][located.row]) if name in file else np.empty(0)
 
     def signal_rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name; left out where no run has one, NaN if a run lacks it."""
+        """Signals of some runs by name; left out if no run has one, NaN if a run lacks it."""
         held: dict[str, NDArray[np.float64]] = {}
         places: dict[Path, list[int]] = {}
         for place, position in enumerate(positions):

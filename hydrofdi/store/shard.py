@@ -151,7 +151,7 @@ def _has_phases(columns: Columns) -> bool:
 
 
 def _outputs(columns: Columns) -> list[Variable]:
-    """The outputs of indicators; what they are is written into experiment files."""
+    """The outputs of indicators and their descriptions in experiment files."""
     return [
         Variable(name, (RUN,), "", "")
         for name, values in columns.items()
@@ -212,7 +212,7 @@ def _held(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any] | No
 
 
 def read_records(places: Sequence[StoredPlace], signals: Collection[str], n_time: int) -> Columns:
-    """Stored records: some of their signals, and what is known of them beside what was measured.
+    """Stored records: some of their signals and their metadata.
 
     Parameters
     ----------

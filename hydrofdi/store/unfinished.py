@@ -1,4 +1,4 @@
-"""Experiments without an experiment file that is up to date: as far as their shards go."""
+"""Experiments without an up-to-date experiment file: what their shards contain."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hydrofdi.store.results import ShardResults
 
 @dataclass(frozen=True)
 class ShardSignals:
-    """Signals that lie in shards."""
+    """Signals in shards."""
 
     results: ShardResults
 
@@ -35,7 +35,7 @@ class ShardSignals:
         return time, values
 
     def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name; those that no shard holds are left out."""
+        """Signals of some runs by name; those in no shard are left out."""
         return self.results.signal_rows(names, positions)
 
 
@@ -46,7 +46,7 @@ def read_unfinished(
     results: ShardResults,
     versions: Mapping[str, str],
 ) -> ExperimentData:
-    """An experiment as far as its shards go; runs without a result say why.
+    """An experiment as it is in its shards; runs without a result have the reason.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def read_unfinished(
 
 
 def join_results(data: ExperimentData, results: ShardResults) -> ExperimentData:
-    """An experiment file with what its shards hold of its runs by now.
+    """An experiment file with the runs that its shards contain so far.
 
     Parameters
     ----------

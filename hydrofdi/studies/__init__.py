@@ -1,4 +1,4 @@
-"""Studies of detection: what the records of populations, judged by thresholds, say of indicators.
+"""Studies of detection: indicators judged by thresholds on populations of records.
 
 Here alone do scores meet what is known of their records.
 """

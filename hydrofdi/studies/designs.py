@@ -20,7 +20,7 @@ from hydrofdi.studies.records import StudyRecords
 
 @dataclass(frozen=True)
 class Gain:
-    """What a detector of one design finds more than that of another, of the same actuators.
+    """Difference in detection between two designs with the same actuators.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Detector:
 
     @cached_property
     def detected(self) -> tuple[float, Array]:
-        """The rate of detection, and how it might have come out with other records, shape (n_draw,).
+        """The rate of detection, and its values for resampled records, shape (n_draw,).
 
         Raises
         ------

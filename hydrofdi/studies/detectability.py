@@ -25,7 +25,7 @@ from hydrofdi.studies.parts import Notes, Part, TestedLevels, quantile_name
 from hydrofdi.studies.rules import Rules
 
 SIGNIFICANCE = 0.05
-"""A curve is not used where hits and misses as far from it come up less often."""
+"""A curve is not used if such a deviation of hits and misses from it is less likely than this."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Detectability:
 def detectability(
     levels: Sequence[Part], threshold: Threshold, floor: float, rules: Rules, notes: Notes
 ) -> Detectability:
-    """What faulty test records say of a score at its threshold.
+    """Results of faulty test records for a score at its threshold.
 
     The curve is fitted over the true severities or their logarithms, whichever is the more likely. Where hits
     and misses are apart, where the curve does not describe them, and for bounds of records in groups, the
@@ -131,7 +131,7 @@ def _smallest(
 
 
 def _with_one_miss_more(curve: PodCurve, tested: TestedLevels, rules: Rules) -> Sequence[PodCurve]:
-    """Curves as if one record fewer had been detected; none where those do not have a slope either.
+    """Curves as if one record fewer had been detected; none if these have no slope either.
 
     More hits never make a bound worse, so theirs holds as well.
     """

@@ -15,7 +15,7 @@ from hydrofdi.studies.rules import Rules
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:
-    """What the records of a study say of all its scores.
+    """Results of a study for all its scores.
 
     Those that come first or are in the Pareto set were chosen among many, so they have a second bound,
     ``q90_95_of_all``, that holds for all scores together.

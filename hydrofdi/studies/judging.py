@@ -1,4 +1,4 @@
-"""A score, judged as a detector: what is set on fit records, and what test records then say."""
+"""A score judged as a detector: settings from fit records, results from test records."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
 
 @dataclass(frozen=True, eq=False)
 class _Case:
-    """What is judged, and the sentences that come up."""
+    """The judged score and its remarks."""
 
     records: StudyRecords
     scored: Scored
@@ -140,7 +140,7 @@ class _Case:
             )
 
     def floor(self, false_alarms: Mapping[Population, Rate]) -> float:
-        """The false-alarm rate as measured on healthy records; as set where none was measured."""
+        """The false-alarm rate measured on healthy records; the set one if none was measured."""
         healthy = [rate for each, rate in false_alarms.items() if each.kind is Kind.HEALTHY and rate.total]
         if not healthy:
             self.notes.refusals.append(
@@ -151,7 +151,7 @@ class _Case:
         return sum(rate.count for rate in healthy) / sum(rate.total for rate in healthy)
 
     def remark_equal(self, fit: Part) -> None:
-        """Say where records cannot be told from one record that is counted again and again."""
+        """Remark records that are indistinguishable from one record counted several times."""
         found = fit.scores[~np.isnan(fit.scores)]
         if found.size > 1 and np.all(found == found[0]):
             self.notes.remarks.append(
@@ -160,7 +160,7 @@ class _Case:
             )
 
     def remark_missing(self, fit: Part, faulty: Mapping[Population, Part]) -> None:
-        """Say how many records have no score: fit records teach nothing, faulty ones are missed."""
+        """Remark records without a score: fit records are ignored, faulty ones are missed."""
         if fit.n_missing:
             self.notes.remarks.append(
                 f"{fit.n_missing} of {fit.scores.size} healthy fit records have no score"

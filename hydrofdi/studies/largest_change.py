@@ -13,7 +13,7 @@ from hydrofdi.settings.quantities import Section
 
 
 class LargestChange(Score[Section]):
-    """The largest positive sensitivity: how far the feature that fell most lies below its healthy mean.
+    """The largest positive sensitivity: the largest fall of a feature below its healthy mean.
 
     It weighs features by their means, so it depends on their zeros, unlike the scores of `hydrofdi.scoring`.
     """

@@ -40,7 +40,7 @@ def sensor_remark(label: str, indicator: Indicator[Any], scored: Scored, sensors
 
 
 def _options_without(indicator: Indicator[Any], sensors: Collection[str]) -> Iterator[str]:
-    """The fewest choices among options with which an indicator needs these channels alone."""
+    """The fewest options with which an indicator needs only these channels."""
     options = type(indicator.options)
     choices = {
         name: get_args(field.annotation)
@@ -79,7 +79,7 @@ def asks_for_extra(detection: DetectionConfig) -> bool:
 
 
 def makeable(wanted: Mapping[str, ScoreConfig]) -> tuple[dict[str, ScoreConfig], tuple[str, ...]]:
-    """The scores that can be made here, and a sentence on those that cannot, where there are any."""
+    """The scores that can be made here, and a sentence on those that cannot, if there are any."""
     lacking = [label for label, score in wanted.items() if needs_extra(score)]
     if not lacking or has_extra():
         return dict(wanted), ()

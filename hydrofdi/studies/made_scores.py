@@ -22,7 +22,7 @@ from hydrofdi.studies.paired import CHANGE
 from hydrofdi.studies.records import Scored, StudyRecords
 
 MOST_MISSING = 0.1
-"""Share of the fit records that may lack a number; one that more of them lack is left out."""
+"""Share of the fit records that may have no value; a number missing in more of them is left out."""
 
 _TEACHING = (Kind.HEALTHY, Kind.FAULT)
 
@@ -128,7 +128,7 @@ def _made(
 def _refuse_few_groups(
     name: str, groups: Sequence[str] | None, is_faulty: NDArray[np.bool_], is_fit: NDArray[np.bool_]
 ) -> None:
-    """Refuse to learn from records that are tested where groups cannot keep them from their own scores."""
+    """Refuse to train on tested records if groups cannot keep them out of their own scores."""
     why = f"the score {name} learns from the records that are tested, each scored without its group"
     if groups is None:
         raise NotStatedError(f"{why}: it needs groups, and no record has one")

@@ -53,7 +53,7 @@ class MeasuredStudy:
 def measured_study(
     columns: Sequence[Column], measured: Iterable[RecordMeasures], labels: Labels
 ) -> MeasuredStudy:
-    """Healthy and faulty records by their labels; all healthy ones are for fitting where they have groups.
+    """Healthy and faulty records by their labels; with groups all healthy ones are fit records.
 
     Each healthy group is then tested at the threshold of the others. Without two healthy groups the healthy
     records are split into random halves, and a remark says so.

@@ -1,4 +1,4 @@
-"""Which nuisance moves a score: what the records of a study say of each."""
+"""Which nuisance affects a score: results of a study for each."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0
 def _shares(
     names: Sequence[str], indices: SobolIndices | None
 ) -> dict[str, tuple[Estimate | None, Estimate | None]]:
-    """First-order and total index of each nuisance, and the share of what differs from record to record."""
+    """First-order and total index of each nuisance, and the share of the variation between records."""
     if indices is None:
         return {}
     of_each = dict(zip(names, zip(indices.first_order, indices.total, strict=True), strict=True))
@@ -160,7 +160,7 @@ class _Scores:
         return self._values[np.concatenate(rows)] if rows else np.empty(0)
 
     def _severity(self, population: Population) -> float:
-        """Mean of the true severities; the nominal one where they are not known."""
+        """Mean of the true severities; the nominal one if they are unknown."""
         known = self._records.severity[self._records.rows(population)]
         known = known[np.isfinite(known)]
         return float(known.mean()) if known.size else population.severity

@@ -1,4 +1,4 @@
-"""The scores of some populations of a study, and what tested levels say without a curve."""
+"""The scores of some populations of a study, and results from tested levels without a curve."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ class TestedLevels:
 
 @dataclass
 class Notes:
-    """Sentences that come up while a score is judged.
+    """Remarks collected while a score is judged.
 
     Attributes
     ----------
@@ -172,7 +172,7 @@ class Notes:
     remarks: list[str] = field(default_factory=list)
 
     def unless_refused(self, state: Callable[[], Stated]) -> Stated | None:
-        """What can be stated; None, with the refusal noted, where it cannot."""
+        """The statement, or None with the refusal noted."""
         try:
             return state()
         except NotStatedError as refusal:

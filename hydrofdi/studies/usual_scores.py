@@ -1,4 +1,4 @@
-"""The scores of several numbers that are made where nobody chose any."""
+"""The default scores of several numbers."""
 
 from __future__ import annotations
 

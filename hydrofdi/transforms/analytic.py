@@ -1,4 +1,4 @@
-"""The analytic signal of a band: its size is the envelope of what oscillates there."""
+"""The analytic signal of a band: its magnitude is the envelope of the oscillation there."""
 
 from __future__ import annotations
 

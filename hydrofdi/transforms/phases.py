@@ -1,4 +1,4 @@
-"""Details of a decimated transform at every start phase, with what phases share computed once.
+"""Details of a decimated transform at every start phase; common parts of the phases are computed once.
 
 The record from its sample p on has the coefficients of level j of the record from its sample p − 2^j on, one
 place earlier, but for the first ones, which depend on its first samples. So level j needs 2^j transforms, and

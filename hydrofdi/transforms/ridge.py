@@ -10,7 +10,7 @@ from hydrofdi.transforms.spectrum import short_time_spectra
 Array = NDArray[np.float64]
 
 _STILL = 1e-12
-"""Amplitude over the largest sample below which a segment stands still: rounding makes it."""
+"""Amplitude over the largest sample below which a segment counts as constant: it is rounding."""
 
 
 def spectral_ridge(

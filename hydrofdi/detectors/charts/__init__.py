@@ -1,4 +1,4 @@
-"""Control charts: what is asked of a score along the time.
+"""Control charts on the time trace of a score.
 
 A chart knows standardised scores (healthy ones have median 0 and spread 1) and neither their interval nor
 what they were measured of. An alarm is a statistic that reaches the limit.

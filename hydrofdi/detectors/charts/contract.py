@@ -32,7 +32,7 @@ Chosen = TypeVar("Chosen", bound=ChartOptions)
 
 
 class Chart(Protocol[Chosen]):
-    """A statistic of all scores so far. Subclass it; say how many numbers it keeps and how it advances.
+    """A statistic of all scores so far. Subclass it; define how many numbers it keeps and how it advances.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Run lengths: how long a chart runs until it raises an alarm, in health and after a leak sets in."""
+"""Run lengths: how long a chart runs until it raises an alarm, while healthy and after a leak sets in."""
 
 from hydrofdi.detectors.run_lengths.delays import Delay, Delays, delays
 from hydrofdi.detectors.run_lengths.false_alarms import AlarmLimit, FalseAlarms

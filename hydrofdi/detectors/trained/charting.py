@@ -33,7 +33,7 @@ def standardised(scores: ArrayLike, healthy: Scale, direction: Direction) -> Arr
 
 
 class ScoreChart:
-    """The chart of a trained detector. What is not judged passes by and leaves it as it is.
+    """The chart of a trained detector. Windows that are not judged leave it unchanged.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class Estimate:
     score : float
         In the unit of the output; NaN if there is a fault.
     fault : WindowFault or None
-        Why the indicator began anew.
+        Why the indicator restarted.
     """
 
     place: int

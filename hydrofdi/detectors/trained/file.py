@@ -29,7 +29,7 @@ class Made(Section):
 
 
 class Basis(Section):
-    """What the promise rests on."""
+    """Basis of the promise."""
 
     sources: tuple[str, ...] = Field(min_length=1)
     """Where the healthy records came from."""

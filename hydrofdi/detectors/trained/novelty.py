@@ -1,4 +1,4 @@
-"""Windows that are stuck, clipped, or unlike all that a detector was trained on."""
+"""Windows that are stuck, clipped, or unlike the training data of a detector."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def learned_range(channel: Channel, facts: ChannelFacts) -> ChannelRange:
 
 
 def joined(facts: Sequence[ChannelFacts]) -> ChannelFacts:
-    """Facts of windows that were looked at one after the other."""
+    """Facts of windows in sequence."""
     names = [each.name for each in fields(ChannelFacts)]
     return ChannelFacts(*(np.concatenate([getattr(each, name) for each in facts]) for name in names))
 

@@ -1,4 +1,4 @@
-"""The file of a trained detector, read strictly: what is in it is checked, and none of it is executed."""
+"""The file of a trained detector, read strictly: everything is checked and nothing is executed."""
 
 from __future__ import annotations
 

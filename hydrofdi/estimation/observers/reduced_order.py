@@ -1,4 +1,5 @@
-"""Residual of the volume balance of both chambers, without pressure states: projected on what a leak does.
+"""Residual of the volume balance of both chambers, without pressure states, projected on the effect of a
+leak.
 
 From sample to sample the volumes through the valve, less what the piston sweeps and the fluid is compressed
 by, leave what passes the piston seal. Over a window the residual r is projected on S = sgn(ΔP) √abs(ΔP), so

@@ -58,7 +58,8 @@ class PodCurve:
 
     @property
     def is_step(self) -> bool:
-        """Whether fewer than two tested severities lie on the rise: hits and misses are apart, as good as.
+        """Whether fewer than two tested severities are on the rise: hits and misses are practically
+        separated.
 
         The slope then has no estimate (Albert and Anderson, Biometrika 71 (1984) 1), and bounds from the
         likelihood promise too much: what is stated comes from the tested levels alone.

@@ -8,7 +8,7 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class DetectableSeverity:
-    """A severity, or on which side of the tested ones it lies: never an extrapolated number.
+    """A severity, or on which side of the tested ones it is: never an extrapolated number.
 
     Attributes
     ----------

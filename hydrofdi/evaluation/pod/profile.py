@@ -31,7 +31,7 @@ def quantile_of_chi_square(confidence: float) -> float:
 
 
 def crossing(function: Callable[[float], float], start: float, end: float) -> float:
-    """Where a function that is negative at `start` becomes zero; `end` where it does not."""
+    """Where a function that is negative at `start` becomes zero; `end` if it does not."""
     from scipy.optimize import brentq
 
     if function(end) < 0.0:

@@ -58,7 +58,7 @@ def _where(curve: PodCurve, rise: float) -> float:
 
 
 def _upper(curve: PodCurve, rise: float, start: float, last: float, drop: float) -> float:
-    """The place of the bound: `start` where it lies no higher, ∞ where it lies beyond the tested ones."""
+    """The place of the bound: `start` if it is not higher, ∞ if it is beyond the tested ones."""
     if deficit(curve, last, rise) < drop:
         return np.inf
     if deficit(curve, start, rise) >= drop:

@@ -11,7 +11,7 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 
 MOST_SEVERITIES = 1000
-"""Severities that are closer than a curve can tell are counted together."""
+"""Severities that are closer than a curve can resolve are counted together."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,1 +1,1 @@
-"""Which nuisance moves a score: spreads of one alone, Sobol indices, and what a leak would have to be."""
+"""Which nuisance affects a score: spread of each alone, Sobol indices, and the equivalent leak."""

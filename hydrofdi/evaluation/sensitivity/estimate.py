@@ -28,6 +28,6 @@ class Estimate:
 
     @classmethod
     def of(cls, value: float, draws: Array, confidence: float, n_record: int) -> Estimate:
-        """An estimate whose interval holds the middle of draws, shape (n_draw,)."""
+        """An estimate with the central interval of draws, shape (n_draw,)."""
         low, high = np.quantile(draws, [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
         return cls(float(value), float(low), float(high), confidence, n_record)

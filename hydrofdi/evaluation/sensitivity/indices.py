@@ -48,7 +48,7 @@ def sobol_indices(
     n_draw: int = 1000,
     seed: int = 0,
 ) -> SobolIndices:
-    """First-order and total indices where every record has noise of its own.
+    """First-order and total indices if every record has its own noise.
 
     The estimators are those of `scipy.stats.sobol_indices`: Saltelli et al., Computer Physics Communications
     181 (2010) 259, table 2 (b) and (f). Two records of one plant differ by their noise as well, so (f) by

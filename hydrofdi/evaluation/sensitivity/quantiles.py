@@ -11,7 +11,7 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array, measurable
 
 INNER = (0.05, 0.95)
-"""Ends of the range that holds nine scores in ten."""
+"""Ends of the range that contains nine scores in ten."""
 
 BEYOND = 2.5
 """Records expected beyond a quantile: with fewer, intervals of 95 % hold less often than 90 %."""

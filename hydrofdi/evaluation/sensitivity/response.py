@@ -1,4 +1,4 @@
-"""What a fault does to a score, and which fault would move it as far as a nuisance does."""
+"""Effect of a fault on a score, and the fault with the same effect as a nuisance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrofdi.evaluation.sensitivity.quantiles import INNER, quantiles_and_draws
 
 @dataclass(frozen=True)
 class EquivalentFault:
-    """The severity of a fault that moves a score as far; never outside of the tested ones.
+    """The severity of a fault with the same effect on a score; never outside the tested ones.
 
     Attributes
     ----------

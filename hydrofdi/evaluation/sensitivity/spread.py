@@ -1,4 +1,4 @@
-"""How far a nuisance alone spreads a score."""
+"""The spread of a score from a single nuisance."""
 
 from __future__ import annotations
 

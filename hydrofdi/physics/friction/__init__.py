@@ -39,7 +39,7 @@ PAPER_FRICTION = choice_of_law(LAWS[0].name)
 
 
 def _first_chosen(place: int) -> Any:
-    """Friction by the law that is chosen, from some place on; compiled code keeps that law alone."""
+    """Friction by the chosen law, from some place on; compiled code contains only that law."""
     law: Friction = LAWS[place].friction
     if place + 1 == len(LAWS):
 
@@ -63,7 +63,7 @@ def _first_chosen(place: int) -> Any:
 
 
 chosen_friction = _first_chosen(0)
-"""Friction force [N] by the law that was chosen, and the rate of its bristles [m/s]."""
+"""Friction force [N] by the chosen law, and the rate of its bristles [m/s]."""
 
 __all__ = [
     "FRICTION_LAWS",

@@ -1,4 +1,4 @@
-"""A feature less what its proxies tell of it in healthy records."""
+"""A feature minus its prediction from proxies, fitted to healthy records."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RECORDS_PER_COEFFICIENT = 2
 
 
 class Compensated(Score[Section]):
-    """The first feature less its quadratic regression on the others, fitted in healthy records alone.
+    """The first feature minus its quadratic regression on the others, fitted on healthy records only.
 
     Beyond the range of the fit records a proxy counts as at its end: from there on a shift stays in the
     score, and no quadratic runs away with it. Fit records with a standardised feature beyond ±5 teach

@@ -1,4 +1,4 @@
-"""The line along which healthy and faulty records lie farthest apart."""
+"""The direction that best separates healthy and faulty records."""
 
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.cautions import FROM_BOTH

@@ -1,4 +1,4 @@
-"""How far a record lies from healthy ones."""
+"""The distance of a record from healthy ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a record lies outside of where healthy ones are, whatever the shape of that place."""
+"""The distance of a record from the region of healthy ones, of any shape."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class OneClassOptions(Section):
     """Options of `OneClass`."""
 
     outside: Annotated[float, Field(gt=0, lt=1)] = 0.1
-    """Largest share of the fit records that lie outside (ν)."""
+    """Largest share of the fit records outside the boundary (ν)."""
 
     width: Annotated[float, SI("1", above=0)] = 1.0
     """Width of the kernel, in root-mean-square distances of a healthy record from the mean."""

@@ -176,7 +176,7 @@ def null_of(time: Quantity, offset: Quantity, drift: Quantity, options: ModelOpt
 
 @equation
 def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelOptions) -> Quantity:
-    """Internal leakage flow [m³/s] by the law that was chosen."""
+    """Internal leakage flow [m³/s] by the chosen law."""
     if options.laminar_leakage is not None:
         return laminar_leakage_flow(pressure_difference, p.internal_leakage, p.laminar_reference)
     if options.blended_leakage is not None:
@@ -232,7 +232,7 @@ def port_flows(state: State, spool_position: float, p: LaneParameters, options: 
 
 @equation
 def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
-    """β of the fluid in a chamber [Pa] by the law that was chosen."""
+    """β of the fluid in a chamber [Pa] by the chosen law."""
     if options.free_air is not None:
         modulus: float = effective_bulk_modulus(
             pressure, p.bulk_modulus, p.free_air, p.air_exponent, p.atmosphere

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SignalByName = Callable[[str], NDArray[np.float64]]
-"""Gives a signal by its name in a trajectory: shape (n_step, n_lane), of which the first lanes count."""
+"""Gives a signal by its name in a trajectory: shape (n_step, n_lane); only the first lanes count."""
 
 Reader = Callable[[int, SignalByName], None]
 """Reads a stretch of time, named by the number of its first step. Stretches follow without a gap."""

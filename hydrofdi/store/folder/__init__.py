@@ -1,1 +1,1 @@
-"""What the folder of an experiment holds beside its results."""
+"""Contents of an experiment's folder besides its results."""

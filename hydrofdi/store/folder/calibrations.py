@@ -1,4 +1,4 @@
-"""Solved leakage coefficients, kept so that a sweep that goes on need not solve them again."""
+"""Solved leakage coefficients, stored so that a resumed sweep need not solve them again."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def file_lock(path: Path, refusal: str) -> Iterator[str]:
 
 
 def require_unlocked(directory: Path) -> None:
-    """Check, without leaving a trace, that no sweep holds the folder of an experiment.
+    """Check, without leaving a trace, that no sweep has locked the folder of an experiment.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a sweep ran on, beside the data and never in it."""
+"""The provenance of a sweep, next to the data and never in it."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _seeds(sweep: Any) -> list[int]:
 
 
 def _git_state(folder: Path) -> dict[str, Any] | None:
-    """Commit of the code, and a hash of what differs from it; None if it is no checkout."""
+    """Commit of the code, and a hash of uncommitted changes; None if it is not a checkout."""
     try:
         commit = _git(folder, "rev-parse", "HEAD").strip()
         difference = _git(folder, "diff", "HEAD")

@@ -1,1 +1,1 @@
-"""What stands in a result file, and under which names."""
+"""The contents of a result file and their names."""

@@ -39,7 +39,7 @@ class Variable:
 
     @property
     def is_text(self) -> bool:
-        """Whether it holds texts."""
+        """Whether it contains text."""
         return self.name in {RUN_ID, RECORD_ID, STATUS, MESSAGE, VERDICT} or self.name.endswith(
             (ANALYSIS_ID, OBSTACLE)
         )
@@ -127,7 +127,7 @@ OVER_PHASES = (
         "RMS of the details of the settled P_1 at each phase",
     ),
 )
-"""Features that are there where every start phase was measured (``wavelet.phase: all``)."""
+"""Features that exist if every start phase was measured (``wavelet.phase: all``)."""
 
 BY_LEVEL = (
     Variable(DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the detail coefficients of the chamber-1 pressure"),
@@ -176,13 +176,13 @@ REQUESTED = (
     Variable(FIXED_BASELINE, (RUN,), "", "row of the healthy run under the baseline's conditions, -1: none"),
     Variable(MATCHED_BASELINE, (RUN,), "", "row of the healthy run under the run's own conditions, -1: none"),
 )
-"""What the experiment itself says of each run; these stand beside the computed variables."""
+"""Variables of each run that come from the experiment, in addition to the computed ones."""
 
 
 REPLICATED = Variable(
     REPLICATE_OF, (RUN,), "", "row of the healthy run that this is an independent replicate of, -1: none"
 )
-"""There where the experiment asks for replicates."""
+"""Present if the experiment requests replicates."""
 
 
 @cache

@@ -24,7 +24,7 @@ def indicators_of(runs: Runs) -> list[Indicators]:
 
 
 def is_needless(name: str, values: NDArray[Any]) -> bool:
-    """Whether a variable need not be stored: reasons where no record has one."""
+    """Whether a variable need not be stored: reasons if no record has one."""
     return name.endswith(OBSTACLE) and not any(values)
 
 
@@ -42,7 +42,7 @@ def _inverse(unit: str) -> str:
 
 
 def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
-    """The variables that hold what indicators measure, each once."""
+    """The variables with the outputs of indicators, each once."""
     variables: dict[str, Variable] = {}
     for indicators in measured:
         for label, indicator in indicators.items():

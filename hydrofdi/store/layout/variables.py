@@ -1,4 +1,4 @@
-"""Variables of a file, also those that files of an earlier hydrofdi lack."""
+"""Variables of a file, including those missing in files of an earlier hydrofdi."""
 
 from __future__ import annotations
 

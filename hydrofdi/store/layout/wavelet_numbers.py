@@ -14,7 +14,7 @@ from hydrofdi.config.analysis import DWT
 from hydrofdi.store.layout.names import APPROXIMATION_RMS, DETAIL_RMS, PHASE_DETAIL_RMS, SETTLED_DETAIL_RMS
 
 _OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_phases"}
-"""Variable → outputs of the indicator that it holds side by side, by level."""
+"""Variable → outputs of the indicator that it contains, by level."""
 
 
 def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -51,7 +51,7 @@ def earlier_output(file: h5py.File, name: str, rows: slice) -> NDArray[Any] | No
 
 
 def earlier_outputs(file: h5py.File) -> list[str]:
-    """The outputs of ``dwt`` that a file before format version 3 holds under other names."""
+    """The outputs of ``dwt`` that a file before format version 3 contains under other names."""
     return [
         f"{DWT}.{output.format(level)}"
         for variable, output in _OUTPUT.items()

@@ -24,7 +24,7 @@ TRUTHS = {"internal_coefficient": LEAKAGE_COEFFICIENT, "bulk_modulus": BULK_MODU
 """Output of an indicator → variable of the file that holds the truth of each run."""
 
 ERROR = "_error"
-"""An output of this name beside an estimate is its stated standard deviation."""
+"""An output of this name next to an estimate is its stated standard deviation."""
 
 FAULTS = "faults"
 """Name of all leaking test records together."""

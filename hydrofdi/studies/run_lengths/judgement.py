@@ -13,7 +13,7 @@ from hydrofdi.studies.records import StudyRecords
 
 @dataclass(frozen=True)
 class LeakDelay:
-    """How long a leak of one nominal severity goes unnoticed.
+    """The detection delay of a leak of one nominal severity.
 
     Attributes
     ----------

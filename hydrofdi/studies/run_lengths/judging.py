@@ -89,7 +89,8 @@ class _Case:
         )
 
     def _sound(self, limit: AlarmLimit) -> tuple[dict[Population, AlarmLimit], tuple[str, ...]]:
-        """Alarms of all records with healthy seals that set no limit, and what is not stated of them."""
+        """Alarms of all records with healthy seals that set no limit, and the refused statements about
+        them."""
         records, found, refusals = self.traces.records, {}, []
         for population in (each for kind in _SOUND for each in records.chosen(kind, is_fit=False)):
             try:
@@ -101,7 +102,7 @@ class _Case:
         return found, tuple(refusals)
 
     def _delays(self, limit: AlarmLimit) -> Iterator[LeakDelay]:
-        """Of all leaks that set in while they are watched; none where they are there from the start."""
+        """Of all leaks that set in while they are watched; none if they exist from the start."""
         traces, rules = self.traces, self.rules
         for population in traces.records.chosen(Kind.FAULT, is_fit=False):
             rows = traces.records.rows(population)

@@ -1,4 +1,4 @@
-"""What healthy records taught: scores of their windows, and what their channels showed."""
+"""Results of training on healthy records: scores of windows, and ranges of channels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Healthy records → what they teach, window by window; no samples are kept."""
+"""Healthy records → training results, window by window; no samples are kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Healthy scores → limits, and what their promise rests on."""
+"""Healthy scores → limits, and the basis of their promise."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from hydrofdi.records.streams import WindowFault
 
 
 class Scorer(ABC):
-    """Scores along records, and what their channels showed.
+    """Scores along records, and ranges of their channels.
 
     Parameters
     ----------

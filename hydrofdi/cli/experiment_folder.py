@@ -58,7 +58,7 @@ def verify(directory: Directory, json: Json = False) -> int:
 
 
 def why(directory: Directory, run: Run, json: Json = False) -> int:
-    """Say what a run was asked to do, and how it went.
+    """Show the request of a run and its outcome.
 
     With its differences from the baseline, and what it was computed with.
     """

@@ -30,7 +30,7 @@ def plan(
     ] = False,
     json: Json = False,
 ) -> int:
-    """Say what 'hydrofdi sweep' would do, why, and for how long.
+    """Show what 'hydrofdi sweep' would do, why, and for how long.
 
     Writes nothing.
     """

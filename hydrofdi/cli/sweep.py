@@ -38,7 +38,7 @@ def sweep(
         bool, typer.Option("--retry-failed", help="Try runs again that raised, hung or lost their worker.")
     ] = False,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what would be done, as 'hydrofdi plan' does.")
+        bool, typer.Option("--dry-run", help="Show what would be done, like 'hydrofdi plan'.")
     ] = False,
     engine: Annotated[EngineName, typer.Option(help="Where the runs are computed.")] = EngineName.local,
     scheduler: Annotated[

@@ -19,7 +19,7 @@ def normalize_indicators(source: Source) -> bool:
     Returns
     -------
     bool
-        Whether they have no mistake.
+        Whether they are valid.
     """
     if "indicators" not in source.data:
         return True

@@ -78,7 +78,7 @@ Chosen = TypeVar("Chosen", bound=BalanceOptions)
 
 
 def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
-    """What a balance of volume tells, its leakage stated at a pressure difference [Pa]."""
+    """Results of a volume balance, with the leakage stated at a pressure difference [Pa]."""
     at, rising = f"at {reference_pressure / 1e6:g} MPa", Direction.RISING
     return (
         Output(

@@ -1,4 +1,4 @@
-"""What a monitor is told beside its detector and its source: a YAML file."""
+"""Settings of a monitor in addition to its detector and its source: a YAML file."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ def healthy_spread(pairs: Sequence[HealthyPair]) -> float:
 def stands_clear(judgement: Judgement, pairs: Sequence[HealthyPair]) -> bool | None:
     """Whether the area of some fault lies further above 1/2 than healthy groups lie from it.
 
-    None where nobody knows: without two healthy groups.
+    None if unknown: without two healthy groups.
     """
     if not pairs:
         return None

@@ -28,7 +28,7 @@ def drive_edges(
     direction : str
         ``rising``, ``falling`` or ``both``.
     side : int
-        Where the samples before were: 1 above the band, −1 below it, 0 where nobody knows.
+        Where the samples before were: 1 above the band, −1 below it, 0 if unknown.
     """
     low, high = drive
     middle, half = (low + high) / 2.0, BAND * (high - low) / 2.0

@@ -1,4 +1,4 @@
-"""The balances of volume and energy along a record: an account that does not trust the solver.
+"""Volume and energy balances along a record: a check that is independent of the solver.
 
 Flows and forces are computed again from the samples and integrated by the trapezoidal rule, so the residuals
 hold the error of the simulation and that of the sampling. Sampled at every step, they show the former alone.
@@ -48,7 +48,7 @@ class BalanceResiduals:
 
 
 def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> BalanceResiduals:
-    """Residuals of the balances of volume (chamber 1) and energy over the record of each run."""
+    """Residuals of the volume (chamber 1) and energy balances over the record of each run."""
     totals = np.zeros((len(runs), 4))
     singles = pack_singles(runs, trajectory.leakage_coefficient.tolist())
     for options, members in group_by_options(runs):

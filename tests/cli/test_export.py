@@ -200,7 +200,7 @@ def test_files_of_others_are_left_alone(one, tmp_path) -> None:
     run("export", one["csv"], "--out", mine, "--channels", "P1", check=0)
     assert mine.read_text().startswith("time [s],P1 [Pa]\n")
     theirs.write_text("a thesis")
-    assert "is left alone" in run("export", one["csv"], "--out", theirs, check=2).stderr
+    assert "was not changed" in run("export", one["csv"], "--out", theirs, check=2).stderr
     assert theirs.read_text() == "a thesis"
     before = mine.read_text()
     assert "choose another folder or name" in run("export", mine, "--out", mine, check=2).stderr

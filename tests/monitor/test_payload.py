@@ -104,7 +104,7 @@ def test_samples_without_time_are_counted_where_that_is_wanted():
         ({"time": 1, "sampling_frequency": 0, "P1 [bar]": [1, 2]}, "'sampling_frequency' must be"),
         ({"time": "2026-01-31T12:00:00", "P1 [bar]": 1}, "'time': the time has no zone"),
         ({"time": "noon", "P1 [bar]": 1}, "'time': 'noon' is no date and time such as 2026"),
-        ({"time": 1, "P1 [bar]": 1} | {f"key {n}": 1 for n in range(300)}, "has 302 keys; 256 at the most"),
+        ({"time": 1, "P1 [bar]": 1} | {f"key {n}": 1 for n in range(300)}, "has 302 keys; at most 256"),
     ],
 )
 def test_what_is_not_understood_is_refused_with_a_sentence(payload, said):

@@ -211,5 +211,5 @@ def test_a_run_is_not_stored_over_a_file_of_another_kind(tmp_path):
     precious = tmp_path / "precious.h5"
     precious.write_text("no results\n")
     reported = run("simulate", "--set", "record.duration=2 s", "--out", precious, check=2).stderr
-    assert "left alone" in reported
+    assert "was not changed" in reported
     assert precious.read_text() == "no results\n"

@@ -12,7 +12,7 @@ from hydrofdi.settings.quantities import SI, Section
 
 
 def is_whole(ratio: float) -> bool:
-    """Whether a ratio is a whole number from 1 on, up to rounding."""
+    """Whether a ratio is an integer from 1 on, up to rounding."""
     return math.isfinite(ratio) and round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-6
 
 

@@ -1,4 +1,4 @@
-"""Internal leakage and bulk modulus from the balance of volume of the chambers."""
+"""Internal leakage and bulk modulus from the volume balance of the chambers."""
 
 from __future__ import annotations
 

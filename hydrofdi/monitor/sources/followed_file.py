@@ -1,4 +1,4 @@
-"""A file that is told from others of its name: it is found again after it was renamed."""
+"""A file that is distinguished from others of its name: it is found again after a rename."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ class PayloadReader:
         """What keys mean; those of the last object are remembered."""
         if keys != self._keys:
             if len(keys) > _MOST_KEYS:
-                raise PayloadError(f"has {len(keys)} keys; {_MOST_KEYS} at the most")
+                raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
             try:
                 self._columns = columns_of(keys, "JSON", self._present(keys), self._time)
             except DataError as error:

@@ -104,7 +104,7 @@ def require_own(path: Path, form: str) -> None:
     with path.open("rb") as file:
         beginning = file.read(len(BEGINNINGS[form]))
     if beginning and beginning != BEGINNINGS[form]:
-        raise DataError(f"{path}: is there already and no export in this format; it is left alone")
+        raise DataError(f"{path}: exists already, is not an export in this format and was not changed")
 
 
 def _records(

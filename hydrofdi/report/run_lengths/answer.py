@@ -88,7 +88,7 @@ def _measured(chart: ChartJudgement) -> str:
     """How often healthy test records alarm, and what that shows of the limit."""
     healthy = _healthy(chart)
     if not healthy:
-        return f"No healthy test records show how often {chart.label} alarms in health."
+        return f"No healthy test records show how often {chart.label} alarms while healthy."
     found = chart.false_alarms[healthy[0]]
     often = (
         f"raise no alarm with {chart.label} in {time_text(found.duration)}"

@@ -18,7 +18,7 @@ _FILE = ".lock"
 
 @contextmanager
 def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[None]:
-    """Hold the folder of an experiment; the operating system lets go of it when this process ends.
+    """Lock the folder of an experiment; the operating system releases the lock when this process ends.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[No
 
 @contextmanager
 def file_lock(path: Path, refusal: str) -> Iterator[str]:
-    """Hold a lock file; the operating system lets go of it when this process ends.
+    """Lock a file; the operating system releases the lock when this process ends.
 
     Parameters
     ----------

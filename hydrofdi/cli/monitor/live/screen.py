@@ -54,7 +54,7 @@ def _heights(free: int, n_channel: int) -> tuple[int, int]:
 
 
 def _event_height(watched: Watched, page: Page) -> int:
-    """Lines of the events with their heading: the newest one is told in full."""
+    """Lines of the events with their heading: the newest one is shown in full."""
     newest = folded(event_text(watched.events[-1]), page.width) if watched.events else []
     return min(max(len(newest) + 1, _LEAST_EVENTS), _MOST_EVENTS)
 

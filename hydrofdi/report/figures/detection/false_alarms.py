@@ -27,7 +27,7 @@ def draw_false_alarms(detection: Detection) -> Any:
     shown = with_threshold(detection, _MOST)
     populations = tested(detection, Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
     if not populations:
-        raise ReportError("no record with a sound seal is tested")
+        raise ReportError("no record with a healthy seal is tested")
     marks = sensor_marks(detection, shown)
     height = 0.8 + 0.24 * len(populations)
     figure, axes = panels(len(shown), 3, width=3.0, height=height, sharex=True, sharey=True)

@@ -1,4 +1,4 @@
-"""How scores are told apart: a colour and a marker for each set of sensors."""
+"""How scores are distinguished: a colour and a marker for each set of sensors."""
 
 from __future__ import annotations
 

@@ -5,10 +5,13 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.config import load_experiment
+from hydrofdi.config.request import parameter_names
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
+from hydrofdi.settings.computed import _COMPUTED
 from hydrofdi.settings.synonyms import _SYNONYMS
-from hydrofdi.units import parse_quantity
+from hydrofdi.units import parse_quantity, parse_unit
+from hydrofdi.units.spellings import _MEANT
 
 CONFIGURATION = Path(__file__).parent.parent / "docs"
 
@@ -24,6 +27,14 @@ def test_a_channel_is_found_by_its_words_in_another_order() -> None:
         ("1.2 GPA", "Pa", "'GPa'"), ("30 bars", "Pa", "'bar'"), ("5 sec", "s", "'s'"),
         ("0.1 lpm", "m^3/s", "'L/min'"),
         ("633 mm2", "m^2", "'mm²'"), ("5 hz", "Hz", "'Hz'"), ("1 percent", "1", "'%'"),
+        ("633 mm**2", "m^2", "'mm²'"), ("20 Mpa", "Pa", "'MPa'?"), ("20 MPA", "Pa", "'MPa'?"),
+        ("20 mpa", "Pa", "'MPa' or 'mPa'?"), ("5 mS", "s", "'ms'?"), ("3 KG", "kg", "'kg'?"),
+        ("3 ksi", "Pa", "'kpsi'"), ("60 rpm", "Hz", "'1/min'"),
+        ("3 gpm", "m^3/s", "'galUS/min' or 'galUK/min'"), ("3 ltr/min", "m^3/s", "'L/min'"),
+        ("3 litre/hour", "m^3/s", "'L/h'"), ("3 cc/sec", "m^3/s", "'cm³/s'"), ("3 m3/hr", "m^3/s", "'m³/h'"),
+        ("3 kgf/cm2", "Pa", "'kgf/cm²'"), ("3 kp/cm2", "Pa", "'kgf/cm²'"), ("3 N/mm2", "Pa", "'N/mm²'"),
+        ("2 inch", "m", "'in'"), ("20 micron", "m", "'µm'"), ("3 feet", "m", "'ft'"),
+        ("3 N-s/m", "N*s/m", "'N·s/m'"), ("3 N.s/m", "N*s/m", "'N·s/m'"), ("32 cst", "m^2/s", "'cSt'"),
     ],
 )  # fmt: skip
 def test_a_misspelt_unit_gets_the_one_that_it_may_stand_for(text, unit, meant) -> None:
@@ -37,6 +48,28 @@ def test_no_unit_of_another_dimension_is_suggested(text, unit) -> None:
     with pytest.raises(ValueError, match="unit") as error:
         parse_quantity(text, unit)
     assert "did you mean" not in str(error.value)
+
+
+def test_a_decimal_comma_is_named() -> None:
+    with pytest.raises(ValueError, match="write a point instead of a comma"):
+        parse_quantity("3,5 bar", "Pa")
+
+
+@pytest.mark.parametrize("meant", sorted({name for names in _MEANT.values() for name in names}))
+def test_every_suggested_unit_exists(meant) -> None:
+    assert parse_unit(meant)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("1 kgf/cm^2", "Pa", 98066.5), ("1 lbf/in^2", "psi", 1.0), ("1 galUS/min", "L/min", 3.785411784),
+        ("1 ft", "in", 12.0), ("32 cSt", "mm^2/s", 32.0), ("2 t", "kg", 2000.0), ("1 atm", "hPa", 1013.25),
+        ("1 dm^3/min", "L/min", 1.0), ("1 daN", "N", 10.0),
+    ],
+)  # fmt: skip
+def test_units_of_the_workshop_are_exact(text, unit, value) -> None:
+    assert parse_quantity(text, unit) == value
 
 
 @pytest.mark.parametrize(
@@ -53,6 +86,72 @@ def test_a_key_under_another_name_gets_the_one_that_means_it(tmp_path, section, 
     file.write_text(f"name: mine\n{section}: {{{word}: 1}}\n")
     with pytest.raises(ConfigError, match=f"unknown key; did you mean '{key}'"):
         load_experiment(file)
+
+
+@pytest.mark.parametrize(
+    ("key", "hint"),
+    [
+        ("beta", "did you mean 'fluid.bulk_modulus'?"), ("Ps", "did you mean 'supply.pressure'?"),
+        ("Pt", "did you mean 'supply.return_pressure'?"), ("Kv", "did you mean 'valve.flow_gain'?"),
+        ("mass", "did you mean 'actuator.mass'?"), ("load.mass", "did you mean 'actuator.mass'?"),
+        ("load.k", "did you mean 'actuator.load_stiffness'?"), ("dt", "did you mean 'record.step'?"),
+        ("sample_rate", "did you mean 'record.sampling_frequency'?"),
+        ("T_end", "did you mean 'record.duration'?"),
+        ("fs", "'record.sampling_frequency'"), ("noise_std", "'pressure_1_sensor.noise', or that of another"),
+        ("cylinder.bore", "did you mean 'actuator'?"), ("solver.step", "did you mean 'record'?"),
+        ("pump.pressure", "did you mean 'supply'?"), ("sensor.noise", "did you mean 'pressure_1_sensor'?"),
+        ("friction.mu", "did you mean 'coulomb' or 'viscous'?"), ("valve.deadband", "did you mean 'lap'?"),
+        ("valve.gain", "did you mean 'flow_gain' or 'spool_gain'?"),
+        ("valve.Kv", "did you mean 'flow_gain'?"),
+        ("leakage.external", "did you mean 'external_coefficient'?"), ("input.type", "did you mean 'shape'?"),
+        ("bore", "give 'actuator.piston_area' instead: π/4 · (bore² − rod²)"),
+        ("actuator.rod_diameter", "give 'actuator.piston_area' instead: π/4 · (bore² − rod²)"),
+        ("actuator.A1", "give 'actuator.piston_area' instead: the area of both sides"),
+        ("actuator.stroke", "give 'actuator.end_stop_position' instead: stroke / 2"),
+        ("record.Ts", "give 'record.sampling_frequency' instead: 1 / T_s"),
+        ("input.frequency", "give 'input.period' instead: 1 / frequency"),
+        ("fluid.density", "give 'valve.flow_gain' instead: C_d · √(2 / density)"),
+    ],
+)  # fmt: skip
+def test_what_an_engineer_would_write_leads_to_the_key_that_has_it(key, hint) -> None:
+    with pytest.raises(ConfigError, match="unknown key") as error:
+        load_experiment(settings=[f"{key}=1"])
+    assert hint in str(error.value)
+
+
+AXES = {
+    "grid": "sweep:\n  grid:\n    {name}: [1, 2]\n",
+    "zip": "sweep:\n  zip:\n    {name}: [1, 2]\n",
+    "sample": "sweep:\n  sample:\n    size: 2\n    over: {{{name}: {{uniform: [1, 2]}}}}\n",
+    "baseline": "baseline:\n\n\n  {name}: 1\n",
+    "ensemble": "ensemble:\n  grid:\n\n    {name}: [1, 2]\n",
+    "population": "study:\n  population:\n    over:\n      {name}: {{uniform: [1, 2]}}\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("fluid.EBM", "did you mean 'fluid.bulk_modulus'?"), ("beta", "did you mean 'fluid.bulk_modulus'?"),
+        ("leak", "did you mean 'leakage.internal_flow'?"), ("oil.EBM", "did you mean 'fluid.bulk_modulus'?"),
+        ("cylinder.bore", "give 'actuator.piston_area' instead: π/4 · (bore² − rod²)"),
+        ("supply.Ps", "did you mean 'supply.pressure'?"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("axes", AXES)
+def test_an_axis_gets_the_suggestion_of_a_key_with_its_line(tmp_path, axes, name, hint) -> None:
+    text = "name: mine\n" + AXES[axes].format(name=name)
+    (tmp_path / "mine.yaml").write_text(text)
+    line = next(number for number, line in enumerate(text.splitlines(), 1) if name in line)
+    with pytest.raises(ConfigError, match="no parameter") as error:
+        load_experiment(tmp_path / "mine.yaml")
+    (told,) = [str(each) for each in error.value.mistakes if "no parameter" in str(each)]
+    assert f"mine.yaml:{line}: " in told
+    assert f"no parameter '{name}'; {hint}" in told
+
+
+def test_what_is_computed_leads_to_keys_that_exist() -> None:
+    assert {dotted for dotted, _, _ in _COMPUTED} <= set(parameter_names())
 
 
 def test_every_synonym_leads_to_a_key_that_exists() -> None:

@@ -119,9 +119,9 @@ def test_units_multiply_and_divide():
 @pytest.mark.parametrize(("text", "meant"), [("cm2", "cm²"), ("mm3", "mm³"), ("m3/s", "m³/s")])
 def test_a_power_without_its_sign_is_hinted_at(text, meant):
     with pytest.raises(ValueError, match=f"is not a unit; did you mean '{meant}'"):
-        parse_unit(text)
+        parse_quantity(f"1 {text}", meant)
 
 
 def test_no_hint_at_what_is_no_unit_either():
     with pytest.raises(ValueError, match=r"'foo2' is not a unit$"):
-        parse_unit("foo2")
+        parse_quantity("1 foo2", "m")

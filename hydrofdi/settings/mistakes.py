@@ -7,15 +7,18 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from hydrofdi.settings.synonyms import meant
+from hydrofdi.settings.computed import computation
+from hydrofdi.settings.synonyms import meant, plain_word
+
+_MOST_MEANT = 3
 
 
-def describe_error(error: Any, known: Sequence[str] = ()) -> str:
+def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[str] = ()) -> str:
     """One sentence on an error of pydantic: what was found, what is allowed."""
     found, context = error["input"], error.get("ctx", {})
     match error["type"]:
         case "extra_forbidden":
-            return f"unknown key{nearest(str(error['loc'][-1]), known)}"
+            return f"unknown key{nearest(str(error['loc'][-1]), known, elsewhere)}"
         case "greater_than":
             return f"must be greater than {context['gt']:g}; found {found}"
         case "greater_than_equal":
@@ -53,14 +56,39 @@ def _quoted(text: str) -> list[str]:
     return re.findall("'([^']*)'", text)
 
 
-def nearest(name: str, known: Sequence[str]) -> str:
-    """A hint at the known name that an unknown one probably means; empty where there is none."""
-    if key := meant(name, known):
-        return f"; did you mean {key!r}?"
-    longer = [candidate for candidate in known if len(name) > 2 and candidate.startswith(name)]
+def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = ()) -> str:
+    """A hint at the known name that an unknown one probably means; empty where there is none.
+
+    Parameters
+    ----------
+    name : str
+    known : sequence of str
+        What may stand there.
+    elsewhere : sequence of str
+        Dotted names of what stands in other sections.
+    """
+    if keys := meant(name, known):
+        return _did_you_mean(keys)
+    if how := computation(plain_word(name).rpartition(".")[2], [*known, *elsewhere]):
+        return how
+    if keys := meant(name, elsewhere):
+        return _did_you_mean(keys)
+    if close := _close(name, known):
+        return _did_you_mean([close])
+    return f"; known are {', '.join(known)}" if 0 < len(known) <= 12 else ""
+
+
+def _did_you_mean(keys: Sequence[str]) -> str:
+    others = "" if len(keys) <= _MOST_MEANT else ", or that of another section"
+    shown = keys[:1] if others else keys
+    return f"; did you mean {' or '.join(map(repr, shown))}{others}?"
+
+
+def _close(name: str, known: Sequence[str]) -> str:
+    """The known name that is spelt alike, or has the same words; empty where there is none."""
+    longer = sorted((each for each in known if len(name) > 2 and each.startswith(name)), key=len)
     words = set(name.split("_"))
     longer = longer or [each for each in known if len(words) > 1 and words < set(each.split("_"))]
-    close = longer if len(longer) == 1 else difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    if close:
-        return f"; did you mean {close[0]!r}?"
-    return f"; known are {', '.join(known)}" if 0 < len(known) <= 12 else ""
+    if longer and all(each.startswith(longer[0]) for each in longer):
+        return longer[0]
+    return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=0.5)), "")

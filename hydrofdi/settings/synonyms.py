@@ -6,34 +6,54 @@ from collections.abc import Sequence
 
 _SYNONYMS = {
     "bulk_modulus": "ebm, beta, betae, beta_e, effective_bulk_modulus, modulus, compressibility, stiffness",
+    "free_air": "air, air_content, entrained_air, air_fraction, gas_content",
+    "vapour_pressure": "vapor_pressure, cavitation_pressure",
     "internal_coefficient": "ki, k_i, kil, leakage_coefficient, leak_coefficient, coefficient",
-    "internal_flow": "flow, leak, leakage, leak_flow, leakage_flow, q_il, qil, internal_leakage",
-    "external_coefficient": "ke, k_e, external_leakage, external_leak",
+    "internal_flow": "flow, leak, leakage, leak_flow, leakage_flow, q_il, qil, internal_leakage, internal",
+    "external_coefficient": "ke, k_e, external_leakage, external_leak, external",
     "sampling_frequency": "fs, f_s, sample_rate, sampling_rate, rate, frequency, sample_frequency",
-    "duration": "length, time, t_end, tend, end_time, stop_time, simulation_time",
-    "step": "dt, time_step, timestep, h, step_size",
-    "pressure": "ps, p_s, supply_pressure",
-    "mass": "m, piston_mass, load_mass",
+    "duration": "length, time, t_end, tend, end_time, stop_time, simulation_time, t_max, t_stop",
+    "step": "dt, time_step, timestep, h, step_size, max_step, tol, rtol, tolerance",
+    "pressure": "ps, p_s, supply_pressure, system_pressure, pump_pressure, psupply",
+    "return_pressure": "pt, p_t, pr, p_r, tank_pressure, tank, drain_pressure",
+    "mass": "m, piston_mass, load_mass, moving_mass, inertia",
     "piston_area": "area, a, ap, a_p",
-    "chamber_volume": "volume, v, v0, v_0",
-    "load_stiffness": "spring, spring_constant, k, stiffness",
-    "amplitude": "gain, size, level, height",
+    "chamber_volume": "volume, v, v0, v_0, dead_volume",
+    "load_stiffness": "spring, spring_constant, spring_rate, k, stiffness, spring_stiffness",
+    "constant_force": "force, load_force, f_load",
+    "flow_gain": "kv, k_v, gain",
+    "spool_gain": "spool_constant, gain",
+    "lap": "deadband, dead_band, deadzone, dead_zone, overlap",
+    "shape": "signal, waveform, type, kind, form",
+    "amplitude": "gain, size, level, height, amp",
     "period": "cycle, cycle_time, t",
     "proportional_gain": "kp, k_p, p",
-    "integral_gain": "i, k_int",
+    "integral_gain": "i, k_int, ki",
     "derivative_gain": "kd, k_d, d",
-    "natural_frequency": "wn, omega, omega_n, bandwidth",
-    "damping_ratio": "zeta, xi, damping",
-    "coulomb": "coulomb_friction, fc, f_c, dry",
-    "viscous": "viscous_friction, b, damping",
+    "law": "controller, model, pid, pi",
+    "natural_frequency": "wn, omega, omega_n, bandwidth, eigenfrequency",
+    "damping_ratio": "zeta, xi",
+    "coulomb": "coulomb_friction, coulomb_force, fc, f_c, dry, mu",
+    "viscous": "viscous_friction, b, damping, viscous_damping, mu, c",
+    "transition": "stribeck, stribeck_coefficient",
+    "velocity_threshold": "stribeck_velocity, v_th, vth",
     "breakaway": "static, stiction, static_friction, fs, f_s",
     "noise": "noise_std, std, sigma, rms, standard_deviation",
     "bias": "offset, zero",
     "levels": "level, depth, n_levels, max_level",
-    "name": "wavelet, family, mother",
+    "name": "wavelet, family, mother, order",
     "window": "window_length, width",
+    "actuator": "cylinder, piston, jack, ram, plant",
+    "supply": "pump, source, power_unit",
+    "fluid": "oil, medium, hydraulic_fluid",
+    "valve": "servovalve, servo_valve, spool",
+    "pressure_1_sensor": "sensor, sensors, pressure_sensor, p1_sensor",
+    "pressure_2_sensor": "p2_sensor",
+    "control": "controller, feedback, regulator",
+    "record": "solver, simulation, sampling, time",
+    "input": "excitation, reference, drive, command",
 }
-"""Key → what users call it, in small letters."""
+"""Key or section → what users call it, in small letters."""
 
 _KEYS: dict[str, list[str]] = {}
 for _key, _names in _SYNONYMS.items():
@@ -41,8 +61,21 @@ for _key, _names in _SYNONYMS.items():
         _KEYS.setdefault(_name, []).append(_key)
 
 
-def meant(name: str, known: Sequence[str]) -> str | None:
-    """The known key, dotted or not, that a user's word means; None where there is none, or more than one."""
-    section, dot, word = name.strip().lower().replace("-", "_").replace(" ", "_").rpartition(".")
-    found = [f"{section}{dot}{key}" for key in _KEYS.get(word, ()) if f"{section}{dot}{key}" in known]
-    return found[0] if len(found) == 1 else None
+def plain_word(name: str) -> str:
+    """A name in small letters, with underscores in place of blanks and hyphens."""
+    return name.strip().lower().replace("-", "_").replace(" ", "_")
+
+
+def meant(name: str, known: Sequence[str]) -> list[str]:
+    """The known keys, dotted or not, that a user's word means: those of its section before any other."""
+    section, _, word = plain_word(name).rpartition(".")
+    section = next((key for key in _KEYS.get(section, ()) if key in _SECTIONS), section)
+    for keys in ([word], _KEYS.get(word, ())):
+        found = [each for each in known if each.rpartition(".")[2] in keys]
+        alike = [each for each in found if each.rpartition(".")[0] == section]
+        if alike or found:
+            return alike or found
+    return []
+
+
+_SECTIONS = ("actuator", "supply", "fluid", "valve", "control", "record", "input")

@@ -49,7 +49,9 @@ def validated(model: type[Model], source: Source) -> Model:
         valid = model.model_validate(source.data)
     except ValidationError as errors:
         source.mistakes.extend(
-            source.mistake(_path(error), describe_error(error, known_keys(model, _path(error)[:-1])))
+            source.mistake(
+                _path(error), describe_error(error, known_keys(model, _path(error)[:-1]), _dotted_keys(model))
+            )
             for error in errors.errors()
         )
     if source.mistakes:
@@ -89,6 +91,11 @@ def known_keys(model: Any, path: Path) -> list[str]:
             if field and get_origin(field.annotation) is dict:
                 next(parts, None)
     return list(model.model_fields) if _is_model(model) else []
+
+
+def _dotted_keys(model: type[BaseModel]) -> list[str]:
+    """The keys of all sections of a model."""
+    return [f"{section}.{key}" for section in model.model_fields for key in known_keys(model, (section,))]
 
 
 def _model_within(annotation: Any) -> Any:

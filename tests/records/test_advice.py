@@ -21,8 +21,8 @@ def test_an_unknown_unit_is_answered_by_similar_ones_alone(tmp_path, header, mea
 
 def test_a_unit_without_similar_ones_gets_no_scale(tmp_path):
     usual = USUAL.replace("{column: P1, unit: bar}", "P1")
-    with pytest.raises(DataError, match="unknown unit 'kgf/cm2'; give 'gain'"):
-        batches(tmp_path, usual, a_csv="P1 [kgf/cm2]\n1\n2\n")
+    with pytest.raises(DataError, match="unknown unit 'torr'; give 'gain'"):
+        batches(tmp_path, usual, a_csv="P1 [torr]\n1\n2\n")
 
 
 def test_another_spelling_agrees_with_its_unit_alone(tmp_path):
@@ -34,9 +34,9 @@ def test_another_spelling_agrees_with_its_unit_alone(tmp_path):
 
 
 def test_a_scale_that_the_header_may_contradict_is_remarked(tmp_path):
-    batch = one(tmp_path, a_csv="P1 [kgf/cm2]\n1\n2\n")
+    batch = one(tmp_path, a_csv="P1 [torr]\n1\n2\n")
     (text,) = [remark.text for remark in batch.remarks[0] if remark.kind == "unknown_unit"]
-    assert "the header says 'kgf/cm2', the description 'bar'" in text
+    assert "the header says 'torr', the description 'bar'" in text
 
 
 def plain(folder, text):

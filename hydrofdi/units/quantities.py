@@ -1,0 +1,85 @@
+"""Numbers with units: text → SI → text."""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+
+from hydrofdi.units.expressions import parse_unit
+from hydrofdi.units.spellings import similar_units
+from hydrofdi.units.symbols import Unit
+
+_NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+
+
+def parse_quantity(text: str, unit: str) -> float:
+    """A quantity such as ``"551 MPa"`` as a float in ``unit``.
+
+    Parameters
+    ----------
+    text : str
+        A number, or a number and a unit of the same dimension as `unit`.
+    unit : str
+        Unit of the returned number, e.g. ``"Pa"``; also the unit of a bare number.
+
+    Raises
+    ------
+    ValueError
+        The text is no number with a unit, or the unit has another dimension.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None or match[2].startswith(","):
+        comma = "a point instead of a comma, " if "," in text else "it "
+        raise ValueError(f"{text!r} is not a number with a unit; write {comma}like '1.5 {unit}'")
+    number, given = match.groups()
+    wanted = parse_unit(unit)
+    found = _given_unit(given.strip(), unit) if given.strip() else wanted
+    if found.exponents != wanted.exponents:
+        raise ValueError(f"{text!r} has the wrong unit; it must be convertible to {unit}")
+    return _scaled(number, found.factor / wanted.factor)
+
+
+def parse_si(text: str) -> float:
+    """A quantity such as ``"551 MPa"`` in the SI unit of its dimension.
+
+    Raises
+    ------
+    ValueError
+        The text is no number with a unit.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise ValueError(f"{text!r} is not a number with a unit")
+    number, unit = match.groups()
+    factor = parse_unit(unit.strip()).factor if unit.strip() else Fraction(1)
+    return _scaled(number, factor)
+
+
+def convert(value: float, unit: str) -> float:
+    """A value in SI expressed in `unit`, e.g. ``convert(2e-6, "L/min")`` is 0.12.
+
+    Non-finite values pass unchanged.
+    """
+    if not math.isfinite(value):
+        return value
+    return float(Fraction(value) / parse_unit(unit).factor)
+
+
+def _given_unit(text: str, wanted: str) -> Unit:
+    """The unit of a quantity; what an unknown spelling may stand for is part of the error."""
+    try:
+        return parse_unit(text)
+    except ValueError as error:
+        similar = similar_units(text, wanted)
+        hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
+        raise ValueError(f"{error}{hint}") from None
+
+
+def _scaled(number: str, factor: Fraction) -> float:
+    if not 1e-300 < abs(float(number)) < 1e300:
+        return float(number)
+    try:
+        return float(Fraction(number.replace("_", "")) * factor)
+    except OverflowError:
+        raise ValueError(f"{number!r} is too large a number in its unit") from None

@@ -13,9 +13,9 @@ import time
 import numpy as np
 
 from hydrofdi.monitor.sources.payload import PayloadReader
-from hydrofdi.monitor.sources.standard_input import BLOCK
-from hydrofdi.monitor.sources.text_config import TextConfig
-from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.monitor.sources.text.lines import TextLines
+from hydrofdi.monitor.sources.text.standard_input import BLOCK
 
 N_ROW, N_ROUND = 200_000, 5
 TITLES = ["time [s]", "P1 [bar]", "P2 [bar]", "Ps [bar]", "x [mm]"]

@@ -11,7 +11,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.mqtt.configuration import MqttConfig
 from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 from hydrofdi.monitor.sinks.webhook_config import WebhookConfig
-from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.monitor.sources.text.config import TextConfig
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.checks import channel_mistakes
 from hydrofdi.records.measured.description.sections import ChannelConfig

@@ -53,7 +53,10 @@ def instant(text: str) -> Instant:
         found = datetime.fromisoformat(written)
     except ValueError:
         found = _pointed(written)
-    passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
+    try:
+        passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
+    except OverflowError:
+        raise ValueError(f"{written[:40]!r} is no date and time such as {_EXAMPLE}") from None
     whole = passed.days * 86_400 + passed.seconds
     return Instant(
         whole * _BILLION + passed.microseconds * 1000 + _beyond_microseconds(written),

@@ -6,12 +6,12 @@ import numpy as np
 
 from hydrofdi.monitor.sources.joining import joined
 from hydrofdi.monitor.sources.payload import LARGEST
-from hydrofdi.monitor.sources.text_config import TextConfig
-from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.monitor.sources.text.lines import TextLines
 
 
-def reader(position=(), channels=None, largest=LARGEST, **options):
-    return TextLines(channels or {}, TextConfig(**options), "the stream", dict(position), largest)
+def reader(position=(), channels=None, largest=LARGEST, needed=(), **options):
+    return TextLines(channels or {}, TextConfig(**options), "the stream", dict(position), largest, needed)
 
 
 def read_in_pieces(lines, data, cuts=()):

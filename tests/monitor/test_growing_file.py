@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.sources.growing_file import GrowingFile
-from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.monitor.sources.text.growing_file import GrowingFile
 
 HEADER = "time [s],P1 [Pa]\n"
 

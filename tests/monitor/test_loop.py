@@ -15,7 +15,7 @@ from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.loop import Ending, monitor
 from hydrofdi.monitor.sinks.log import WindowLog
 from hydrofdi.monitor.sinks.stream_lines import StreamLines
-from hydrofdi.monitor.sources.growing_file import GrowingFile
+from hydrofdi.monitor.sources.text.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.stopping import StopSignals
 from hydrofdi.monitor.watch import Watch

@@ -9,8 +9,8 @@ import time
 import pytest
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.sources.standard_input import StandardInput
-from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.monitor.sources.text.standard_input import StandardInput
 from tests.monitor.streams_of_text import samples
 
 
@@ -98,7 +98,7 @@ def test_counted_samples_go_on_behind_a_gap_after_a_restart(pipe):
 
 def test_a_closed_standard_input_is_said():
     code = (
-        "from hydrofdi.monitor.sources.standard_input import StandardInput\n"
+        "from hydrofdi.monitor.sources.text.standard_input import StandardInput\n"
         "import os; os.close(0)\n"
         "try: StandardInput().open({})\n"
         "except Exception as error: print(repr(error))"

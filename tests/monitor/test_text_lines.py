@@ -20,6 +20,7 @@ FORMS = {
     "usual": CSV,
     "units in a row": b"time,P1,u\nms,bar,V\n0,100,1\n1,101.5,\n2,nan,-3\n",
     "carriage returns": CSV.replace(b"\n", b"\r\n"),
+    "lone carriage returns": CSV.replace(b"\n", b"\r"),
     "byte order mark": b"\xef\xbb\xbf" + CSV,
     "no last line end": CSV[:-1],
     "tabs": CSV.replace(b",", b"\t"),
@@ -189,3 +190,32 @@ def test_lines_above_the_limit_are_counted_and_left_out(cuts):
     chunk, events = read_in_pieces(reader(largest=1024), data, cuts)
     assert samples(chunk) == {"time": [0.0, 2.0], "P1": [1.0, 3.0]}
     assert [event.text for event in events if "longer than 1,024 bytes" in event.text]
+
+
+@pytest.mark.parametrize(
+    ("text", "encoding", "message"),
+    [
+        (CSV.decode(), "utf-16", "the stream: is in UTF-16; streams are in UTF-8, as 'iconv"),
+        (CSV.decode(), "utf-16-le", "the stream: is no text in UTF-8; is it a binary file, or in UTF-16?"),
+        ("time [s],P1 [bar],u [V],T [\u00b0C]\n1,2,3,4\n", "utf-16-be", "is no text in UTF-8"),
+    ],
+)
+def test_another_encoding_is_refused_by_its_name_in_one_plain_line(text, encoding, message):
+    with pytest.raises(DataError) as error:
+        reader().read(text.encode(encoding))
+    assert message in str(error.value)
+    assert str(error.value).isprintable()
+
+
+def test_no_word_of_the_csv_library_is_passed_on():
+    long = b'"' + b"1" * 200_000
+    _, [event] = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3," + long + b"\n5,6\n")
+    assert event.text.endswith(": cannot be divided into cells")
+
+
+def test_a_needed_channel_in_a_unit_of_something_else_is_refused_at_once():
+    text = b"time [s],P1 [mm],P2 [bar],v [V]\n1,2,3,4\n"
+    with pytest.raises(DataError, match=r"the stream: 'P1 \[mm\]': the unit mm is not convertible to Pa"):
+        reader(needed=[Channel.CHAMBER_1_PRESSURE]).read(text)
+    chunk, _ = reader(needed=[Channel.CHAMBER_2_PRESSURE]).read(text)
+    assert set(samples(chunk)) == {"time", "P2"}

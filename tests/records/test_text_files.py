@@ -264,3 +264,17 @@ def test_a_text_in_utf_16_is_said_to_be_one(tmp_path):
     (tmp_path / "run.csv").write_text("time [s],P1 [bar]\n0,1\n1,2\n", encoding="utf-16")
     with pytest.raises(DataError, match="is in UTF-16; convert it with 'iconv -f UTF-16 -t UTF-8'"):
         plain_file_source(tmp_path / "run.csv")
+
+
+ROWS = "time [s],P1 [bar]\n0,84.25\n0.1,85.5\n0.2,86.125\n"
+
+
+@pytest.mark.parametrize(
+    ("end", "is_doubtful"), [("0.3,8", True), ("0.3,87.25", True), ("0.3,87.125", False), ("0.3,8\n", False)]
+)
+def test_a_last_number_that_may_be_cut_off_is_said_to_be_doubtful(tmp_path, end, is_doubtful):
+    (tmp_path / "run.csv").write_text(ROWS + end)
+    (batch,) = plain_file_source(tmp_path / "run.csv").batches()
+    texts = [remark.text for remark in batch.remarks[0] if remark.kind == "unended"]
+    assert texts == ["the last line has no line end; its last number may be cut off"] * is_doubtful
+    assert batch.n_time == 4

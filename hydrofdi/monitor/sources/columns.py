@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -76,6 +76,7 @@ def columns_of(
     configured: Channels | None = None,
     time: TimeConfig | None = None,
     units: Sequence[str] | None = None,
+    needed: Collection[Channel] = (),
 ) -> Columns:
     """What titles mean: by the configuration, or else by the names and units that plain files use.
 
@@ -92,16 +93,21 @@ def columns_of(
     time : TimeConfig, optional
     units : sequence of str, optional
         Units from a row of their own.
+    needed : collection of Channel
+        What a column must not miss by its unit alone.
 
     Raises
     ------
     DataError
-        No title is a channel, two are the same one, or a unit is missing or unknown.
+        No title is a channel, two are the same one, or a unit is missing, unknown, or of another dimension.
     """
     stated = [split_title(title)[1] for title in titles]
     if units is not None:
         stated = [own or header for own, header in zip(units, stated, strict=True)]
-    channels = _configured(titles, stated, configured or {}, place) or _named(titles, stated, place)
+    channels = _configured(titles, stated, configured or {}, place)
+    if not channels:
+        channels = _named(titles, stated, place)
+        _refuse_other_dimensions(titles, stated, {*needed} - {*channels}, place)
     if not channels:
         shown = ", ".join(map(shortened, titles[:12]))
         raise DataError(f"{place}: nothing is named like a channel; found {shown[:200]!r}")
@@ -127,6 +133,15 @@ def _named(titles: Sequence[str], units: Sequence[str], place: str) -> dict[Chan
             config = ChannelConfig(column=title)
             found[channel] = _column(channel, position, titles, units, config, place)
     return found
+
+
+def _refuse_other_dimensions(
+    titles: Sequence[str], units: Sequence[str], missing: Collection[Channel], place: str
+) -> None:
+    for title, unit in zip(titles, units, strict=True):
+        channel = channel_named(title, "")
+        if channel in missing:
+            factor_to_si(unit, channel.unit, f"{place}: {title[:60]!r}")
 
 
 def _column(

@@ -55,7 +55,7 @@ def open_stream(
     config = _needed(config, file)
     scheme = _SCHEME.match(text)
     if scheme is None:
-        return _text(text, config, sampling_frequency, is_followed)
+        return _text(text, config, file, sampling_frequency, is_followed)
     kind = scheme[1].lower()
     if kind not in _SCHEMES:
         raise ConfigError(f"{text}: unknown kind of source {kind!r}{_hint(kind, text)}")
@@ -63,7 +63,7 @@ def open_stream(
         raise ConfigError(
             f"{setting('sampling_frequency')}: is for text; other samples need a time of their own"
         )
-    return _opcua(text, config, file) if kind == "opc.tcp" else _mqtt(text, config, detector)
+    return _opcua(text, config, file) if kind == "opc.tcp" else _mqtt(text, config, file, detector)
 
 
 def _needed(config: MonitorConfig, file: DetectorFile) -> MonitorConfig:
@@ -83,10 +83,14 @@ def _hint(kind: str, text: str) -> str:
 
 
 def _text(
-    text: str, config: MonitorConfig, sampling_frequency: float | None, is_followed: bool
+    text: str,
+    config: MonitorConfig,
+    file: DetectorFile,
+    sampling_frequency: float | None,
+    is_followed: bool,
 ) -> StreamSource:
-    from hydrofdi.monitor.sources.growing_file import GrowingFile
-    from hydrofdi.monitor.sources.standard_input import StandardInput
+    from hydrofdi.monitor.sources.text.growing_file import GrowingFile
+    from hydrofdi.monitor.sources.text.standard_input import StandardInput
 
     path = Path(text)
     if text != "-" and (path.is_dir() or path.suffix.lower() in _RECORDS):
@@ -99,17 +103,17 @@ def _text(
     if sampling_frequency is not None:
         form = form.model_copy(update={"sampling_frequency": sampling_frequency})
     if text == "-":
-        return StandardInput(config.channels, form, largest=largest)
-    return GrowingFile(path, config.channels, form, is_followed, largest)
+        return StandardInput(config.channels, form, largest=largest, needed=file.channels)
+    return GrowingFile(path, config.channels, form, is_followed, largest, file.channels)
 
 
-def _mqtt(text: str, config: MonitorConfig, detector: Path) -> StreamSource:
+def _mqtt(text: str, config: MonitorConfig, file: DetectorFile, detector: Path) -> StreamSource:
     from hydrofdi.monitor.mqtt import MqttAddress
     from hydrofdi.monitor.sources.mqtt import MqttSource
     from hydrofdi.monitor.sources.payload import PayloadReader
 
     largest = config.limits.payload
-    reader = PayloadReader(config.channels, config.text.time, largest=largest)
+    reader = PayloadReader(config.channels, config.text.time, largest=largest, needed=file.channels)
     return MqttSource(MqttAddress.parse(text), config.mqtt, reader.read, detector, largest)
 
 

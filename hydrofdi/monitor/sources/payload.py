@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of
 from hydrofdi.monitor.sources.joining import joined
 from hydrofdi.monitor.sources.sample_clock import SampleClock
 from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.description.sections import TimeConfig
 from hydrofdi.records.measured.formats.table import split_title
@@ -43,6 +44,8 @@ class PayloadReader:
         Gives instants to samples without time, which are refused otherwise.
     largest : int
         Bytes of a payload.
+    needed : collection of Channel
+        What a key must not miss by its unit alone.
     """
 
     def __init__(
@@ -51,8 +54,9 @@ class PayloadReader:
         time: TimeConfig | None = None,
         clock: SampleClock | None = None,
         largest: int = LARGEST,
+        needed: Collection[Channel] = (),
     ) -> None:
-        self._channels, self._time = channels or {}, time
+        self._channels, self._time, self._needed = channels or {}, time, needed
         self._clock, self._largest = clock, largest
         self._keys: tuple[str, ...] | None = None
         self._columns = Columns(None, {})
@@ -99,7 +103,7 @@ class PayloadReader:
             if len(keys) > _MOST_KEYS:
                 raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
             try:
-                self._columns = columns_of(keys, "JSON", self._present(keys), self._time)
+                self._columns = columns_of(keys, "JSON", self._present(keys), self._time, needed=self._needed)
             except DataError as error:
                 raise PayloadError(str(error).removeprefix("JSON: ")) from None
             self._keys = keys

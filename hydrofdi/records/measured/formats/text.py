@@ -23,6 +23,9 @@ from hydrofdi.records.measured.formats.text_numbers import (
     is_number,
 )
 
+_NEWEST = 1000
+"""Rows that the last one is compared with."""
+
 
 class TextTable(Table):
     """Columns of a delimited text.
@@ -164,6 +167,8 @@ class TextTable(Table):
             cells.leave_out_last()
         if widths[kept:]:
             yield Remark("truncated", "the last line is incomplete and left out")
+        elif not is_ended and self._may_be_cut():
+            yield Remark("unended", "the last line has no line end; its last number may be cut off")
         if n_between := cells.lines_between(first):
             yield Remark("interrupted", f"lines among the rows that are blank or comments: {n_between}")
         self._broken = broken_rows(widths[:kept], len(self.titles))
@@ -173,6 +178,12 @@ class TextTable(Table):
             yield Remark(
                 "ragged", f"rows with fewer cells than there are column names: {n_short}{self._cut()}"
             )
+
+    def _may_be_cut(self) -> bool:
+        """Whether the last cell may be a part of a number: it is shorter than another one of its column."""
+        rows = range(max(self._first_row, self._cells.n_row - _NEWEST), self._cells.n_row)
+        lengths = [len(self._cells.row(row)[-1].strip()) for row in rows]
+        return bool(lengths) and lengths[-1] < max(lengths)
 
     def _cut(self) -> str:
         if not self._broken:

@@ -121,8 +121,8 @@ class Cells:
         reader = csv.reader(self._lines, delimiter=self._delimiter, skipinitialspace=True)
         try:
             rows = list(reader)
-        except csv.Error as error:
-            raise DataError(f"{self.place(reader.line_num - 1)}: {error}") from None
+        except csv.Error:
+            raise DataError(f"{self.place(reader.line_num - 1)}: cannot be divided into cells") from None
         if len(rows) != len(self._lines):
             raise DataError(f"{self._place}: a quoted cell goes over more than one line")
         return rows

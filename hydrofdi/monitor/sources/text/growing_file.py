@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +11,12 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources.columns import Channels
 from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
-from hydrofdi.monitor.sources.followed_file import FollowedFile, following, found_again
 from hydrofdi.monitor.sources.payload import LARGEST
-from hydrofdi.monitor.sources.standard_input import BLOCK
-from hydrofdi.monitor.sources.text_config import TextConfig
-from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.monitor.sources.text.followed_file import FollowedFile, following, found_again
+from hydrofdi.monitor.sources.text.lines import TextLines
+from hydrofdi.monitor.sources.text.standard_input import BLOCK
+from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
 _POLL = 0.1
@@ -37,6 +38,8 @@ class GrowingFile(StreamSource):
         Whether to wait for more at the end.
     largest : int
         Bytes of a line.
+    needed : collection of Channel
+        What a column must not miss by its unit alone.
     """
 
     def __init__(
@@ -46,7 +49,9 @@ class GrowingFile(StreamSource):
         config: TextConfig | None = None,
         follow: bool = True,
         largest: int = LARGEST,
+        needed: Collection[Channel] = (),
     ) -> None:
+        self._needed = needed
         self._path, self._follow, self._largest = path, follow, largest
         self._channels, self._config = channels or {}, config or TextConfig()
         self._text = self._lines({})
@@ -180,4 +185,4 @@ class GrowingFile(StreamSource):
         self._events.append(Event(kind, f"{self._path}: {text}"))
 
     def _lines(self, position: Position) -> TextLines:
-        return TextLines(self._channels, self._config, self.name, position, self._largest)
+        return TextLines(self._channels, self._config, self.name, position, self._largest, self._needed)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from hydrofdi.monitor.sources.columns import Channels
 from hydrofdi.monitor.sources.malformed import Malformed
 from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, parsed
 from hydrofdi.monitor.sources.sample_clock import SampleClock
-from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
 
@@ -23,10 +24,15 @@ class JsonLines:
     """
 
     def __init__(
-        self, channels: Channels, config: TextConfig, clock: SampleClock | None, malformed: Malformed
+        self,
+        channels: Channels,
+        config: TextConfig,
+        clock: SampleClock | None,
+        malformed: Malformed,
+        needed: Collection[Channel] = (),
     ) -> None:
         self.header: list[str] = []
-        self._reader = PayloadReader(channels, config.time, clock)
+        self._reader = PayloadReader(channels, config.time, clock, needed=needed)
         self._clock, self._malformed = clock, malformed
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from collections.abc import Collection
 from typing import Any
 
+from hydrofdi.errors import DataError
 from hydrofdi.monitor.lines import Event
 from hydrofdi.monitor.sources.columns import Channels
 from hydrofdi.monitor.sources.contract import Position
-from hydrofdi.monitor.sources.csv_lines import CsvLines
 from hydrofdi.monitor.sources.joining import joined
-from hydrofdi.monitor.sources.json_lines import JsonLines
 from hydrofdi.monitor.sources.malformed import Malformed
 from hydrofdi.monitor.sources.payload import LARGEST
 from hydrofdi.monitor.sources.sample_clock import SampleClock
-from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.monitor.sources.text.csv_lines import CsvLines
+from hydrofdi.monitor.sources.text.json_lines import JsonLines
+from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
 
@@ -31,12 +35,20 @@ class TextLines:
         What `position` gave in an earlier run.
     largest : int
         Bytes of a line; longer ones are counted as malformed.
+    needed : collection of Channel
+        What a column must not miss by its unit alone.
     """
 
     def __init__(
-        self, channels: Channels, config: TextConfig, name: str, position: Position, largest: int = LARGEST
+        self,
+        channels: Channels,
+        config: TextConfig,
+        name: str,
+        position: Position,
+        largest: int = LARGEST,
+        needed: Collection[Channel] = (),
     ) -> None:
-        self._largest = largest
+        self._largest, self._needed = largest, needed
         self._channels, self._config, self._name = channels, config, name
         frequency = config.sampling_frequency
         n_sample = int(position.get("n_sample", 0))
@@ -79,9 +91,11 @@ class TextLines:
         Raises
         ------
         DataError
-            The first line is no usable header.
+            It begins with no text in UTF-8, or the first line is no usable header.
         """
-        whole, end, rest = (self._rest + data).rpartition(b"\n")
+        self._require_text(data)
+        text = (self._rest + data).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        whole, end, rest = text.rpartition(b"\n")
         if is_end:
             whole, end, rest = whole + end + rest, b"", b""
         self._rest = rest
@@ -97,6 +111,17 @@ class TextLines:
         n_time = chunk.n_time if chunk else 0
         time = float(chunk.time[-1]) if chunk and n_time else None
         return chunk, self._malformed.events(n_time, time)
+
+    def _require_text(self, data: bytes) -> None:
+        """Refuse what is no text in UTF-8, as far as it is seen before the first line."""
+        if self._lines is not None:
+            return
+        if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+            raise DataError(
+                f"{self._name}: is in UTF-16; streams are in UTF-8, as 'iconv -f UTF-16 -t UTF-8' writes it"
+            )
+        if b"\0" in data.partition(b"\n")[0]:
+            raise DataError(f"{self._name}: is no text in UTF-8; is it a binary file, or in UTF-16?")
 
     def _fits(self, line: str) -> bool:
         """Whether a line is short enough; counts it where it is not."""
@@ -114,7 +139,7 @@ class TextLines:
         return self._lines.read(lines)
 
     def _json(self) -> JsonLines:
-        return JsonLines(self._channels, self._config, self._clock, self._malformed)
+        return JsonLines(self._channels, self._config, self._clock, self._malformed, self._needed)
 
     def _csv(self) -> CsvLines:
-        return CsvLines(self._channels, self._config, self._clock, self._malformed, self._name)
+        return CsvLines(self._channels, self._config, self._clock, self._malformed, self._name, self._needed)

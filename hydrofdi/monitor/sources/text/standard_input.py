@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import select
+from collections.abc import Collection
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.sources.columns import Channels
 from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
 from hydrofdi.monitor.sources.payload import LARGEST
-from hydrofdi.monitor.sources.text_config import TextConfig
-from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.monitor.sources.text.lines import TextLines
+from hydrofdi.records.channels import Channel
 
 BLOCK = 1 << 17
 """Bytes that are read at once: some thousand samples."""
@@ -29,6 +31,8 @@ class StandardInput(StreamSource):
     descriptor : int
     largest : int
         Bytes of a line.
+    needed : collection of Channel
+        What a column must not miss by its unit alone.
     """
 
     def __init__(
@@ -37,7 +41,9 @@ class StandardInput(StreamSource):
         config: TextConfig | None = None,
         descriptor: int = 0,
         largest: int = LARGEST,
+        needed: Collection[Channel] = (),
     ) -> None:
+        self._needed = needed
         self._channels, self._config = channels or {}, config or TextConfig()
         self._descriptor, self._largest = descriptor, largest
         self._is_over = False
@@ -100,4 +106,4 @@ class StandardInput(StreamSource):
             return b""
 
     def _lines(self, position: Position) -> TextLines:
-        return TextLines(self._channels, self._config, self.name, position, self._largest)
+        return TextLines(self._channels, self._config, self.name, position, self._largest, self._needed)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import chain
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of
 from hydrofdi.monitor.sources.malformed import Malformed
 from hydrofdi.monitor.sources.sample_clock import SampleClock
-from hydrofdi.monitor.sources.text_config import TextConfig
+from hydrofdi.monitor.sources.text.config import TextConfig
 from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.formats.text_cells import blank_divided, delimiter_of
@@ -39,10 +40,11 @@ class CsvLines:
         clock: SampleClock | None,
         malformed: Malformed,
         name: str,
+        needed: Collection[Channel] = (),
     ) -> None:
         self.header: list[str] = []
         self._channels, self._config, self._clock = channels, config, clock
-        self._malformed, self._name = malformed, name
+        self._malformed, self._name, self._needed = malformed, name, needed
         self._delimiter, self._titles = ",", list[str]()
         self._columns: Columns | None = None
         self._has_begun = False
@@ -77,8 +79,8 @@ class CsvLines:
             return Chunk(self._times(columns, cells, width, len(lines)), values)
         except CellError as error:
             self._reason = error.message + (_comma_hint() if error.is_decimal_comma else "")
-        except (ValueError, OverflowError, csv.Error) as error:
-            self._reason = str(error)
+        except (ValueError, csv.Error) as error:
+            self._reason = _reason(error)
         return None
 
     def _cells(self, lines: Sequence[str]) -> tuple[list[str], int]:
@@ -134,9 +136,13 @@ class CsvLines:
                 self._refuse(text, self._reason)
         except (ValueError, csv.Error) as error:
             if not self._has_begun:
-                raise DataError(str(error)) from None
+                raise (
+                    error
+                    if isinstance(error, DataError)
+                    else DataError(f"{self._name}: {text[:60]!r} {_reason(error)}")
+                ) from None
             self._titles, self.header, self._columns = [], [], None
-            self._refuse(text, str(error))
+            self._refuse(text, _reason(error))
         return []
 
     def _begin(self, text: str) -> None:
@@ -163,7 +169,9 @@ class CsvLines:
         stated = [cell for cell in found if cell]
         if stated and all(is_unit(cell) and not self._is_number(cell) for cell in stated):
             units = (found + [""] * len(self._titles))[: len(self._titles)]
-        self._columns = columns_of(self._titles, self._name, self._channels, self._config.time, units)
+        self._columns = columns_of(
+            self._titles, self._name, self._channels, self._config.time, units, self._needed
+        )
         if self._columns.time is None and self._clock is None:
             raise DataError(
                 f"{self._name}: has no column of time such as 'time [s]'; add it, or give the sampling"
@@ -190,6 +198,11 @@ class CsvLines:
 
     def _is_number(self, cell: str) -> bool:
         return is_number(cell, self._config.decimal, self._config.missing)
+
+
+def _reason(error: Exception) -> str:
+    """Why a line is no row; the library for CSV says it in its own words."""
+    return "cannot be divided into cells" if isinstance(error, csv.Error) else str(error)
 
 
 def _only(numbers: set[int]) -> int:

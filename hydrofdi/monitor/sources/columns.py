@@ -140,7 +140,7 @@ def _refuse_other_dimensions(
 ) -> None:
     for title, unit in zip(titles, units, strict=True):
         channel = channel_named(title, "")
-        if channel in missing:
+        if channel is not None and channel in missing:
             factor_to_si(unit, channel.unit, f"{place}: {title[:60]!r}")
 
 

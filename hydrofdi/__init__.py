@@ -14,11 +14,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from hydrofdi.api.checking import calibrate, check
     from hydrofdi.api.detectors.detecting import detect
     from hydrofdi.api.detectors.detector import Detector
     from hydrofdi.api.detectors.training import train
     from hydrofdi.api.evaluating import Evaluation, evaluate
     from hydrofdi.api.exporting import Exported, export
+    from hydrofdi.api.folders import collect, rerun, status, verify, why
     from hydrofdi.api.inspecting import Inspection, inspect
     from hydrofdi.api.listing import describe_indicator, list_indicators
     from hydrofdi.api.measuring import measure
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.replaying import replay
     from hydrofdi.api.results import Results, results
     from hydrofdi.api.run import Run, simulate
+    from hydrofdi.api.schemas import schema
     from hydrofdi.api.sweeping import sweep
     from hydrofdi.api.table import Table
     from hydrofdi.config import expand_runs, load_experiment
@@ -48,6 +51,9 @@ _HOMES = {
     "Results": "hydrofdi.api.results",
     "Run": "hydrofdi.api.run",
     "Table": "hydrofdi.api.table",
+    "calibrate": "hydrofdi.api.checking",
+    "check": "hydrofdi.api.checking",
+    "collect": "hydrofdi.api.folders",
     "describe_indicator": "hydrofdi.api.listing",
     "detail_rms": "hydrofdi.transforms.wavelet",
     "detect": "hydrofdi.api.detectors.detecting",
@@ -63,14 +69,19 @@ _HOMES = {
     "plan_sweep": "hydrofdi.pipeline",
     "read_experiment": "hydrofdi.store",
     "replay": "hydrofdi.api.replaying",
+    "rerun": "hydrofdi.api.folders",
     "results": "hydrofdi.api.results",
     "run_sweep": "hydrofdi.pipeline",
+    "schema": "hydrofdi.api.schemas",
     "simulate": "hydrofdi.api.run",
     "simulate_batch": "hydrofdi.simulation",
     "solve_leakage_coefficients": "hydrofdi.simulation",
+    "status": "hydrofdi.api.folders",
     "summarize_table": "hydrofdi.report",
     "sweep": "hydrofdi.api.sweeping",
     "train": "hydrofdi.api.detectors.training",
+    "verify": "hydrofdi.api.folders",
+    "why": "hydrofdi.api.folders",
 }
 """Name → module that it is loaded from when it is first used."""
 
@@ -84,6 +95,9 @@ __all__ = [
     "Run",
     "Table",
     "__version__",
+    "calibrate",
+    "check",
+    "collect",
     "describe_indicator",
     "detail_rms",
     "detect",
@@ -99,14 +113,19 @@ __all__ = [
     "plan_sweep",
     "read_experiment",
     "replay",
+    "rerun",
     "results",
     "run_sweep",
+    "schema",
     "simulate",
     "simulate_batch",
     "solve_leakage_coefficients",
+    "status",
     "summarize_table",
     "sweep",
     "train",
+    "verify",
+    "why",
 ]
 
 

@@ -122,9 +122,7 @@ BELOW_THE_API = {
 """What commands do, they do through ``hydrofdi.api``: they import none of these when they run."""
 
 EXCEPTIONS = {
-    "cli/assessment_rendering.py", "cli/calibrate.py", "cli/check.py", "cli/experiment_folder.py",
-    "cli/mode_table.py", "cli/observability_table.py", "cli/rendering.py", "cli/report.py",
-    "cli/schema.py", "cli/monitor/monitor.py", "cli/monitor/replay.py",
+    "cli/rendering.py", "cli/report.py", "cli/monitor/monitor.py", "cli/monitor/replay.py",
     "cli/monitor/live/counting.py", "cli/monitor/live/panels.py", "cli/monitor/live/screen.py",
     "cli/monitor/live/view.py", "cli/monitor/live/watched.py", "cli/monitor/live/wording.py",
 }  # fmt: skip

@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.assessment import Convergence, Inspection, LeakageTarget
 from hydrofdi.cli.mode_table import cell, print_modes, table
 from hydrofdi.cli.observability_table import print_observability
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from hydrofdi.assessment import Convergence, Inspection, LeakageTarget
 
 
 def print_inspection(found: Inspection) -> None:

@@ -24,39 +24,20 @@ def calibrate(
     settings: Settings = None,
     json: Json = False,
 ) -> int:
-    """Solve mean leakage flows for their coefficients.
+    """Solve mean leakage flows for their coefficients K_i.
 
     Under the conditions of the baseline.
     """
     from dataclasses import asdict
 
-    from hydrofdi.assessment import calibrate_flows
+    from hydrofdi.api.checking import calibrate as solve
+    from hydrofdi.api.experiments import experiment_with
     from hydrofdi.cli.assessment_rendering import print_targets
     from hydrofdi.cli.terminal import print_json
-    from hydrofdi.config import load_experiment
 
-    targets = calibrate_flows(load_experiment(config, settings or ()), _parsed(flows or ()))
+    targets = solve(experiment_with(config, settings or ()), flows=flows or ())
     if json:
         print_json({"targets": [asdict(target) for target in targets]})
     else:
         print_targets(targets)
     return 0
-
-
-def _parsed(flows: list[str] | tuple[()]) -> list[float]:
-    from hydrofdi.errors import ConfigError, Mistake
-    from hydrofdi.units import parse_quantity
-
-    values, mistakes = [], []
-    for text in flows:
-        try:
-            values.append(parse_quantity(text, "m^3/s"))
-            if not values[-1] > 0.0:
-                mistakes.append(Mistake("must be above zero", origin=f"--flow {text}"))
-        except ValueError as error:
-            mistakes.append(Mistake(str(error), origin=f"--flow {text}"))
-    if not flows:
-        mistakes.append(Mistake("name at least one flow, e.g. --flow '0.12 L/min'"))
-    if mistakes:
-        raise ConfigError(mistakes)
-    return values

@@ -34,24 +34,18 @@ def check(
     All runs that differ in more than their sensors are simulated, up to 60; step limits are those of all
     runs. Exit code 1 where results would be wrong.
     """
-    from hydrofdi.assessment import converge as halve_step
-    from hydrofdi.assessment import inspect_experiment
-    from hydrofdi.assessment.selection import select_runs
+    from hydrofdi.api.checking import check as look
+    from hydrofdi.api.experiments import experiment_with
     from hydrofdi.cli.assessment_rendering import inspection_record, print_convergence, print_inspection
-    from hydrofdi.cli.rendering import tell_doubtful_settings
-    from hydrofdi.cli.terminal import print_json
-    from hydrofdi.config import load_experiment
+    from hydrofdi.cli.terminal import print_json, tell
 
-    experiment = load_experiment(config, settings or ())
-    tell_doubtful_settings(experiment, with_study=True)
-    selection = select_runs(experiment)
-    inspection = inspect_experiment(selection)
-    convergence = halve_step(selection.jobs, tolerance) if converge else None
+    found = look(experiment_with(config, settings or ()), halve_step=converge, tolerance=tolerance)
+    for warning in found.settings:
+        tell(f"warning: {warning}")
     if json:
-        print_json(inspection_record(inspection, convergence))
+        print_json(inspection_record(found.inspection, found.convergence))
     else:
-        print_inspection(inspection)
-        if convergence is not None:
-            print_convergence(convergence)
-    unconverged = convergence is not None and convergence.good_enough is None
-    return 1 if inspection.problems or unconverged else 0
+        print_inspection(found.inspection)
+        if found.convergence is not None:
+            print_convergence(found.convergence)
+    return 0 if found else 1

@@ -14,27 +14,23 @@ Run = Annotated[str, typer.Argument(metavar="RUN", help="Beginning of a run's id
 
 
 def status(directory: Directory, json: Json = False) -> int:
-    """Show sweep progress, and which shards are damaged.
+    """Show how far a sweep is, and which shards are damaged.
 
     Exit code 1 when runs failed or a shard is damaged.
     """
     from dataclasses import asdict
 
+    from hydrofdi.api.folders import status as look
     from hydrofdi.cli.terminal import print_json, write_out
-    from hydrofdi.pipeline import sweep_status
 
-    state = sweep_status(directory)
+    state = look(directory)
     if json:
         print_json(asdict(state))
     else:
-        details = ", ".join(f"{count} {name}" for name, count in sorted(state.statuses.items()))
-        write_out(
-            f"{state.planned} planned, {state.done} done, {state.failed} failed,"
-            f" {state.missing} missing ({details})\n"
-        )
+        write_out(f"{state}\n")
         if state.earlier:
             write_out(
-                f"{state.earlier} runs were stored by an earlier version of the physics;"
+                f"{state.earlier:,} runs were stored by an earlier version of the physics;"
                 " 'hydrofdi report' reads them, and a sweep computes them again\n"
             )
         write_out("".join(f"{fault}; the next sweep computes its runs again\n" for fault in state.damaged))
@@ -44,31 +40,39 @@ def status(directory: Directory, json: Json = False) -> int:
 def verify(directory: Directory, json: Json = False) -> int:
     """Check every shard of a folder against its checksum.
 
-    Also the index and the experiment file. Exit code 1 when anything is off.
+    Also the index and the experiment file. Exit code 1 when anything is wrong.
     """
+    from hydrofdi.api.folders import verify as find_faults
     from hydrofdi.cli.terminal import print_json, write_out
-    from hydrofdi.pipeline import verify as find_faults
 
-    faults = find_faults(directory)
+    found = find_faults(directory)
     if json:
-        print_json({"sound": not faults, "faults": faults})
+        print_json({"sound": bool(found), "faults": found.faults})
     else:
-        write_out("\n".join(faults or ["every shard is sound"]) + "\n")
-    return 1 if faults else 0
+        write_out("\n".join(found.faults or [str(found)]) + "\n")
+    return 0 if found else 1
 
 
-def why(directory: Directory, run: Run, json: Json = False) -> int:
-    """Show the request of a run and its outcome.
+def why(
+    directory: Directory,
+    run: Run,
+    config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Compare with this experiment, not the latest request."),
+    ] = None,
+    json: Json = False,
+) -> int:
+    """Explain a run: its settings, verdict and what changed.
 
-    With its differences from the baseline, and what it was computed with.
+    Also its differences from the baseline, how it failed, and what it was computed with.
     """
     from dataclasses import asdict
 
+    from hydrofdi.api.folders import why as explain
     from hydrofdi.cli.explanation import print_explanation
     from hydrofdi.cli.terminal import print_json
-    from hydrofdi.pipeline import explain
 
-    explanation = explain(directory, run)
+    explanation = explain(directory, run, config)
     if json:
         print_json(asdict(explanation))
     else:
@@ -81,17 +85,15 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
 
     Exit code 1 when they differ.
     """
+    from hydrofdi.api.folders import rerun as compute_again
     from hydrofdi.cli.terminal import print_json, write_out
-    from hydrofdi.pipeline import recompute
 
-    run_id, differing = recompute(directory, run)
+    found = compute_again(directory, run)
     if json:
-        print_json({"run_id": run_id, "same_bits": not differing, "differing": differing})
-    elif differing:
-        write_out(f"run {run_id}: differs in {', '.join(differing)}\n")
+        print_json({"run_id": found.run_id, "same_bits": bool(found), "differing": found.differing})
     else:
-        write_out(f"run {run_id}: the same bits\n")
-    return 1 if differing else 0
+        write_out(f"{found}\n")
+    return 0 if found else 1
 
 
 def collect(directory: Directory) -> int:
@@ -99,13 +101,13 @@ def collect(directory: Directory) -> int:
 
     Runs without a result become holes with a reason.
     """
+    from hydrofdi.api.folders import collect as build_file
+    from hydrofdi.api.folders import status as look
     from hydrofdi.cli.terminal import tell
-    from hydrofdi.pipeline import collect as build_file
-    from hydrofdi.pipeline import sweep_status
 
-    file = build_file(directory)
-    state = sweep_status(directory)
+    made, state = build_file(directory), look(directory)
     tell(
-        f"stored {file}: {state.planned} runs, of which {state.missing} are missing and {state.failed} failed"
+        f"stored {made.file}: {state.planned:,} runs, of which {state.missing:,} are missing and"
+        f" {state.failed:,} failed"
     )
     return 0

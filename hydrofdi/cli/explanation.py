@@ -2,57 +2,84 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.cli.terminal import terminal
+from hydrofdi.config.request import parameter_names
+from hydrofdi.config.seeds import shown_seeds
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.inspecting import Explanation
 
 
 def print_explanation(explanation: Explanation) -> None:
-    """What a run was asked to do and how it went."""
+    """What a run was asked to do, how it went, and what changed since."""
     console = terminal()
-    console.print(
-        Text(
-            f"run {explanation.run_id}, row {explanation.position}, record {explanation.record_id}",
-            style="bold",
-        )
-    )
+    title = f"run {explanation.run_id}, row {explanation.position}, record {explanation.record_id}"
+    console.print(Text(title, style="bold"))
     console.print(f"status    {explanation.status} {explanation.message}".rstrip())
+    if explanation.remedy:
+        console.print(f"remedy    {explanation.remedy}")
+    if explanation.verdict not in ("", explanation.status):
+        console.print(f"verdict   {explanation.verdict}")
+    for word, doubt in explanation.doubts.items():
+        console.print(f"          {word}: {doubt['meaning']}; {doubt['remedy']}")
     if explanation.reason:
         console.print(f"to do     {explanation.reason}")
     for cause in explanation.causes:
         console.print(f"because   {cause}")
+    if explanation.changes:
+        console.print(_pairs("changed since runs were stored", ("key", "before", "now"), explanation.changes))
     console.print(f"stored in {explanation.shard or 'nothing'}")
     for label, analysis in explanation.analysis.items():
         options = ", ".join(f"{name} {value}" for name, value in analysis["options"].items())
         console.print(Text(f"analysis  {label} {analysis['analysis_id']}: {options or 'default options'}"))
-    grid = Table(title="differs from the fixed baseline in", title_justify="left", box=None, pad_edge=False)
-    for header in ("parameter", "baseline", "run"):
-        grid.add_column(header)
-    for name, (before, now) in explanation.differences.items():
-        grid.add_row(name, _shown(name, before), _shown(name, now))
-    console.print(grid if explanation.differences else "is the fixed baseline itself")
+    if explanation.differences:
+        title = "differs from the fixed baseline in"
+        console.print(_pairs(title, ("parameter", "baseline", "run"), explanation.differences))
+    else:
+        console.print("is the fixed baseline itself")
     if explanation.calibration:
-        beta = convert(explanation.calibration["fluid"]["bulk_modulus"], "MPa")
-        console.print(f"K_i was solved at an EBM of {beta:g} MPa, other baseline conditions alike")
+        modulus = shown_value("fluid.bulk_modulus", explanation.calibration["fluid"]["bulk_modulus"])
+        console.print(f"K_i was solved at an EBM of {modulus}, under the other baseline conditions")
     if explanation.provenance:
-        made = explanation.provenance
-        git = made["git"] or {"commit": "unknown", "dirty": False}
-        console.print(
-            f"swept {made['started']} by: {' '.join(made['command'])}\n"
-            f"commit {git['commit']}{' with changes' if git['dirty'] else ''}, Python {made['python']},"
-            f" seeds {made['seeds'] or 'none'}"
-        )
+        _print_provenance(explanation.provenance)
     if explanation.log:
         console.print(explanation.log)
 
 
+def _print_provenance(made: Mapping[str, Any]) -> None:
+    git, seeds = made["git"] or {"commit": "unknown", "dirty": False}, made["seeds"]
+    shown = shown_seeds(seeds) if isinstance(seeds, dict) else ", ".join(map(str, seeds)) or "none"
+    terminal().print(
+        f"swept {made['started']} by: {' '.join(made['command'])}\n"
+        f"commit {git['commit']}{' with changes' if git['dirty'] else ''}, Python {made['python']}\n"
+        f"seeds     {shown}"
+    )
+
+
+def _pairs(title: str, headers: tuple[str, ...], pairs: Mapping[str, tuple[Any, Any]]) -> Table:
+    """Names, each with two values in readable units."""
+    grid = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    for header in headers:
+        grid.add_column(header, overflow="fold")
+    for name, (before, now) in pairs.items():
+        grid.add_row(name, _shown(name, before), _shown(name, now))
+    return grid
+
+
 def _shown(name: str, value: Any) -> str:
-    return "–" if value is None else shown_value(name, value)
+    """A value, or those of an axis, such as ``sweep.grid: fluid.bulk_modulus``."""
+    parameter = name.rpartition(": ")[2]
+    if value is None:
+        return "–"
+    if parameter not in set(parameter_names()):
+        return value if isinstance(value, str) else json.dumps(value)
+    values = value if isinstance(value, list) else [value]
+    return ", ".join(shown_value(parameter, each) for each in values)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from hydrofdi.assessment import Inspection
-from hydrofdi.assessment.inspection import ModeOfRun
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.wording import labels_text
 from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from hydrofdi.assessment import Inspection
+    from hydrofdi.assessment.inspection import ModeOfRun
 
 _MOST_ROWS = 24
 """Runs up to which each has a row; of more, such as those of a sample, the ranges are shown."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from hydrofdi.assessment.observability import KnownUnknown, Observability
 from hydrofdi.cli.mode_table import table
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.detection.wording import two_digits
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from hydrofdi.assessment.observability import KnownUnknown, Observability
 
 
 def print_observability(found: Observability) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -25,27 +25,8 @@ def schema(
     Experiment files, descriptions of measured files, configurations of 'hydrofdi monitor', and the detector
     files that 'hydrofdi train' writes.
     """
+    from hydrofdi.api.schemas import schema as schema_of
     from hydrofdi.cli.terminal import print_json
 
-    print_json(_schema(kind))
+    print_json(schema_of(kind.value))
     return 0
-
-
-def _schema(kind: Kind) -> dict[str, Any]:
-    match kind:
-        case Kind.EXPERIMENT:
-            from hydrofdi.config.schema import experiment_schema
-
-            return experiment_schema()
-        case Kind.MEASURED:
-            from hydrofdi.records.measured.description.schema import measured_schema
-
-            return measured_schema()
-        case Kind.MONITOR:
-            from hydrofdi.monitor.configuration import monitor_schema
-
-            return monitor_schema()
-        case Kind.DETECTOR:
-            from hydrofdi.detectors.trained.schema import detector_schema
-
-            return detector_schema()

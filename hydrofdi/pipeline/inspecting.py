@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,22 +13,25 @@ from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
 from hydrofdi.errors import StoreError
+from hydrofdi.pipeline.changes import changes_since
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.results import stored_run_ids
+from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of
+from hydrofdi.quality.failures import REMEDIES
 from hydrofdi.simulation import record_identity
-from hydrofdi.store import Columns, read_index
+from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
-from hydrofdi.store.layout.names import MESSAGE, RUN, Variable, stored_variables
+from hydrofdi.store.layout.names import MESSAGE, RUN, VERDICT, Variable, stored_variables
 from hydrofdi.store.layout.outputs import output_variables
 from hydrofdi.store.reading import read_statuses
 from hydrofdi.store.request import read_request
 from hydrofdi.store.results import ShardResults
 from hydrofdi.store.shard import held_names, read_variables
 
-_MESSAGE = Variable(MESSAGE, (RUN,), "", "")
+_SAID = (MESSAGE, VERDICT, *(doubt.number for doubt in DOUBTS.values()))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SweepStatus:
     """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result.
 
@@ -44,8 +47,15 @@ class SweepStatus:
     damaged: list[str]
     earlier: int = 0
 
+    def __repr__(self) -> str:
+        details = ", ".join(f"{count:,} {name}" for name, count in sorted(self.statuses.items()))
+        return (
+            f"{self.planned:,} planned, {self.done:,} done, {self.failed:,} failed,"
+            f" {self.missing:,} missing ({details})"
+        )
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Explanation:
     """Why a run is as it is.
 
@@ -72,6 +82,14 @@ class Explanation:
         Where it is stored, empty where it is not.
     provenance : dict or None
         The latest sweep on the folder.
+    verdict : str
+        How far it can be believed; empty where it is not stored.
+    doubts : dict
+        Word of the verdict → the number behind it, what it means, and what to do about it.
+    remedy : str
+        What to do about a failure; empty where it did not fail.
+    changes : dict
+        Key of the experiment → (value of the sweep that last stored results, value now), where they differ.
     """
 
     run_id: str
@@ -88,6 +106,15 @@ class Explanation:
     calibration: dict[str, Any] | None
     shard: str
     provenance: dict[str, Any] | None
+    verdict: str = ""
+    doubts: dict[str, dict[str, Any]] = field(default_factory=dict)
+    remedy: str = ""
+    changes: dict[str, tuple[Any, Any]] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        said = [self.verdict or self.status, self.message, self.remedy, self.reason]
+        said += [doubt["remedy"] for doubt in self.doubts.values()]
+        return f"run {self.run_id}, row {self.position}: " + "; ".join(filter(None, said))
 
 
 def sweep_status(directory: Path) -> SweepStatus:
@@ -136,7 +163,7 @@ def verify(directory: Path) -> list[str]:
     return faults
 
 
-def explain(directory: Path, wanted: str) -> Explanation:
+def explain(directory: Path, wanted: str, asked: ExperimentConfig | None = None) -> Explanation:
     """Why a run is as it is.
 
     Parameters
@@ -144,27 +171,29 @@ def explain(directory: Path, wanted: str) -> Explanation:
     directory : Path
     wanted : str
         Beginning of the identity of a run, or its position in the experiment file.
+    asked : ExperimentConfig, optional
+        What is asked for now; the latest request of the folder where it is left out.
 
     Raises
     ------
     StoreError
         The folder holds no experiment, or no such run.
     """
-    plan = _stored_plan(directory)
+    plan = _stored_plan(directory) if asked is None else plan_sweep(asked, directory)
     position = _find(plan, wanted)
     run, run_id = plan.table.runs[position], plan.run_ids[position]
     compared = plan.table.fixed_baseline[position]
     baseline = plan.experiment.nominal_parameters if compared == NO_RUN else plan.table.runs[compared].request
     stored, failure = plan.index.runs.get(run_id), plan.failures.get(run_id)
-    message = ""
-    if stored is not None:
-        message = str(read_variables(stored.shard, [_MESSAGE], np.array([stored.row]))[MESSAGE][0])
+    held = _held(stored) if stored is not None else {}
+    message, verdict = str(held.get(MESSAGE, "")), str(held.get(VERDICT, ""))
+    status = stored.status if stored else failure.status if failure else "missing"
     provenance = read_provenance(directory)
     return Explanation(
         run_id=run_id,
         record_id=plan.record_ids[position],
         reason=plan.reason(position) if position in plan.missing else "",
-        status=stored.status if stored else failure.status if failure else "missing",
+        status=status,
         message=failure.message if failure and not stored else message,
         log=failure.log if failure and not stored else "",
         causes=_causes(run) if stored and stored.status == "diverged" else [],
@@ -175,6 +204,10 @@ def explain(directory: Path, wanted: str) -> Explanation:
         calibration=run.calibration.shown_sections() if run.calibration else None,
         shard=str(stored.shard) if stored else "",
         provenance=provenance[-1] if provenance else None,
+        verdict=verdict,
+        doubts={doubt.word: _doubt(doubt, held) for doubt in doubts_of(verdict)},
+        remedy=REMEDIES.get(status, ""),
+        changes=changes_since(directory, plan.experiment) if position in plan.missing else {},
     )
 
 
@@ -211,6 +244,20 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
         if not same:
             differing.append(variable.name)
     return run_id, differing
+
+
+def _held(stored: StoredRun) -> dict[str, Any]:
+    """What a shard says of a run: its message, verdict, and the numbers behind it; older ones say less."""
+    known = held_names(stored.shard)
+    variables = [Variable(name, (RUN,), "", "") for name in _SAID if name in known]
+    values = read_variables(stored.shard, variables, np.array([stored.row]))
+    return {name: column[0] for name, column in values.items()}
+
+
+def _doubt(doubt: Doubt, held: dict[str, Any]) -> dict[str, Any]:
+    number = float(held[doubt.number])
+    meaning = doubt.meaning.format(f"{100.0 * number:.2g}")
+    return {"number": number, "meaning": meaning, "remedy": doubt.remedy}
 
 
 def _analysis(run: RunSpec, record_id: str) -> dict[str, dict[str, Any]]:

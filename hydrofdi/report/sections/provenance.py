@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.seeds import seeds_of, shown_seeds
 from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.store import ExperimentData
 
@@ -21,7 +22,11 @@ def provenance_block(data: ExperimentData) -> Block:
     return Block(
         "provenance",
         "Configuration and provenance",
-        ("Values are in SI. An identical request gives identical runs, whatever the batch or worker count.",),
+        (
+            "Values are in SI. An identical request gives identical runs, whatever the batch or worker"
+            " count.",
+            f"Seeds: {shown_seeds(seeds_of(data.experiment))}.",
+        ),
         (_configuration_sheet(data), sheet),
     )
 

@@ -16,7 +16,9 @@ from typing import Any
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.seeds import seeds_of
 from hydrofdi.errors import without_credentials
+from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import write_whole_text
 
 _FILE = "provenance.json"
@@ -29,9 +31,8 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
         "started": now(),
         "command": [without_credentials(argument) for argument in sys.argv],
         "configuration": without_contents(json.loads(experiment.model_dump_json())),
-        "seeds": _seeds(
-            [part.model_dump() for part in (experiment.ensemble, experiment.sweep, experiment.study) if part]
-        ),
+        "seeds": seeds_of(experiment),
+        "physics": PHYSICS_VERSION,
         "git": _git_state(Path(__file__).parent),
         "python": platform.python_version(),
         "libraries": dict(sorted({item.name: item.version for item in distributions()}.items())),
@@ -73,13 +74,6 @@ def read_costs(directory: Path) -> dict[str, float]:
 def now() -> str:
     """The time in UTC, in ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _seeds(sweep: Any) -> list[int]:
-    if isinstance(sweep, dict):
-        own = [sweep["seed"]] if isinstance(sweep.get("seed"), int) else []
-        return own + [seed for part in sweep.values() for seed in _seeds(part)]
-    return [seed for part in sweep for seed in _seeds(part)] if isinstance(sweep, list) else []
 
 
 def _git_state(folder: Path) -> dict[str, Any] | None:

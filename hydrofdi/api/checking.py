@@ -1,0 +1,155 @@
+"""An experiment looked at before it is run, and the coefficients that leakage flows take."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.assessment import (
+    Convergence,
+    Inspection,
+    LeakageTarget,
+    calibrate_flows,
+    converge,
+    inspect_experiment,
+    study_warnings,
+)
+from hydrofdi.assessment.selection import select_runs
+from hydrofdi.config.idle_parameters import idle_parameters
+from hydrofdi.config.plausibility import distant_baseline, unusual_values
+from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.units import parse_quantity
+
+
+@dataclass(frozen=True)
+class Check:
+    """What a look at an experiment found; `hydrofdi.check` makes it. It is true where results are right.
+
+    Attributes
+    ----------
+    inspection : Inspection
+        Step, hydraulic mode and bands, record, leakage, stroke and sensor noise.
+    convergence : Convergence or None
+        How the features change when the step is halved, where that was asked for.
+    settings : tuple of str
+        Warnings of the settings: strange values, distant baselines, parameters without effect, small studies.
+    """
+
+    inspection: Inspection
+    convergence: Convergence | None
+    settings: tuple[str, ...]
+
+    @property
+    def problems(self) -> list[str]:
+        """What makes results wrong."""
+        problems = self.inspection.problems
+        if self.convergence is not None and self.convergence.good_enough is None:
+            problems.append("no step that was tried is short enough")
+        return problems
+
+    @property
+    def warnings(self) -> list[str]:
+        """What results have to be read with."""
+        return list(dict.fromkeys([*self.settings, *self.inspection.warnings]))
+
+    def __bool__(self) -> bool:
+        return not self.problems
+
+    def __repr__(self) -> str:
+        lines = [f"problem: {each}" for each in self.problems]
+        lines += [f"warning: {each}" for each in self.warnings]
+        return "\n".join(lines) or "no warnings"
+
+
+def check(
+    experiment: Experiment | None = None,
+    /,
+    *,
+    halve_step: bool = False,
+    tolerance: float = 1e-3,
+    **settings: Any,
+) -> Check:
+    """Look at an experiment before running it, as ``hydrofdi check`` does.
+
+    Parameters
+    ----------
+    experiment : path, mapping or ExperimentConfig, optional
+        The nominal actuator where it is left out.
+    halve_step : bool
+        Whether the step is halved until the detail RMS stand still.
+    tolerance : float
+        Relative change of a detail RMS that is accepted then.
+    **settings
+        As `hydrofdi.simulate` has them.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake, or a leakage flow that cannot be reached.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> found = hydrofdi.check(duration="2 s", step="1 ms")
+    >>> bool(found)
+    False
+    >>> found.problems[0]
+    'the step of 0.001 s is too long for the friction zone: ...'
+    """
+    loaded = experiment_of(experiment, settings)
+    selection = select_runs(loaded)
+    doubtful = unusual_values(loaded) + distant_baseline(loaded) + study_warnings(loaded)
+    return Check(
+        inspect_experiment(selection),
+        converge(selection.jobs, tolerance) if halve_step else None,
+        tuple(doubtful + idle_parameters(loaded)),
+    )
+
+
+def calibrate(
+    experiment: Experiment | None = None, /, *, flows: Sequence[str | float], **settings: Any
+) -> list[LeakageTarget]:
+    """The leakage coefficients of mean leakage flows, under the conditions of the baseline.
+
+    Parameters
+    ----------
+    experiment : path, mapping or ExperimentConfig, optional
+        The nominal actuator where it is left out.
+    flows : sequence of str or float
+        Mean leakage flows such as ``"0.12 L/min"``, or numbers in SI [m³/s].
+    **settings
+        As `hydrofdi.simulate` has them.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake, or a flow that cannot be reached.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> (target,) = hydrofdi.calibrate(flows=["0.12 L/min"], duration="2 s")
+    >>> f"{target.coefficient:.1e} m³/s/√Pa"
+    '...e-10 m³/s/√Pa'
+    """
+    if isinstance(flows, str):
+        flows = [flows]
+    return calibrate_flows(experiment_of(experiment, settings), _in_si(flows))
+
+
+def _in_si(flows: Sequence[str | float]) -> list[float]:
+    values, mistakes = [], []
+    for flow in flows:
+        try:
+            values.append(parse_quantity(flow, "m^3/s") if isinstance(flow, str) else float(flow))
+            if not values[-1] > 0.0:
+                mistakes.append(Mistake("must be above zero", origin=f"flow {flow}"))
+        except ValueError as error:
+            mistakes.append(Mistake(str(error), origin=f"flow {flow}"))
+    if not flows:
+        mistakes.append(Mistake("name at least one flow, e.g. '0.12 L/min'"))
+    if mistakes:
+        raise ConfigError(mistakes)
+    return values

@@ -1,0 +1,141 @@
+"""Questions to the folder of a sweep: how far it is, whether it is sound, why a run is as it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike
+
+from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.places import path_of
+from hydrofdi.api.results import Results, results
+from hydrofdi.pipeline import collect as build_file
+from hydrofdi.pipeline import explain, recompute, sweep_status
+from hydrofdi.pipeline import verify as find_faults
+from hydrofdi.pipeline.inspecting import Explanation, SweepStatus
+
+Folder = str | PathLike[str]
+"""Folder of an experiment."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Whether a folder is sound; `hydrofdi.verify` makes it. It is true where nothing is wrong.
+
+    Attributes
+    ----------
+    faults : list of str
+        What is wrong, a sentence each.
+    """
+
+    faults: list[str]
+
+    def __bool__(self) -> bool:
+        return not self.faults
+
+    def __repr__(self) -> str:
+        return "; ".join(self.faults) or "every shard is sound"
+
+
+@dataclass(frozen=True)
+class Rerun:
+    """A stored run that was computed again; `hydrofdi.rerun` makes it. It is true where the bits agree.
+
+    Attributes
+    ----------
+    run_id : str
+    differing : list of str
+        Variables that came out different.
+    """
+
+    run_id: str
+    differing: list[str]
+
+    def __bool__(self) -> bool:
+        return not self.differing
+
+    def __repr__(self) -> str:
+        return f"run {self.run_id}: " + (
+            f"differs in {', '.join(self.differing)}" if self.differing else "the same bits"
+        )
+
+
+def status(folder: Folder) -> SweepStatus:
+    """How far the latest sweep on a folder is.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
+    >>> study = {"name": "asked", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> hydrofdi.status(results.folder)
+    2 planned, 2 done, 0 failed, 0 missing (2 ok)
+    >>> hydrofdi.verify(results.folder)
+    every shard is sound
+    >>> hydrofdi.rerun(results.folder, 1).differing
+    []
+    >>> hydrofdi.why(results.folder, 1).differences
+    {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
+    >>> hydrofdi.collect(results.folder)
+    2 runs in results/asked: 2 ok
+    """
+    return sweep_status(path_of(folder))
+
+
+def verify(folder: Folder) -> Verification:
+    """Whether every shard of a folder has its checksum, and index and experiment file fit them.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment.
+    """
+    return Verification(find_faults(path_of(folder)))
+
+
+def why(folder: Folder, run: str | int, experiment: Experiment | None = None) -> Explanation:
+    """A run explained: its settings, verdict, failure, and what changed since it was stored.
+
+    Parameters
+    ----------
+    folder : path
+    run : str or int
+        Beginning of its identity, or its row.
+    experiment : path, mapping or ExperimentConfig, optional
+        What is asked for now; the latest request of the folder where it is left out.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment, or no such run.
+    """
+    asked = None if experiment is None else experiment_of(experiment, {})
+    return explain(path_of(folder), str(run), asked)
+
+
+def rerun(folder: Folder, run: str | int) -> Rerun:
+    """Compute a stored run again, and compare the bits.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment or no such run, or the run is not stored.
+    """
+    return Rerun(*recompute(path_of(folder), str(run)))
+
+
+def collect(folder: Folder) -> Results:
+    """Build the experiment file from what is stored; runs without a result are holes with a reason.
+
+    Raises
+    ------
+    StoreError
+        The folder holds no experiment, a sweep is at work there, or the file cannot be written.
+    """
+    build_file(path_of(folder))
+    return results(folder)

@@ -1,0 +1,101 @@
+"""What ``why`` says of verdicts, failures, seeds and changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import hydrofdi
+from hydrofdi.config import load_experiment
+from hydrofdi.config.seeds import seeds_of, shown_seeds
+from hydrofdi.quality.doubts import DOUBTS
+from hydrofdi.quality.failures import REMEDIES
+from tests.commands import run, run_json
+
+_STUDY = {"name": "asked", "record": {"duration": "4 s"}, "store": {"signals": "none"}}
+_GRID = {"leakage.internal_coefficient": [0.0, 2e-9]}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("why") / "out"
+    noisy = {"pressure_1_sensor": {"noise": "5 kPa"}, "measurement": {"seed": 3}}
+    hydrofdi.sweep(_STUDY | noisy | {"sweep": {"grid": _GRID}}, out=out, engine="in-process")
+    return out
+
+
+def test_why_shows_the_verdict_with_its_number_and_remedy(folder: Path) -> None:
+    found = run_json("why", folder, "0")
+    assert found["verdict"] == "unsettled"
+    assert found["doubts"]["unsettled"]["number"] > 1e-3
+    shown = " ".join(run("why", folder, "0").stdout.split())
+    assert "unsettled: the RMS of a detail of P_1 changes by up to" in shown
+    assert DOUBTS["unsettled"].remedy in shown
+
+
+def test_why_names_the_remedy_of_a_failure(tmp_path: Path) -> None:
+    failing = _STUDY | {"record": {"duration": "2 s", "step": "2 ms"}, "fluid": {"bulk_modulus": "100 GPa"}}
+    hydrofdi.sweep(failing, out=tmp_path, engine="in-process")
+    shown = " ".join(run("why", tmp_path, "0").stdout.split())
+    assert f"remedy {REMEDIES['diverged']}" in shown
+
+
+def test_why_lists_what_changed_in_readable_units_for_what_is_to_be_computed_anew(folder: Path) -> None:
+    same = run("why", folder, "1").stdout
+    assert "changed since" not in same
+    file = folder.parent / "changed.yaml"
+    file.write_text(
+        "name: asked\nrecord: {duration: 4 s}\nstore: {signals: none}\nfluid: {bulk_modulus: 689 MPa}\n"
+        "pressure_1_sensor: {noise: 5 kPa}\nmeasurement: {seed: 3}\n"
+        "sweep: {grid: {leakage.internal_coefficient: [0, 2.0e-9, 3.0e-9]}}\n"
+    )
+    changes = run_json("why", folder, "1", "--config", file)["changes"]
+    assert changes["fluid.bulk_modulus"] == [551e6, 689e6]
+    assert changes["sweep.grid: leakage.internal_coefficient"] == [[0.0, 2e-9], [0.0, 2e-9, 3e-9]]
+    assert set(changes) - {"baseline: fluid.bulk_modulus"} == {
+        "fluid.bulk_modulus",
+        "sweep.grid: leakage.internal_coefficient",
+    }
+    shown = run("why", folder, "1", "--config", file).stdout
+    assert "551 MPa" in shown
+    assert "689 MPa" in shown
+
+
+def test_the_seed_of_the_noise_is_in_the_provenance_of_file_why_and_report(folder: Path) -> None:
+    assert run_json("why", folder, "0")["provenance"]["seeds"] == {"measurement.seed": 3}
+    assert "seeds     measurement.seed 3" in run("why", folder, "0").stdout
+    assert "measurement.seed 3" in run("report", folder, "--format", "markdown").stdout
+
+
+def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else() -> None:
+    assert seeds_of(load_experiment()) == {}
+    everything = {
+        "name": "all",
+        "input": {"shape": "steps", "seed": 5},
+        "load": {"random_force": "1 kN"},
+        "pressure_1_sensor": {"noise": "5 kPa"},
+        "replicates": {"count": 2, "seed": 8},
+        "sweep": {
+            "union": [
+                {"grid": {"load.seed": [1, 2, 3]}},
+                {
+                    "sample": {
+                        "count": 4,
+                        "seed": 7,
+                        "over": {"actuator.mass": {"uniform": ["10 kg", "12 kg"]}},
+                    }
+                },
+            ]
+        },
+    }
+    assert shown_seeds(seeds_of(load_experiment(everything))) == (
+        "measurement.seed 0 … 2, input.seed 5, load.seed 1 … 3, sweep.union[2].sample.seed 7,"
+        " replicates.seed 8"
+    )
+
+
+def test_a_study_names_the_seed_that_it_draws_from() -> None:
+    seeds = seeds_of(load_experiment("detectability-smoke"))
+    assert isinstance(seeds["study.population.seed"], int)
+    assert "study.population.seed" in str(seeds["measurement.seed"])

@@ -8,7 +8,10 @@ from tests.commands import run
 from tests.documentation.pages import ROOT, blocks, compare, edit, follow
 
 DOCS = ROOT / "docs"
-LONG = {"my-actuator.md", "my-csv.md", "monitor-a-machine.md", "what-can-i-detect.md"}
+LONG = {
+    "my-actuator.md", "my-csv.md", "monitor-a-machine.md", "what-can-i-detect.md",
+    "another-oil-as-a-shift.md", "compare-two-sensors.md", "write-a-report.md",
+}  # fmt: skip
 PAGES = sorted([*DOCS.glob("tutorials/*.md"), *DOCS.glob("how-to/*.md")])
 PAGES = [page for page in PAGES if page.name != "index.md"]
 

@@ -31,7 +31,9 @@ def test_every_command_and_option_of_the_pages_exists():
         for block in blocks(page):
             if block.language != "sh":
                 continue
-            for command, rest in re.findall(r"hydrofdi ([a-z]+)([^|;&#>]*)", block.text.replace("\\\n", " ")):
+            for command, rest in re.findall(
+                r"hydrofdi ([a-z]+)([^|;&#>\n]*)", block.text.replace("\\\n", " ")
+            ):
                 if command not in helps:
                     helps[command] = run(command, "--help", check=0).stdout
                 for option in re.findall(r" (--[a-z-]+)", rest):

@@ -61,7 +61,7 @@ docs: .venv/installed-runtime  ## generate the pages of YAML files and indicator
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/table3.png > $(RESULT)/table3.txt
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png > $(RESULT)/table3.txt
 
-site: .venv/installed-test  ## build the documentation into site/; open site/index.html
+site: .venv/installed-test  ## build the documentation into site/ (a minute; then seconds)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs site
 	@echo "built site/index.html"
 
@@ -76,7 +76,8 @@ constraints: .venv/made  ## resolve all dependencies anew into constraints.txt
 	$(INSTALL) --dry-run --require-hashes --constraint constraints.txt --requirement .venv/wanted.txt
 
 clean:  ## remove .venv and caches; results stay
-	rm -rf site .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf site docs/_gallery docs/_notebooks docs/reference/api docs/reference/commands docs/reference/configurations
+	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/made: constraints.txt .ci/requirements.py

@@ -9,6 +9,7 @@ from hydrofdi import __version__
 
 project = "hydrofdi"
 author = "the authors of hydrofdi"
+copyright = f"{author}, MIT license"
 release = version = __version__
 
 extensions = [
@@ -20,11 +21,15 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
 ]
-exclude_patterns = ["deploy", "_gallery"]
+exclude_patterns = ["deploy", "_gallery", "_notebooks"]
 
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 4
-nb_execution_mode = "off"
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(Path(__file__).parent / "_notebooks")
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
 
 smartquotes = False
 default_role = "py:obj"

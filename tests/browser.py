@@ -24,9 +24,10 @@ FLAGS = (
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (Debian package chromium)")
 
 
-def open_page(path, profile, *flags):
-    """The document after loading, and what the browser says of its console."""
-    command = [CHROMIUM, *FLAGS, f"--user-data-dir={profile}", *flags, "--dump-dom", path.as_uri()]
+def open_page(page, profile, *flags):
+    """The document of a file or address after loading, and what the browser says of its console."""
+    address = page if isinstance(page, str) else page.as_uri()
+    command = [CHROMIUM, *FLAGS, f"--user-data-dir={profile}", *flags, "--dump-dom", address]
     environment = {**os.environ, "HOME": str(profile)}
     result = subprocess.run(command, capture_output=True, text=True, timeout=100, env=environment)
     assert result.returncode == 0, result.stderr[-2000:]

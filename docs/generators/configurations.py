@@ -31,6 +31,7 @@ GROUPS = {
 }
 
 _COMMAND = re.compile(r"^# {2,}(hydrofdi .*)$", re.MULTILINE)
+_READY = re.compile(r"configs/([\w/-]+)\.yaml")
 
 
 def write(reference: Path) -> None:
@@ -64,8 +65,9 @@ def _page(name: str, page: Path) -> str:
 
 
 def _commands(name: str) -> list[str]:
+    """The commands of its first comment, with the names of ready configurations in place of their files."""
     lines = _COMMAND.findall(_file(name).read_text(encoding="utf-8"))
-    return [command for line in lines for command in line.split(" && ")]
+    return [command for line in lines for command in _READY.sub(r"\1", line).split(" && ")]
 
 
 def _file(name: str) -> Path:

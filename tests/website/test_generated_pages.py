@@ -1,0 +1,93 @@
+"""Pages that come from the program: nothing is left out, and what they show works."""
+
+import shlex
+
+import pytest
+
+pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
+
+from generators import commands, configurations, detectors, interface, units
+from generators.examples import EXAMPLES
+from generators.links import led_to_pages
+
+import hydrofdi
+from hydrofdi.settings.ready import ready_names
+
+COMMANDS = commands.command_group().commands
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("reference")
+    for room in (commands, configurations, detectors, interface, units):
+        room.write(folder)
+    return folder
+
+
+def test_every_command_has_a_page_with_its_options_and_an_example(reference):
+    assert {page.stem for page in (reference / "commands").iterdir()} == {"index", *COMMANDS}
+    for name, command in COMMANDS.items():
+        text = (reference / "commands" / f"{name}.md").read_text(encoding="utf-8")
+        options = [
+            option for parameter in command.params for option in parameter.opts if option.startswith("--")
+        ]
+        assert all(f"`{option}" in text for option in options if option != "--help")
+        assert f"hydrofdi {name}" in text.partition("## Examples")[2]
+
+
+@pytest.mark.parametrize("line", [line for text in EXAMPLES.values() for line in text.splitlines()])
+def test_every_example_is_a_command_line_that_hydrofdi_takes(line):
+    for part in line.replace(" > ", " | ").split(" | "):
+        program, *arguments = shlex.split(part)
+        if program == "hydrofdi":
+            name, *rest = arguments
+            COMMANDS[name].make_context(name, rest)
+
+
+def test_every_public_name_has_a_page_and_a_place_in_the_overview(reference):
+    index = (reference / "api" / "index.md").read_text(encoding="utf-8")
+    for name in set(hydrofdi.__all__) - {"__version__"}:
+        assert f"   hydrofdi.{name}\n" in index
+        assert f":: hydrofdi.{name}\n" in (reference / "api" / f"{name}.md").read_text(encoding="utf-8")
+
+
+def test_every_ready_configuration_has_a_page_with_its_file(reference):
+    for name in ready_names():
+        page = reference / "configurations" / f"{name}.md"
+        assert f"configs/{name}.yaml\n" in page.read_text(encoding="utf-8")
+        assert f"]({name}.md)" in (reference / "configurations" / "index.md").read_text(encoding="utf-8")
+
+
+def test_a_unit_is_shown_with_its_factor(reference):
+    text = (reference / "units.md").read_text(encoding="utf-8")
+    assert "| `bar` | bar | 100000 kg·m⁻¹·s⁻² | yes |" in text
+    assert "| `min` | minute | 60 s |  |" in text
+
+
+def test_a_page_that_is_no_longer_made_is_removed(tmp_path):
+    (tmp_path / "commands").mkdir()
+    gone = tmp_path / "commands" / "gone.md"
+    gone.write_text("# gone\n")
+    commands.write(tmp_path)
+    assert not gone.exists()
+
+
+@pytest.mark.parametrize(
+    ("page", "link", "led"),
+    [
+        ("docs/results.md", "../configs/table3.yaml", "/reference/configurations/table3.md"),
+        (
+            "docs/tutorials/my-csv.md",
+            "../../configs/delays/smoke.yaml",
+            "/reference/configurations/delays/smoke.md",
+        ),
+        ("docs/running.md", "../configs/", "/reference/configurations/index.md"),
+        ("docs/report.md", "files.md#layout", "files.md#layout"),
+        ("CHANGELOG.md", "docs/files.md#layout", "/files.md#layout"),
+        ("CONTRIBUTING.md", "docs/decisions/", "/decisions/index.md"),
+        ("docs/measured.md", "../configs/measured-schema.json", "../configs/measured-schema.json"),
+        ("docs/measured.md", "https://example.org/a.yaml", "https://example.org/a.yaml"),
+    ],
+)
+def test_links_lead_to_the_page_that_shows_the_file(page, link, led):
+    assert led_to_pages(f"see [this]({link}).", page) == f"see [this]({led})."

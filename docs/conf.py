@@ -35,11 +35,12 @@ smartquotes = False
 default_role = "py:obj"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
-autodoc_typehints = "signature"
+napoleon_preprocess_types = True
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
 autodoc_typehints_format = "short"
 autodoc_member_order = "bysource"
 python_use_unqualified_type_names = True
-python_maximum_signature_line_length = 80
 
 templates_path = ["_templates"]
 html_static_path = ["_static"]

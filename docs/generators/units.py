@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from generators.writing import table, write_page
-from hydrofdi import units
+from hydrofdi.units import BASE_UNITS, Unit
+from hydrofdi.units.spellings import SPELLINGS
+from hydrofdi.units.symbols import PREFIXABLE, PREFIXES, SYMBOLS
 
 INTRODUCTION = """\
 # Units
@@ -16,7 +18,7 @@ are multiplied with `·`, `*` or a space and divided with `/`. Powers are `m²`,
 
 """
 
-SPELLINGS = """\
+OTHERS = """\
 ## Other spellings
 
 These are refused, and the message names the right unit: `did you mean 'L/min'?`. Upper and lower case differ:
@@ -25,42 +27,42 @@ These are refused, and the message names the right unit: `did you mean 'L/min'?`
 """
 
 NAMES = {
-    "1": "a number without a unit", "%": "percent", "kg": "kilogram", "g": "gram", "m": "metre", "in": "inch",
-    "s": "second", "min": "minute", "h": "hour", "Hz": "hertz, cycles per second", "rad": "radian",
-    "N": "newton", "Pa": "pascal", "bar": "bar", "psi": "pound-force per square inch", "L": "litre",
-    "l": "litre", "A": "ampere", "V": "volt", "J": "joule", "W": "watt",
+    "1": "without a unit", "%": "percent", "kg": "kilogram", "g": "gram", "t": "tonne", "lb": "pound",
+    "m": "metre", "in": "inch", "ft": "foot", "s": "second", "min": "minute", "h": "hour",
+    "Hz": "hertz, cycles per second", "rad": "radian", "N": "newton", "daN": "decanewton",
+    "kgf": "kilogram-force", "lbf": "pound-force", "Pa": "pascal", "hPa": "hectopascal", "atm": "atmosphere",
+    "bar": "bar", "psi": "pound-force per square inch", "L": "litre", "l": "litre", "galUS": "US gallon",
+    "galUK": "imperial gallon", "St": "stokes", "A": "ampere", "V": "volt", "J": "joule", "W": "watt",
 }  # fmt: skip
 
 
 def write(reference: Path) -> None:
     """Write ``reference/units.md``."""
     known = [
-        (f"`{symbol}`", NAMES[symbol], _in_si(unit), _mark(symbol in units._PREFIXABLE))
-        for symbol, unit in units._SYMBOLS.items()
+        (f"`{symbol}`", NAMES[symbol], _in_si(unit), _mark(symbol in PREFIXABLE))
+        for symbol, unit in SYMBOLS.items()
     ]
-    prefixes = [(f"`{prefix}`", f"10{_superscript(power)}") for prefix, power in units._PREFIXES.items()]
+    prefixes = [(f"`{prefix}`", f"10{_superscript(power)}") for prefix, power in PREFIXES.items()]
     parts = [
         INTRODUCTION + table(("unit", "name", "in SI", "takes a prefix"), known),
         "## Prefixes\n\n" + table(("prefix", "factor"), prefixes),
-        SPELLINGS + _spellings(),
+        OTHERS + _spellings(),
     ]
     write_page(reference / "units.md", "\n\n".join(parts) + "\n")
 
 
-def _in_si(unit: units.Unit) -> str:
-    bases = zip(units.BASE_UNITS, unit.exponents, strict=True)
+def _in_si(unit: Unit) -> str:
+    bases = zip(BASE_UNITS, unit.exponents, strict=True)
     powers = [f"{base}{_superscript(int(power)) if power != 1 else ''}" for base, power in bases if power]
     return " ".join([f"{float(unit.factor):.7g}", "·".join(powers)]).strip()
 
 
 def _spellings() -> str:
-    meant: dict[str, list[str]] = {}
-    for spelling, unit in (units._SPELLINGS | units._EXPRESSIONS).items():
-        meant.setdefault(unit.replace("pa", "Pa") if unit == "pa" else unit.replace("v", "V"), []).append(
-            spelling
-        )
-    rows = [(", ".join(f"`{one}`" for one in spellings), f"`{unit}`") for unit, spellings in meant.items()]
-    return table(("spelling", "stands for"), rows)
+    rows = [
+        (others, " or ".join(f"`{unit}`" for unit in units.split(" or ")))
+        for units, others in SPELLINGS.items()
+    ]
+    return table(("spelling, in any case", "stands for"), rows)
 
 
 def _superscript(power: int) -> str:

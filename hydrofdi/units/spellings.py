@@ -9,7 +9,7 @@ from itertools import islice, product
 from hydrofdi.units.expressions import parse_unit
 from hydrofdi.units.symbols import PREFIXABLE, PREFIXES, SYMBOLS
 
-_SPELLINGS = {
+SPELLINGS = {
     "s": "sec, secs, second, seconds",
     "ms": "msec, msecs, millisecond, milliseconds",
     "us": "usec, µsec, microsecond, microseconds",
@@ -53,7 +53,7 @@ _SPELLINGS = {
 }
 """Symbol or expression → other spellings, in small letters."""
 
-_MEANT = {name: [*meant.split(" or ")] for meant, text in _SPELLINGS.items() for name in text.split(", ")}
+_MEANT = {name: [*meant.split(" or ")] for meant, text in SPELLINGS.items() for name in text.split(", ")}
 _KNOWN = [*SYMBOLS, *(prefix + stem for prefix in PREFIXES for stem in sorted(PREFIXABLE))]
 _WORD = re.compile(r"[A-Za-zµμ]+|\"")
 _BARE_POWER = re.compile(r"(?<=[a-zA-Zµμ])(?:\*\*|\^)?([23])(?![\d.])")

@@ -11,7 +11,7 @@ from hydrofdi.api.evaluation_record import evaluation_record
 from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.page import html_sentences
 from hydrofdi.api.records.held import Names
-from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
 from hydrofdi.api.table import Table
 from hydrofdi.config.study.scores import load_scores
 from hydrofdi.errors import ConfigError
@@ -179,8 +179,12 @@ def evaluate(
     )
     chosen = indicators_of(indicators)
     scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
+    said = Said(sampling_frequency, channel, unit, label, group)
+    sources = sources_of(data, used_channels(chosen), said)
+    if not any(getattr(source, "is_labelled", True) for source in sources) and has_held(sources):
+        raise ConfigError("label: say what is known of each record, such as label=['healthy', 'leaking', …]")
     found = evaluating.evaluate(
-        sources_of(data, used_channels(chosen), Said(sampling_frequency, channel, unit, label, group)),
+        sources,
         chosen,
         (healthy,) if isinstance(healthy, str) else tuple(healthy),
         rules,

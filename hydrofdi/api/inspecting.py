@@ -98,7 +98,8 @@ class Inspection:
     def _title(self) -> str:
         rates = ", ".join(f"{rate:g} Hz" for rate in self.overview.sampling_frequencies)
         rejected = f", {self.n_rejected:,} rejected" if self.n_rejected else ""
-        return f"{self.overview.name}: {self.n_record:,} records{rejected} at {rates or 'no known rate'}"
+        records = f"{self.n_record:,} record{'s' if self.n_record != 1 else ''}{rejected}"
+        return f"{self.overview.name}: {records} at {rates or 'no known rate'}"
 
     def _remark_lines(self) -> list[str]:
         return [
@@ -148,7 +149,7 @@ def inspect(
     --------
     >>> import hydrofdi, numpy
     >>> hydrofdi.inspect({"P1 [bar]": numpy.linspace(50.0, 51.0, 500)}, sampling_frequency="1 kHz")
-    the mapping: 1 records at 1000 Hz
+    the mapping: 1 record at 1000 Hz
       chamber_1_pressure [Pa]: 5e+06 … 5.1e+06
     """
     said = Said(sampling_frequency, channel, unit, label, group)

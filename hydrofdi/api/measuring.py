@@ -13,6 +13,7 @@ import numpy as np
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.api.table import Table
+from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.selection import load_indicators, make_indicators
 from hydrofdi.settings.yaml_source import plain
@@ -134,6 +135,8 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
     ConfigError
         With every mistake.
     """
+    if isinstance(given, int | float):
+        raise ConfigError(f"indicators: found {given!r}; is it meant as sampling_frequency={given!r}?")
     if isinstance(given, str | PathLike):
         return load_indicators(fspath(given))
     return make_indicators(plain(given))

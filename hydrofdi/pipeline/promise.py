@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.detectors.trained.wording import count_text, percent, plain, readable, time_text
+from hydrofdi.detectors.trained.wording import count_text, limits_text, percent, plain, time_text
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
@@ -53,14 +53,6 @@ def _what(file: DetectorFile) -> str:
     if window.by == "cycle":
         return f"the first {duration:g} s of each cycle of {window.channel}"
     return f"windows of {duration:g} s" + ("" if every == duration else f", one every {every:g} s,")
-
-
-def limits_text(file: DetectorFile) -> str:
-    """Which scores are alarms, such as ``above 0.26 MPa``."""
-    limits = file.limits
-    low = "" if limits.low is None else f"below {readable(limits.low, file.unit)}"
-    high = "" if limits.high is None else f"above {readable(limits.high, file.unit)}"
-    return " or ".join(part for part in (low, high) if part)
 
 
 def _promise(file: DetectorFile) -> Iterator[str]:

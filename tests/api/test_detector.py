@@ -1,46 +1,44 @@
-"""`hydrofdi.Detector`: the rows of the command, from files and from memory."""
+"""`hydrofdi.Detector`: the rows and the lines of the commands, from files and from memory."""
 
 import json
 
 import numpy as np
+import pandas
 import pytest
 
 import hydrofdi
-from hydrofdi.detectors.trained import Judge
-from hydrofdi.detectors.trained.reading import detector_text
-from hydrofdi.records import Channel
 from tests.commands import run
-from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+from tests.detectors.trained.made import FREQUENCY, noise_detector, pressure, written
 
 CONFIG = {"output": "d2", "direction": "rising", "window": {"duration": 1.0, "every": 0.5}}
 
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    healthy = [window(number, 100 + number) for number in range(20)]
-    scores = [verdict.score for verdict in Judge(detector(ranges=healthy, **CONFIG)).judge(healthy)]
-    scale = (float(np.median(scores)), float(np.std(scores)))
-    file = detector(limits=(None, 1.2 * max(scores)), scale=scale, ranges=healthy, **CONFIG)
-    path = tmp_path_factory.mktemp("detector") / "detector.json"
-    path.write_text(detector_text(file), encoding="utf-8")
-    return path
+    return noise_detector(tmp_path_factory.mktemp("detector"), **CONFIG)
 
 
 @pytest.fixture(scope="module")
-def pressure():
+def samples():
     """P1 of five seconds; in the third the noise is threefold."""
-    samples = signals(1, 5000)[Channel.CHAMBER_1_PRESSURE].copy()
-    samples[2000:3000] += np.random.default_rng(2).standard_normal(1000) * 3e4
-    return samples
+    return pressure(leaking=[2])
 
 
-def test_an_array_gives_the_rows_of_the_command_on_a_file(trained, pressure, tmp_path):
-    file = tmp_path / "rig.csv"
-    rows = zip((np.arange(pressure.size) / FREQUENCY).tolist(), pressure.tolist(), strict=True)
-    file.write_text("time [s],P1 [Pa]\n" + "".join(f"{time!r},{value!r}\n" for time, value in rows))
+def monitored(trained, file):
+    """Lines of the command on a file."""
+    told = run("monitor", trained, file, "--no-follow", "--json", check=0).stdout
+    return [json.loads(line) for line in told.splitlines()]
+
+
+def test_an_array_gives_the_rows_of_the_command_on_a_file(trained, samples, tmp_path):
+    file = written(tmp_path / "rig.csv", samples)
     told = json.loads(run("detect", trained, file, "--json").stdout)["windows"]
     loaded = hydrofdi.Detector.load(str(trained))
-    for table in (loaded.judge(file), loaded.judge(pressure, sampling_frequency=FREQUENCY)):
+    for table in (
+        loaded.judge(file),
+        loaded.judge(samples, sampling_frequency=FREQUENCY),
+        hydrofdi.detect(trained, samples, sampling_frequency=FREQUENCY),
+    ):
         assert table["alarm"].tolist() == [each["alarm"] for each in told]
         assert any(table["alarm"].tolist())
         np.testing.assert_allclose(table["score"].astype(float), [each["score"] for each in told], rtol=1e-9)
@@ -49,13 +47,13 @@ def test_an_array_gives_the_rows_of_the_command_on_a_file(trained, pressure, tmp
     assert repr(loaded).startswith("dwt.d2: alarm above ")
 
 
-def test_what_is_not_judged_says_why(trained, pressure):
-    holed = pressure.copy()
+def test_what_is_not_judged_says_why(trained, samples):
+    holed = samples.copy()
     holed[100] = np.nan
     table = hydrofdi.Detector.load(trained).judge(holed, sampling_frequency=FREQUENCY)
     assert table["alarm"][0] is None
     assert "missing" in table["reason"][0]
-    short = hydrofdi.Detector.load(trained).judge(pressure[:100], sampling_frequency=FREQUENCY)
+    short = hydrofdi.Detector.load(trained).judge(samples[:100], sampling_frequency=FREQUENCY)
     assert short["fault"].tolist() == ["short_record"]
 
 
@@ -65,3 +63,48 @@ def test_the_sentence_is_that_of_the_command(tmp_path):
         hydrofdi.Detector.load(tmp_path / "notes.json")
     told = run("detect", tmp_path / "notes.json", "rig.csv", check=2).stderr
     assert told.strip() == f"hydrofdi: {raised.value}"
+
+
+@pytest.mark.parametrize("n_chunk", [1, 7, 1999])
+def test_a_stream_in_chunks_of_any_size_gives_the_lines_of_the_monitor(trained, samples, tmp_path, n_chunk):
+    file = written(tmp_path / "rig.csv", samples)
+    told = [
+        json.loads(line)
+        for line in run("monitor", trained, file, "--no-follow", "--json").stdout.split("\n")[:-1]
+    ]
+    windows = [line for line in told if line["line"] == "window"]
+    part = samples[:3000] if n_chunk == 1 else samples
+    chunks = (part[first : first + n_chunk] for first in range(0, part.size, n_chunk))
+    lines = [line for line in hydrofdi.Detector.load(trained).watch(chunks) if line["line"] == "window"]
+    assert len(lines) == part.size // 500 - 1
+    for line, other in zip(lines, windows, strict=False):
+        assert (line["number"], line["alarm"]) == (other["number"], other["alarm"])
+        np.testing.assert_allclose(
+            [line["start"], line["score"]], [other["start"], other["score"]], rtol=1e-9
+        )
+
+
+def test_chunks_of_frames_keep_their_dates(trained, samples):
+    dates = pandas.date_range("2026-01-31T12:00Z", periods=samples.size, freq="1ms")
+    frame = pandas.DataFrame({"P1 [bar]": samples / 1e5}, index=dates)
+    lines = hydrofdi.Detector.load(trained).watch(
+        frame.iloc[first : first + 300] for first in range(0, 5000, 300)
+    )
+    starts = [line["start"] for line in lines if line["line"] == "window"]
+    noon = dates[0].timestamp()
+    np.testing.assert_allclose(starts, noon + 0.5 * np.arange(9), rtol=0.0, atol=1e-5)
+
+
+def test_a_monitor_hands_on_what_the_command_writes(trained, samples, tmp_path):
+    file = written(tmp_path / "rig.csv", samples)
+    lines: list[dict] = []
+    ended = hydrofdi.Detector.load(trained).monitor(file, follow=False, on_line=lines.append)
+    assert monitored(trained, file) == lines
+    assert ended == "the stream is over"
+
+
+def test_what_is_replayed_is_judged_as_it_was(trained, samples):
+    loaded = hydrofdi.Detector.load(trained)
+    lines = loaded.watch(hydrofdi.replay(samples, sampling_frequency=FREQUENCY))
+    alarms = [line["alarm"] for line in lines if line["line"] == "window"]
+    assert alarms == loaded.judge(samples, sampling_frequency=FREQUENCY)["alarm"].tolist()

@@ -140,7 +140,7 @@ FRAME = pandas.DataFrame({"P1": [1.0, 2.0], "P2 [bar]": [1.0, 2.0]})
             "the mapping: no column is named like a channel; found 'a', 'b'",
         ),
         (
-            {"time": [0.0, 1.0], "P1": [1.0, 2.0]},
+            {"time": [0.0, 0.5], "P1": [1.0, 2.0]},
             {"sampling_frequency": 1},
             "leave the sampling frequency out",
         ),

@@ -51,3 +51,60 @@ def sweep(folder: Path) -> None:
     assert d3.sizes["run"] == results.data.n_run
     assert page.startswith("#")
     results.dataset.close()
+
+
+def train(folder: Path) -> None:
+    noise = np.random.default_rng(1).standard_normal((100, 1000))
+    detector: hydrofdi.Detector = hydrofdi.train(
+        5e6 + 1e4 * noise,
+        "dwt",
+        output="d2",
+        direction="both",
+        false_alarm_rate="4 %",
+        sampling_frequency="1 kHz",
+    )
+    detector.save(folder / "detector.json")
+    low, high = detector.false_alarm_interval
+    sentences: list[str] = detector.summary.splitlines()
+    windows: hydrofdi.Table = hydrofdi.detect(
+        folder / "detector.json", 5e6 + 1e4 * noise[0], sampling_frequency=1000
+    )
+    same = hydrofdi.Detector.load(str(folder / "detector.json")).judge(
+        5e6 + 1e4 * noise[0], sampling_frequency=1000
+    )
+    frame: pandas.DataFrame = same.to_pandas()
+    lines = [*detector.watch(hydrofdi.replay(5e6 + 1e4 * noise[0], sampling_frequency="1 kHz", rate="max"))]
+    assert 0.0 <= low < detector.false_alarm_rate < high
+    assert sentences[0].startswith("It judges")
+    assert len(windows) == len(frame) == len(lines) == 1
+
+
+def evaluate(folder: Path) -> None:
+    records = [5e6 + scale * np.random.default_rng(1).standard_normal((40, 1000)) for scale in (1e4, 2e4)]
+    label = ["sound"] * 40 + ["leaking"] * 40
+    evaluation: hydrofdi.Evaluation = hydrofdi.evaluate(
+        np.vstack(records),
+        ["dwt"],
+        label=label,
+        healthy="sound",
+        sampling_frequency=1e3,
+        false_alarm_rate=0.2,
+    )
+    frame: pandas.DataFrame = evaluation.to_pandas()
+    dataset: xarray.Dataset = evaluation.to_xarray()
+    best: str = evaluation.best
+    assert best.startswith("dwt.")
+    assert set(frame.population) == {"healthy", "leaking"}
+    assert dataset.q90_95.attrs["units"] == "m^3/s"
+
+
+def inspect(folder: Path) -> None:
+    samples = {"P1 [bar]": np.linspace(50.0, 51.0, 500), "time [s]": np.arange(500) / 1000.0}
+    found: hydrofdi.Inspection = hydrofdi.inspect(samples)
+    figure: Figure = found.plot()
+    figure.savefig(folder / "look.png")
+    counted: dict[str, int] = found.remarks
+    listed: hydrofdi.Table = hydrofdi.list_indicators()
+    assert found.n_record == 1
+    assert isinstance(counted, dict)
+    assert hydrofdi.describe_indicator(listed["name"][0]).outputs

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained import ChartConfig, Judge
+from hydrofdi.detectors.trained import ChartConfig
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.reading import detector_text, load_detector
 from hydrofdi.monitor.line_record import line_record
@@ -16,7 +16,12 @@ from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.commands import run_hydrofdi
-from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+from tests.detectors.trained.made import (
+    FREQUENCY,
+    noise_detector,
+    pressure,
+    written,
+)
 
 P1 = Channel.CHAMBER_1_PRESSURE
 N_SAMPLE = 1000
@@ -25,32 +30,7 @@ CONFIG = {"output": "d2", "direction": "rising", "window": {"duration": 1.0, "ev
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    """A detector of the noise of P1 in windows of a second, which overlap by half."""
-    healthy = [window(number, 100 + number) for number in range(20)]
-    scores = [verdict.score for verdict in Judge(detector(ranges=healthy, **CONFIG)).judge(healthy)]
-    scale = (float(np.median(scores)), float(np.std(scores)))
-    file = detector(limits=(None, 1.2 * max(scores)), scale=scale, ranges=healthy, **CONFIG)
-    path = tmp_path_factory.mktemp("detector") / "detector.json"
-    path.write_text(detector_text(file), encoding="utf-8")
-    return path
-
-
-def pressure(n_window=5, seed=1, leaking=()):
-    """P1 of so many seconds; in some of them the noise is threefold."""
-    samples = signals(seed, n_window * N_SAMPLE)[P1]
-    noise = np.random.default_rng(seed + 1).standard_normal(samples.size) * 3e4
-    for number in leaking:
-        part = slice(number * N_SAMPLE, (number + 1) * N_SAMPLE)
-        samples[part] += noise[part]
-    return samples
-
-
-def written(path, samples, frequency=FREQUENCY, name="P1 [Pa]"):
-    time = np.arange(samples.size) / frequency
-    rows = zip(time.tolist(), samples.tolist(), strict=True)
-    lines = (f"{instant!r},{value!r}\n" for instant, value in rows)
-    path.write_text("".join([f"time [s],{name}\n", *lines]), encoding="utf-8")
-    return path
+    return noise_detector(tmp_path_factory.mktemp("detector"), **CONFIG)
 
 
 def detected(trained, *sources):

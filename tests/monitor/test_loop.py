@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hydrofdi.cli.monitor.stopping import StopSignals
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.loop import Ending, monitor
@@ -17,7 +18,6 @@ from hydrofdi.monitor.sinks.log import WindowLog
 from hydrofdi.monitor.sinks.stream_lines import StreamLines
 from hydrofdi.monitor.sources.text.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
-from hydrofdi.monitor.stopping import StopSignals
 from hydrofdi.monitor.watch import Watch
 from tests.monitor.streams import Kept, Samples, made_detector, stream
 
@@ -262,7 +262,7 @@ def test_two_monitors_never_share_a_state(tmp_path):
 
 def test_the_state_of_another_source_or_detector_is_refused(tmp_path):
     run(tmp_path)
-    with pytest.raises(StoreError, match="another source, made; give another file with --state"):
+    with pytest.raises(StoreError, match="another source, made; give another file with state"):
         run(tmp_path, Samples(MADE, name="other"))
     with pytest.raises(StoreError, match="another detector"):
         run(tmp_path, file=made_detector(every=0.5))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.detectors.watching import watched
@@ -15,11 +16,12 @@ from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.table import Table
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.reading import load_detector
-from hydrofdi.detectors.trained.wording import percent
+from hydrofdi.detectors.trained.wording import limits_text, percent
+from hydrofdi.errors import ConfigError
 from hydrofdi.pipeline.detected import Tally
 from hydrofdi.pipeline.detecting import JudgedWindow, channels_read, detect
 from hydrofdi.pipeline.healthy_records import LeftOut
-from hydrofdi.pipeline.promise import limits_text, sentences, training_record
+from hydrofdi.pipeline.promise import sentences, training_record
 from hydrofdi.pipeline.training import Training, write_detector
 
 
@@ -32,6 +34,8 @@ class Detector:
     ----------
     training : Training
         The detector in full, and which records were left out.
+    path : Path or None
+        Its file; None where it is not saved.
 
     Examples
     --------
@@ -50,8 +54,9 @@ class Detector:
     ['novel']
     """
 
-    def __init__(self, training: Training) -> None:
+    def __init__(self, training: Training, path: Path | None = None) -> None:
         self.training = training
+        self.path = path
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Detector:
@@ -62,7 +67,8 @@ class Detector:
         ConfigError
             It is no detector file, or one of another version.
         """
-        return cls(Training(load_detector(path_of(path)), LeftOut(), is_unlabelled=False))
+        file = path_of(path)
+        return cls(Training(load_detector(file), LeftOut(), is_unlabelled=False), file)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the detector as JSON for a person to read.
@@ -73,6 +79,7 @@ class Detector:
             The file cannot be written, or something else than a detector stands there.
         """
         write_detector(path_of(path), self.file)
+        self.path = path_of(path)
 
     @property
     def file(self) -> DetectorFile:
@@ -221,6 +228,73 @@ class Detector:
         window 1.0 False
         """
         return watched(self.file, chunks, Said(sampling_frequency, channel, unit))
+
+    def monitor(
+        self,
+        source: str | PathLike[str],
+        *,
+        config: str | PathLike[str] | None = None,
+        state: str | PathLike[str] | None = None,
+        log: str | PathLike[str] | None = None,
+        metrics: str | None = None,
+        events: Sequence[str] = (),
+        follow: bool = True,
+        sampling_frequency: str | float | None = None,
+        on_line: Callable[[dict[str, Any]], None] | None = None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> str:
+        """Judge a stream for as long as it lasts, as ``hydrofdi monitor`` does.
+
+        Parameters
+        ----------
+        source : str or path
+            A file that grows, ``-`` (standard input), ``mqtt://HOST/TOPIC``, ``mqtts://HOST/TOPIC`` or
+            ``opc.tcp://HOST:PORT``.
+        config : path, optional
+            YAML with the channels of the source, and how it is reached.
+        state, log : path, optional
+            Where to go on after a restart, and where all lines are appended.
+        metrics : str, optional
+            Where metrics are served for Prometheus, ``HOST:PORT``.
+        events : sequence of str, optional
+            Where events are sent: ``mqtt(s)://HOST/TOPIC`` or ``https://…``.
+        follow : bool
+            Whether to wait for more at the end of a file.
+        sampling_frequency : str or float, optional
+            Of text without a column of time [Hz].
+        on_line : callable, optional
+            Is given each line, as `watch` yields them.
+        stop : callable, optional
+            Whether to end; it is asked several times a second.
+
+        Returns
+        -------
+        str
+            Why it ended, in a sentence.
+
+        Raises
+        ------
+        ConfigError, DataError, StoreError
+            As the command says it.
+        """
+        from hydrofdi.api.monitoring.running import calls, run_monitor
+
+        if self.path is None and "://" in str(source):
+            raise ConfigError("save the detector first: a broker knows it by the path of its file")
+        return run_monitor(
+            self.file,
+            self.path or Path("detector.json"),
+            source,
+            calls(on_line),
+            config=config,
+            state=state,
+            log=log,
+            metrics=metrics,
+            events=events,
+            follow=follow,
+            sampling_frequency=sampling_frequency,
+            stop=stop,
+        ).value
 
     def __repr__(self) -> str:
         low, high = (percent(share) for share in self.false_alarm_interval)

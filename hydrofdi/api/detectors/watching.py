@@ -47,5 +47,9 @@ def _chunks(chunks: Iterable[Any], said: Said, frequency: float) -> Iterator[Chu
             raise DataError(f"{source.name}: has {len(source.tables)} records; a chunk of a stream has one")
         channels, times = samples_of(source.tables[0], source.config)
         n_time = next(iter(channels.values())).size
-        yield Chunk((n_before + np.arange(n_time)) / frequency if times is None else times, channels)
+        if times is None or samples.time is None:
+            times = (n_before + np.arange(n_time)) / frequency
+        else:
+            times = times + samples.time.since
+        yield Chunk(times, channels)
         n_before += n_time

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
+from hydrofdi.records.dates import instant, is_dated
 from hydrofdi.records.measured.column_names import titles_of_time
 from hydrofdi.records.measured.formats.table import split_title
 
@@ -30,11 +31,14 @@ class Column:
     values : ndarray, shape (n_time,) or (n_record, n_time)
     unit : str or None
         Empty where it is not stated; None where there is no place to state it.
+    since : float
+        Instant from which dates are counted [s since 1970]; 0 where they are none.
     """
 
     name: str
     values: NDArray[np.float64]
     unit: str | None
+    since: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -86,10 +90,30 @@ def _of_frame(frame: Any) -> Held:
     kind = "the DataFrame"
     titles = [str(title) for title in frame.columns]
     numeric = [n for n in range(len(titles)) if frame.dtypes.iloc[n].kind in "fiumM"]
-    columns = [_column(kind, titles[n], frame.iloc[:, n].to_numpy(), "") for n in numeric]
+    columns = [_column(kind, titles[n], _values(frame.iloc[:, n]), "") for n in numeric]
+    others = (frame.iloc[:, n] for n in range(len(titles)) if n not in numeric)
+    columns += [_column(kind, str(each.name), _dates(kind, each), "") for each in others if _is_dated(each)]
     if frame.index.name is not None or frame.index.dtype.kind in "mM":
-        columns.append(_column(kind, str(frame.index.name or "time"), frame.index.to_numpy(), ""))
+        columns.append(_column(kind, str(frame.index.name or "time"), _values(frame.index), ""))
     return _timed(kind, columns)
+
+
+def _values(series: Any) -> NDArray[Any]:
+    """Values of a column or an index; dates with a zone in UTC."""
+    values: NDArray[Any] = series.to_numpy("datetime64[ns]" if series.dtype.kind == "M" else None)
+    return values
+
+
+def _is_dated(series: Any) -> bool:
+    return len(series) > 0 and isinstance(series.iloc[0], str) and is_dated(series.iloc[0])
+
+
+def _dates(kind: str, series: Any) -> NDArray[np.datetime64]:
+    """Dates of a column of texts."""
+    try:
+        return np.array([instant(str(text)).nanoseconds for text in series]).astype("datetime64[ns]")
+    except ValueError as error:
+        raise DataError(f"{kind}: column {str(series.name)!r}: {error}") from None
 
 
 def _of_dataset(kind: str, variables: Mapping[str, Any]) -> Held:
@@ -135,8 +159,9 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
     name, stated = split_title(title)
     array = np.asarray(values)
     if array.dtype.kind in "mM":
-        start = np.zeros(1, "datetime64[ns]") if array.dtype.kind == "M" else np.timedelta64(0, "ns")
-        return Column(name, (array - start) / np.timedelta64(1, "ns") / 1e9, "s")
+        passed = (array - array[:1]) / np.timedelta64(1, "ns") / 1e9
+        since = array[:1].astype(f"{array.dtype.kind}8[ns]").astype(np.int64).sum() / 1e9
+        return Column(name, passed, "s", float(since))
     if array.dtype.kind not in "fiu":
         raise DataError(
             f"{kind}: {f'column {title!r} ' if title else ''}holds something else than real numbers"

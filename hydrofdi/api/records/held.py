@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ from hydrofdi.api.records.columns import Column, Held
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.column_names import channel_named
+from hydrofdi.records.measured.column_units import unit_by_name
 from hydrofdi.records.measured.held import HeldSource, HeldTable, held_source
+from hydrofdi.records.measured.sampling import counts_samples
 from hydrofdi.settings.mistakes import nearest
 
 Names = str | Mapping[str, str] | None
@@ -34,12 +37,14 @@ def records_of(data: Held, frequency: float | None, channel: Names, unit: Names)
     ConfigError, DataError
         They do not say enough, or contradict each other.
     """
+    if frequency is not None and data.time is not None and counts_samples(data.time.values):
+        data = replace(data, time=None)
     chosen = _chosen(data, channel)
     described = {found: _described(data, found, column, unit) for found, column in chosen.items()}
     titles = [found.value for found in chosen]
     units = [column.unit or "" for column in chosen.values()]
     values = [column.values for column in chosen.values()]
-    sampling = _sampling(data, frequency)
+    sampling = _sampling(data, frequency, unit)
     if data.time is not None:
         titles, units, values = [*titles, "time"], [*units, ""], [*values, data.time.values]
     n_record = max((len(array) for array in values if array.ndim > 1), default=1)
@@ -60,9 +65,9 @@ def _described(data: Held, channel: Channel, column: Column, unit: Names) -> dic
     if isinstance(unit, Mapping):
         names = (name for name in unit if name == column.name or channel_named(name, "") == channel)
         given = next((unit[name] for name in names), None)
-    if given is None and column.unit == "":
+    if given is None and not (column.unit is None or column.unit or unit_by_name(column.name)):
         raise _no_unit(data, column.name or channel.value, "bar" if channel.is_pressure else channel.unit)
-    given = channel.unit if given is None and column.unit is None else given
+    given = channel.unit if given is None and not column.unit else given
     return {"column": channel.value} | ({} if given is None else {"unit": str(given)})
 
 
@@ -82,7 +87,7 @@ def _row(data: Held, values: np.ndarray[Any, np.dtype[np.float64]], row: int, n_
     return values[row]
 
 
-def _sampling(data: Held, frequency: float | None) -> dict[str, Any]:
+def _sampling(data: Held, frequency: float | None, unit: Names) -> dict[str, Any]:
     if frequency is not None and data.time is not None:
         raise DataError(f"{data.kind}: has a column {data.time.name!r}; leave the sampling frequency out")
     if frequency is not None:
@@ -92,12 +97,14 @@ def _sampling(data: Held, frequency: float | None) -> dict[str, Any]:
             f"{data.kind}: no sampling frequency is given (sampling_frequency='1 kHz'), and nothing is named"
             " 'time'"
         )
-    if data.time.unit == "":
+    stated = unit.get(data.time.name) if isinstance(unit, Mapping) else None
+    stated = stated or data.time.unit or unit_by_name(data.time.name)
+    if stated == "":
         raise DataError(
-            f"{data.kind}: {data.time.name!r} has no unit; name it '{data.time.name} [s]', or set its"
-            " attribute units='s'"
+            f"{data.kind}: {data.time.name!r} has no unit; name it '{data.time.name} [s]', set its attribute"
+            f" units='s', or give unit={{{data.time.name!r}: 's'}}"
         )
-    return {"time": {"column": "time", "unit": data.time.unit or "s"}}
+    return {"time": {"column": "time", "unit": stated or "s"}}
 
 
 def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:

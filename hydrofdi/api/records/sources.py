@@ -77,6 +77,11 @@ def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[Rec
     return [next(named) if isinstance(source, HeldSource) else source for source in found]
 
 
+def has_held(sources: Sequence[RecordSource]) -> bool:
+    """Whether some records are in memory."""
+    return any(isinstance(source, HeldSource) for source in sources)
+
+
 def _refuse_names(said: Said) -> None:
     for name in ("channel", "unit", "label", "group"):
         if getattr(said, name) is not None:

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.wording import plain, readable, readable_unit
+from hydrofdi.detectors.trained.wording import limits_text, plain, score_unit
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def print_windows(tally: Tally) -> None:
         if len(kept) < _SHOWN:
             kept.append((n_row, window))
     shown = sorted([*alarms, *beyond, *others][:_SHOWN], key=itemgetter(0))
-    console.print(f"{_score_name(file)}: {_limits_text(file)}")
+    console.print(f"{_score_name(file)}: alarm {limits_text(file)}")
     console.print(_table(file, [window for _, window in shown]))
     if n_row > len(shown):
         first = f"{len(alarms)} of {tally.n_alarm:,} alarms among them" if alarms else "no alarm"
@@ -48,7 +48,7 @@ def print_windows(tally: Tally) -> None:
 
 
 def _table(file: DetectorFile, windows: list[JudgedWindow]) -> Table:
-    unit = readable_unit(file.unit)
+    unit = score_unit(file)
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column("record", no_wrap=True)
     for name, unit_text in (("start", "s"), ("score", "" if unit == "1" else unit), ("margin", "spreads")):
@@ -62,7 +62,7 @@ def _table(file: DetectorFile, windows: list[JudgedWindow]) -> Table:
 
 
 def _cells(file: DetectorFile, window: JudgedWindow) -> list[str | Text]:
-    line, unit = window.line, readable_unit(file.unit)
+    line, unit = window.line, score_unit(file)
     cells: list[str | Text] = [_short(window.record_id)]
     if line is None:
         cells += ["–"] * (4 if file.chart else 3)
@@ -91,13 +91,6 @@ def _verdict_text(window: JudgedWindow) -> str:
 
 def _score_name(file: DetectorFile) -> str:
     return f"{file.config.indicator}.{file.config.output}" if file.config.output else file.config.indicator
-
-
-def _limits_text(file: DetectorFile) -> str:
-    low, high = file.limits.low, file.limits.high
-    texts = [] if low is None else [f"below {readable(low, file.unit)}"]
-    texts += [] if high is None else [f"above {readable(high, file.unit)}"]
-    return f"alarm {' or '.join(texts)}"
 
 
 def _short(text: str) -> str:

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency, frequency
+from hydrofdi.cli.options import Json, SamplingFrequency
 
 INTERRUPTED = 130
 
 if TYPE_CHECKING:
+    from hydrofdi.api.monitoring.running import Shown
     from hydrofdi.detectors.trained import DetectorFile
     from hydrofdi.monitor.sinks import Sink
 
@@ -60,56 +61,53 @@ def monitor(
     with --state it goes on from there. Exit code 0 at the end of the stream and after SIGTERM, 1
     where the stream is over and no sample of it could be read, 130 after Ctrl-C.
     """
-    from hydrofdi.monitor.stopping import StopSignals
+    from hydrofdi.cli.monitor.stopping import StopSignals
 
     with StopSignals() as stop:
-        from hydrofdi.cli.terminal import tell
-        from hydrofdi.detectors.trained.reading import load_detector
-        from hydrofdi.monitor.configuration import load_monitor_config
-        from hydrofdi.monitor.loop import Ending
-        from hydrofdi.monitor.loop import monitor as watch_stream
-        from hydrofdi.monitor.sinks.log import WindowLog
-        from hydrofdi.monitor.sinks.opening import open_sinks
-        from hydrofdi.monitor.sources.opening import open_stream
-        from hydrofdi.monitor.state import StateFile
-        from hydrofdi.monitor.watch import Watch
+        from hydrofdi.api.detectors.detector import Detector
+        from hydrofdi.api.monitoring.running import run_monitor
 
-        file, settings = load_detector(detector), load_monitor_config(config)
-        stream = open_stream(
-            source,
-            settings,
-            file,
+        trained = Detector.load(detector)
+        ending = run_monitor(
+            trained.file,
             detector,
-            sampling_frequency=frequency(sampling_frequency),
-            is_followed=follow,
-        )
-        watch = Watch(file)
-        sinks = [_shown(file, stream.name, json), *open_sinks(settings, file, metrics, events or ())]
-        if state is None:
-            tell("no --state: after a restart, it begins anew")
-        ending = watch_stream(
-            watch,
-            stream,
-            sinks,
-            state_file=None if state is None else StateFile(state, file, stream.name),
-            log=None if log is None else WindowLog(log, file.unit),
+            source,
+            _shown(json, has_state=state is not None),
+            config=config,
+            state=state,
+            log=log,
+            metrics=metrics,
+            events=events or (),
+            follow=follow,
+            sampling_frequency=sampling_frequency,
             stop=stop,
         )
     if stop.number == signal.SIGINT:
         return INTERRUPTED
-    return int(ending is Ending.UNREADABLE)
+    return int(ending.name == "UNREADABLE")
 
 
-def _shown(file: DetectorFile, source: str, json: bool) -> Sink:
+def _shown(json: bool, *, has_state: bool) -> Shown:
     """The live view on a terminal, JSON lines elsewhere."""
+    from hydrofdi.cli.terminal import tell
+
+    def shown(file: DetectorFile, source: str) -> Sink:
+        if not has_state:
+            tell("no --state: after a restart, it begins anew")
+        return _view(json)(file, source)
+
+    return shown
+
+
+def _view(json: bool) -> Shown:
+    from hydrofdi.api.monitoring.running import json_lines
     from hydrofdi.cli.terminal import terminal
-    from hydrofdi.monitor.sinks.stream_lines import StreamLines
 
     console = terminal()
     if json or not console.is_terminal or console.is_dumb_terminal:
-        return StreamLines(sys.stdout, file.unit)
+        return json_lines(sys.stdout)
     from hydrofdi.cli.monitor.live import LiveView
 
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")
-    return LiveView(file, source, console)
+    return lambda file, source: LiveView(file, source, console)

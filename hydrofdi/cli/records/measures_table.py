@@ -13,13 +13,11 @@ from rich.text import Text
 
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
 _SHOWN = 20
 """Records that the terminal shows."""
-
-_READABLE = {"Pa": ("kPa", "MPa"), "m": ("µm", "mm"), "m/s": ("mm/s",), "m^3/s": ("L/min",)}
-"""SI unit → units that the terminal shows, the next one where the numbers are large."""
 
 _LARGE = 9_999.5
 
@@ -119,12 +117,8 @@ def _values(column: Column, records: Sequence[RecordMeasures]) -> list[float]:
 def _readable_unit(column: Column, records: Sequence[RecordMeasures]) -> tuple[str, float]:
     """Unit in which the terminal shows a column, and its numbers for one in SI."""
     largest = max((abs(value) for value in _values(column, records) if math.isfinite(value)), default=0.0)
-    unit, factor = column.unit, 1.0
-    for unit in _READABLE.get(column.unit, (column.unit,)):
-        factor = convert(1.0, unit) if column.unit in _READABLE else 1.0
-        if largest * factor < _LARGE:
-            break
-    return unit, factor
+    unit = readable_unit(column.unit, largest)
+    return unit, convert(1.0, unit) if unit != column.unit else 1.0
 
 
 def _two_lines(name: str) -> tuple[str, str]:

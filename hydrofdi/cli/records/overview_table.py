@@ -11,12 +11,11 @@ from rich.text import Text
 from hydrofdi.cli.records.measures_table import number_text
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.records.overview import Overview
+from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
 _MOST_SHOWN = 12
 """Groups and labels that are listed."""
-
-_READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s"}
 
 
 def print_overview(overview: Overview) -> None:
@@ -71,9 +70,9 @@ def _channel_table(overview: Overview) -> Table:
     for column in table.columns[2:]:
         column.justify = "right"
     for channel, found in overview.channels.items():
-        unit = _READABLE.get(found.unit, found.unit)
         numbers = (found.least, found.mean, found.largest)
-        shown = [convert(value, unit) if found.unit in _READABLE else value for value in numbers]
+        unit = readable_unit(found.unit, max(abs(found.least), abs(found.largest)))
+        shown = [convert(value, unit) if unit != found.unit else value for value in numbers]
         table.add_row(channel.value, unit, *map(number_text, shown), f"{found.n_record:,}")
     return table
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
-
-_READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "m^3/s": "L/min", "m³/s": "L/min"}
-
 
 _LEAST_PERCENT = 1e-4
 """Smaller shares have no digits that tell anything [%]."""
@@ -46,13 +45,30 @@ def time_text(seconds: float) -> str:
     return f"{value:,.0f} {unit}" if value >= 999.5 else f"{value:.3g} {unit}"
 
 
-def readable_unit(unit: str) -> str:
-    """The unit that a person uses for one in SI."""
-    return _READABLE.get(unit, unit)
+def score_unit(file: DetectorFile) -> str:
+    """The unit in which a person reads scores: the one that suits the limits."""
+    ends = [abs(end) for end in (file.limits.low, file.limits.high) if end is not None]
+    return readable_unit(file.unit, max(ends, default=0.0))
+
+
+def limits_text(file: DetectorFile) -> str:
+    """Which scores are alarms, such as ``below 29 kPa or above 257 kPa``."""
+    low, high = file.limits.low, file.limits.high
+    texts = [] if low is None else [f"below {score_text(low, file)}"]
+    texts += [] if high is None else [f"above {score_text(high, file)}"]
+    return " or ".join(texts)
+
+
+def score_text(score: float, file: DetectorFile) -> str:
+    """A score in the unit of all scores of its detector."""
+    return _text(score, file.unit, score_unit(file))
 
 
 def readable(value: float, unit: str) -> str:
     """A value in SI with four digits and the unit that a person uses."""
-    shown = readable_unit(unit)
+    return _text(value, unit, readable_unit(unit, abs(value)))
+
+
+def _text(value: float, unit: str, shown: str) -> str:
     number = plain(convert(value, shown) if shown != unit else value, 4)
     return number if shown == "1" else f"{number} {shown}"

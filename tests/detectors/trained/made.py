@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from hydrofdi.detectors.trained import DetectorConfig, DetectorFile
+from hydrofdi.detectors.trained import DetectorConfig, DetectorFile, Judge
 from hydrofdi.detectors.trained.file import Basis, Limits, Made, Scale
 from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.detectors.trained.ranges import channel_facts, learned_range
+from hydrofdi.detectors.trained.reading import detector_text
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 
@@ -71,3 +72,32 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), ranges=()
             "ranges": learned,
         }
     )  # fmt: skip
+
+
+def noise_detector(folder, **config):
+    """The file of a detector of the noise of P1."""
+    healthy = [window(number, 100 + number) for number in range(20)]
+    scores = [verdict.score for verdict in Judge(detector(ranges=healthy, **config)).judge(healthy)]
+    scale = (float(np.median(scores)), float(np.std(scores)))
+    file = detector(limits=(None, 1.2 * max(scores)), scale=scale, ranges=healthy, **config)
+    path = folder / "detector.json"
+    path.write_text(detector_text(file), encoding="utf-8")
+    return path
+
+
+def pressure(n_window=5, seed=1, leaking=()):
+    """P1 of so many seconds; in some of them the noise is threefold."""
+    samples = signals(seed, n_window * 1000)[Channel.CHAMBER_1_PRESSURE]
+    noise = np.random.default_rng(seed + 1).standard_normal(samples.size) * 3e4
+    for number in leaking:
+        part = slice(number * 1000, (number + 1) * 1000)
+        samples[part] += noise[part]
+    return samples
+
+
+def written(path, samples, frequency=FREQUENCY, name="P1 [Pa]"):
+    time = np.arange(samples.size) / frequency
+    rows = zip(time.tolist(), samples.tolist(), strict=True)
+    lines = (f"{instant!r},{value!r}\n" for instant, value in rows)
+    path.write_text("".join([f"time [s],{name}\n", *lines]), encoding="utf-8")
+    return path

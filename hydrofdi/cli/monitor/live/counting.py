@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from hydrofdi.api.monitoring.lines import EventKind
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, judged_noun
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import percent, percentage
-from hydrofdi.monitor.lines import EventKind
 
 _COUNTED = {
     EventKind.GAP: ("gap", "gaps"),

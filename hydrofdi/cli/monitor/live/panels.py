@@ -7,14 +7,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from rich.text import Text
 
+from hydrofdi.api.monitoring.lines import WindowLine
 from hydrofdi.cli.monitor.live.character_plots import draw, envelope, row_of
 from hydrofdi.cli.monitor.live.page import LABEL_WIDTH, Page, heading
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, judged_noun, score_name
-from hydrofdi.detectors.trained.wording import plain, readable_unit
-from hydrofdi.monitor.lines import WindowLine
+from hydrofdi.detectors.trained.wording import plain, score_unit
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
+from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
 _BEYOND, _NOT_JUDGED = "^", "?"
@@ -32,7 +33,7 @@ def signal_lines(watched: Watched, page: Page, height: int) -> list[Text]:
 
 
 def _signal(channel: Channel, values: Array, page: Page, height: int) -> list[Text]:
-    unit = readable_unit(channel.unit)
+    unit = readable_unit(channel.unit, float(np.nanmax(np.abs(values), initial=0.0)))
     shown = values * convert(1.0, unit) if unit != channel.unit else values
     low, high = envelope(shown, 2 * page.plot_width)
     finite = shown[np.isfinite(shown)]
@@ -75,7 +76,7 @@ def _decisive(watched: Watched, windows: Sequence[WindowLine]) -> tuple[Array, l
             np.nan if w.chart is None or w.chart.statistic is None else w.chart.statistic for w in windows
         ]
         return np.array(values), [windows[-1].chart.limit], f"{file.config.chart.chart}, {span}"
-    unit = readable_unit(file.unit)
+    unit = score_unit(file)
     factor = convert(1.0, unit) if unit != file.unit else 1.0
     scores = [_number_or_nan(window.verdict.score) * factor for window in windows]
     limits = [each * factor for each in (file.limits.low, file.limits.high) if each is not None]

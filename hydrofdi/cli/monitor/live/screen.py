@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from rich.text import Text
 
+from hydrofdi.api.monitoring.lines import Condition
 from hydrofdi.cli.folding import folded
 from hydrofdi.cli.monitor.live.counting import counts_text, promise_text
 from hydrofdi.cli.monitor.live.page import Page, heading
@@ -17,7 +18,6 @@ from hydrofdi.cli.monitor.live.wording import (
     reading_text,
     state_text,
 )
-from hydrofdi.monitor.lines import Condition
 
 _STYLES = {
     Condition.HEALTHY: "bold black on green",

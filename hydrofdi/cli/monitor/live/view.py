@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from rich.console import Console, ConsoleOptions, Group, RenderResult
 from rich.live import Live
 
+from hydrofdi.api.monitoring.lines import Line
 from hydrofdi.cli.monitor.live.page import Page
 from hydrofdi.cli.monitor.live.screen import screen_lines
 from hydrofdi.cli.monitor.live.summary import summary_lines
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.monitor.lines import Line
 from hydrofdi.records.streams import Chunk
 
 _FRAMES_IN_A_SECOND = 4.0

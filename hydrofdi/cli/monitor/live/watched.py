@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hydrofdi.api.monitoring.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.cli.monitor.live.arrivals import Arrivals
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk

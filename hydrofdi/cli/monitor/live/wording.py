@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from datetime import datetime
 
+from hydrofdi.api.monitoring.lines import Event, EventKind, WindowLine
 from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.wording import plain, readable
-from hydrofdi.monitor.lines import Event, EventKind, WindowLine
+from hydrofdi.detectors.trained.wording import limits_text, plain, score_text
 
 _FIRST_DATE = 1e9
 """Clocks of streams beyond it count from 1970 [s]; those below start when the machine does."""
@@ -67,15 +67,15 @@ def reading_text(watched: Watched) -> str:
     if watched.is_silent and watched.n_unread:
         return watched.unread_text
     if not watched.windows:
-        return f"{score_name(watched.file)}: {limits_text(watched.file)}"
+        return f"{score_name(watched.file)}: alarm {limits_text(watched.file)}"
     line, file = watched.windows[-1], watched.file
     verdict, name = line.verdict, score_name(watched.file)
-    score = "has no number" if verdict.score is None else readable(verdict.score, file.unit)
+    score = "has no number" if verdict.score is None else score_text(verdict.score, file)
     if verdict.fault is not None:
         beyond = ", beyond its limit" if verdict.is_beyond else ""
         return f"{name} {score}{beyond}; not judged, {verdict.fault.kind}: {verdict.fault.text}"
     margin = "" if verdict.margin is None else f", margin {signed(verdict.margin)} spreads"
-    return f"{name} {score}; {limits_text(file)}{margin}{chart_text(line)}"
+    return f"{name} {score}; alarm {limits_text(file)}{margin}{chart_text(line)}"
 
 
 def score_name(file: DetectorFile) -> str:
@@ -86,14 +86,6 @@ def score_name(file: DetectorFile) -> str:
 def judged_noun(file: DetectorFile) -> str:
     """What is judged one at a time."""
     return "window" if file.n_sample else "estimate"
-
-
-def limits_text(file: DetectorFile) -> str:
-    """The limits of the score."""
-    low, high = file.limits.low, file.limits.high
-    texts = [f"below {readable(low, file.unit)}"] if low is not None else []
-    texts += [f"above {readable(high, file.unit)}"] if high is not None else []
-    return f"alarm {' or '.join(texts)}"
 
 
 def chart_text(line: WindowLine) -> str:

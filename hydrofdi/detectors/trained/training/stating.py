@@ -133,4 +133,5 @@ def _mistakes_of_score(config: DetectorConfig, source: Source) -> Iterator[Mista
     try:
         feature.direction(config.direction)
     except ConfigError as faulty:
-        yield source.mistake(("direction",), f"{faulty} ({setting('direction')})")
+        option = setting("direction")
+        yield source.mistake(("direction",), f"{faulty} ({option})" if option != "direction" else str(faulty))

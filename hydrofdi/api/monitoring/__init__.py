@@ -1,0 +1,1 @@
+"""Streams judged by a trained detector, and records played as streams."""

@@ -1,0 +1,104 @@
+"""A monitor from its source to whatever shows its lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, TextIO
+
+from hydrofdi.api.places import path_of
+from hydrofdi.api.records.sources import frequency_of
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.monitor.configuration import load_monitor_config
+from hydrofdi.monitor.line_record import line_record
+from hydrofdi.monitor.lines import Line
+from hydrofdi.monitor.loop import Ending, monitor
+from hydrofdi.monitor.sinks import Sink
+from hydrofdi.monitor.sinks.log import WindowLog
+from hydrofdi.monitor.sinks.opening import open_sinks
+from hydrofdi.monitor.sinks.stream_lines import StreamLines
+from hydrofdi.monitor.sources.opening import open_stream
+from hydrofdi.monitor.state import StateFile
+from hydrofdi.monitor.watch import Watch
+from hydrofdi.records.streams import Chunk
+
+OnLine = Callable[[dict[str, Any]], None]
+Shown = Callable[[DetectorFile, str], Sink]
+"""What shows the lines: made of the detector and the name of the source."""
+
+
+def run_monitor(
+    file: DetectorFile,
+    detector: Path,
+    source: str | PathLike[str],
+    shown: Shown,
+    *,
+    config: str | PathLike[str] | None = None,
+    state: str | PathLike[str] | None = None,
+    log: str | PathLike[str] | None = None,
+    metrics: str | None = None,
+    events: Sequence[str] = (),
+    follow: bool = True,
+    sampling_frequency: str | float | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Ending:
+    """Judge a stream for as long as it lasts, or until `stop` says so.
+
+    Parameters
+    ----------
+    file : DetectorFile
+    detector : Path
+        Its file, from which a broker knows it again.
+    source : str or path
+        As `Detector.monitor` has it, and all that follow.
+    shown : callable
+        Makes what the lines are given to first.
+    stop : callable
+        Whether to end; it is asked several times a second.
+
+    Raises
+    ------
+    ConfigError, DataError, StoreError
+        As ``hydrofdi monitor`` says it.
+    """
+    settings = load_monitor_config(None if config is None else path_of(config))
+    frequency = frequency_of(sampling_frequency)
+    stream = open_stream(
+        str(source), settings, file, detector, sampling_frequency=frequency, is_followed=follow
+    )
+    watch = Watch(file)
+    sinks = [shown(file, stream.name), *open_sinks(settings, file, metrics, events)]
+    return monitor(
+        watch,
+        stream,
+        sinks,
+        state_file=None if state is None else StateFile(path_of(state), file, stream.name),
+        log=None if log is None else WindowLog(path_of(log), file.unit),
+        stop=stop,
+    )
+
+
+def json_lines(stream: TextIO) -> Shown:
+    """Lines as JSON on a stream of text."""
+    return lambda file, name: StreamLines(stream, file.unit)
+
+
+def calls(on_line: OnLine | None) -> Shown:
+    """Lines as mappings that a function is given."""
+    return lambda file, name: _Calls(on_line, file.unit)
+
+
+class _Calls:
+    def __init__(self, on_line: OnLine | None, unit: str) -> None:
+        self._on_line, self._unit = on_line, unit
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Hand the lines on."""
+        for line in lines:
+            if self._on_line is not None and not getattr(line, "is_silent", False):
+                self._on_line(line_record(line, self._unit))
+        return ()
+
+    def close(self) -> None:
+        """Nothing is left."""

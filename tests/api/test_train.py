@@ -1,0 +1,155 @@
+"""`hydrofdi.train` and `hydrofdi.evaluate`: what the commands say, from files and from memory."""
+
+import json
+
+import numpy as np
+import pandas
+import pytest
+import xarray
+
+import hydrofdi
+from tests.commands import run, run_json
+
+RATE = 1000.0
+WANTED = {"output": "d2", "direction": "both", "false_alarm_rate": 0.2}
+
+
+def noisy(n_record, scale=1e4, seed=1):
+    return 5e6 + scale * np.random.default_rng(seed).standard_normal((n_record, 1000))
+
+
+HEALTHY, LEAKING = noisy(30), noisy(40, 3e4, 2)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """The same records as files with a description."""
+    folder = tmp_path_factory.mktemp("rig")
+    for label, records in (("sound", HEALTHY), ("leaking", LEAKING)):
+        for number, samples in enumerate(records):
+            text = "".join(f"{value!r}\n" for value in samples.tolist())
+            (folder / f"{label}_{number:02}.csv").write_text(f"P1 [Pa]\n{text}")
+    description = {
+        "files": "*.csv",
+        "sampling_frequency": "1 kHz",
+        "path": "{label}_{number}.csv",
+        "label": "{label}",
+        "channels": {"chamber_1_pressure": {"column": "P1 [Pa]"}},
+    }
+    (folder / "rig.yaml").write_text(json.dumps(description))
+    return folder / "rig.yaml"
+
+
+LABELS = ["sound"] * 30 + ["leaking"] * 40
+BOTH = np.vstack([HEALTHY, LEAKING])
+
+
+def promise(detector):
+    file = detector.file
+    return file.limits, file.healthy, file.ranges, file.basis.n_window
+
+
+def test_records_in_memory_teach_what_the_command_learns_from_files(files, tmp_path):
+    options = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--healthy", "sound")
+    run("train", files, *options, "--out", tmp_path / "detector.json", check=0)
+    told = promise(hydrofdi.Detector.load(tmp_path / "detector.json"))
+    dims = ("record", "time")
+    labelled = xarray.DataArray(
+        BOTH, dims=dims, coords={"label": ("record", LABELS)}, name="P1", attrs={"units": "Pa"}
+    )
+    frames = [pandas.DataFrame({"P1 [Pa]": samples}) for samples in BOTH]
+    for given in (
+        {"data": files, "healthy": "sound"},
+        {"data": BOTH, "label": LABELS, "healthy": ["sound"], "sampling_frequency": "1 kHz"},
+        {"data": frames, "label": LABELS, "healthy": "sound", "sampling_frequency": RATE},
+        {"data": labelled, "healthy": "sound", "sampling_frequency": RATE},
+        {"data": HEALTHY, "sampling_frequency": RATE},
+    ):
+        made = promise(hydrofdi.train(**given, **WANTED))
+        assert made == told
+
+
+def test_what_is_saved_is_what_is_loaded(tmp_path):
+    detector = hydrofdi.train(HEALTHY, **WANTED, sampling_frequency=RATE, out=tmp_path / "made.json")
+    detector.save(str(tmp_path / "saved.json"))
+    for name in ("made.json", "saved.json"):
+        assert hydrofdi.Detector.load(tmp_path / name).file == detector.file
+    low, high = detector.false_alarm_interval
+    assert f"false alarms in 20 % of healthy windows ({100 * low:.3g} to {100 * high:.3g} %)" in repr(
+        detector
+    )
+    assert detector.summary.split("\n")[1].startswith("A score below ")
+    assert detector.summary.split("\n")[0] in detector._repr_html_()
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(hydrofdi.HydrofdiError, match="is not a detector file"):
+        hydrofdi.train(HEALTHY, **WANTED, sampling_frequency=RATE, out=tmp_path / "notes.txt")
+
+
+def test_settings_come_from_a_mapping_a_file_or_keywords(tmp_path):
+    config = {"indicator": "dwt", **WANTED, "window": {"duration": "0.5 s"}}
+    (tmp_path / "wanted.yaml").write_text(json.dumps(config))
+    by_keywords = hydrofdi.train(HEALTHY, "dwt", **WANTED, window="0.5 s", sampling_frequency=RATE)
+    for given in (config, tmp_path / "wanted.yaml", str(tmp_path / "wanted.yaml")):
+        assert promise(hydrofdi.train(HEALTHY, given, sampling_frequency=RATE)) == promise(by_keywords)
+    shorter = hydrofdi.train(HEALTHY, config=config, window=0.48, sampling_frequency=RATE)
+    assert shorter.file.n_sample == 480
+
+
+def test_results_and_runs_are_records(tmp_path):
+    study = {
+        "name": "s",
+        "record": {"duration": "12 s"},
+        "sweep": {"grid": {"leakage.internal_flow": [0, "1 L/min"]}},
+    }
+    results = hydrofdi.sweep(study, out=tmp_path / "s", engine="in-process")
+    detector = hydrofdi.train(results, output="d2", direction="both", window="1 s", false_alarm_rate="30 %")
+    assert detector.training.left_out.n_leaking == 1
+    run_of_it = hydrofdi.simulate(duration="12 s")
+    (score, *_), (same, *_) = (detector.judge(each)["score"] for each in (run_of_it, tmp_path / "s"))
+    assert score == pytest.approx(same, rel=1e-6)
+    assert hydrofdi.measure([run_of_it, results])["dwt.d2"].shape == (3,)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"direction": "up"}, "direction: 'up' is unknown"),
+        ({}, "direction: choose the direction"),
+        ({"window": "2 km"}, "window: window.duration: '2 km' has the wrong unit"),
+        ({"indicator": "dwtt"}, "did you mean 'dwt'?"),
+        ({**WANTED, "false_alarm_rate": 0.001}, "a higher false_alarm_rate"),
+        ({**WANTED, "healthy": "sound"}, "healthy: no record has the label 'sound'"),
+        ({**WANTED, "label": ["a", "b"]}, "label: 2 are given for 30 records"),
+        ({**WANTED, "label": "sound"}, "which records are healthy? healthy='LABEL'"),
+    ],
+)
+def test_a_refusal_names_the_keyword(options, sentence):
+    with pytest.raises(hydrofdi.HydrofdiError) as raised:
+        hydrofdi.train(HEALTHY, sampling_frequency=RATE, **options)
+    assert sentence in str(raised.value)
+    assert "--" not in str(raised.value)
+
+
+def test_the_command_names_its_options(files, tmp_path):
+    told = run("train", files, "--output", "d2", "--direction", "both", "--out", tmp_path / "d.json", check=2)
+    assert "which records are healthy? --healthy LABEL" in told.stderr
+    told = run("measure", tmp_path / "no.csv", "--sampling-frequency", "1 kg", check=2)
+    assert "hydrofdi: --sampling-frequency: " in told.stderr
+
+
+def test_an_evaluation_in_memory_is_that_of_the_command(files):
+    told = run_json("evaluate", files, "--healthy", "sound", "--false-alarm-rate", "20 %")
+    given = {"healthy": "sound", "false_alarm_rate": 0.2}
+    made = hydrofdi.evaluate(BOTH, label=LABELS, sampling_frequency=RATE, **given)
+    assert hydrofdi.evaluate(files, **given).to_dict() == told
+    keys = ("indicator", "direction", "unit", "refusals")
+    assert [[each[key] for key in keys] for each in made.to_dict()["scores"]] == [
+        [each[key] for key in keys] for each in told["scores"]
+    ]
+    frame = made.to_pandas()
+    found = frame[(frame.score == made.best) & (frame.population == "leaking")].iloc[0]
+    assert (found.alarms, found.n, found.auc) == (40, 40, 1.0)
+    assert found.rate_low < found.rate == 1.0
+    assert made.best in made._repr_html_()
+    with pytest.raises(hydrofdi.HydrofdiError, match="label: say what is known of each record"):
+        hydrofdi.evaluate(BOTH, sampling_frequency=RATE)

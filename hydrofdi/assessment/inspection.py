@@ -238,9 +238,9 @@ def _problems(found: Inspection) -> Iterator[str]:
 
 
 def _warnings(found: Inspection) -> Iterator[str]:
-    yield from near_edge_warnings(
-        (mode.frequency, mode.bulk_modulus) for mode in found.modes if mode.octaves_to_edge < NEAR_BAND_EDGE
-    )
+    modes = {(mode.frequency, mode.bulk_modulus): mode for mode in found.modes}
+    near = (key for key, mode in modes.items() if mode.octaves_to_edge < NEAR_BAND_EDGE)
+    yield from near_edge_warnings(near, len(modes))
     yield from found.folding
     yield from found.unmeasured
     yield from record_warnings(found.n_period, found.boundary_shares)

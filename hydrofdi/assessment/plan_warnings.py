@@ -9,6 +9,7 @@ from hydrofdi.assessment.step_limits import Distinct, step_warnings, undamped_fr
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.record import is_whole
+from hydrofdi.config.shown_values import four_digits
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
 NEAR_BAND_EDGE = 0.25
@@ -56,19 +57,28 @@ def band_warnings(distinct: Distinct) -> list[str]:
         if place_in_bands(frequency, level_bands(run.record.sampling_frequency, run.wavelet.levels))[1]
         < NEAR_BAND_EDGE
     ]
-    return [f"{sentence} (see 'hydrofdi check')" for sentence in near_edge_warnings(near)]
+    return [f"{sentence} (see 'hydrofdi check')" for sentence in near_edge_warnings(near, len(modes))]
 
 
-def near_edge_warnings(near: Iterable[tuple[float, float]]) -> list[str]:
+def near_edge_warnings(near: Iterable[tuple[float, float]], n_all: int) -> list[str]:
     """A sentence on modes near the edge of a band; none where there are no such.
 
     Parameters
     ----------
     near : iterable of (float, float)
         f_h [Hz] and EBM [Pa] of each.
+    n_all : int
+        Number of modes that were looked at.
     """
-    named = [f"{frequency:.1f} Hz at EBM {modulus / 1e6:g} MPa" for frequency, modulus in near]
-    return [f"f_h lies near the edge between two bands and changes both: {few_of(named)}"] if named else []
+    different = list(dict.fromkeys(near))
+    if not different:
+        return []
+    frequency, modulus = different[0]
+    first = f"{frequency:.1f} Hz at EBM {four_digits(modulus / 1e6)} MPa"
+    sentence = "f_h lies near the edge between two bands and changes both"
+    if len(different) == 1:
+        return [f"{sentence}: {first}"]
+    return [f"{sentence} in {len(different):,} of {n_all:,} conditions, e.g. {first}"]
 
 
 def few_of(texts: Iterable[str]) -> str:
@@ -137,9 +147,13 @@ def record_warnings(n_period: float, boundary: Sequence[float]) -> Iterator[str]
     """
     if math.isfinite(n_period) and not is_whole(n_period):
         yield f"the record holds {n_period:g} periods, no whole number: features depend on where it ends"
-    for level, share in enumerate(boundary, 1):
-        if share > MANY_BOUNDARY_COEFFICIENTS:
-            yield f"{share:.0%} of the coefficients of d{level} depend on the extension of the record"
+    many = [
+        f"{share:.0%} of the coefficients of d{level}"
+        for level, share in enumerate(boundary, 1)
+        if share > MANY_BOUNDARY_COEFFICIENTS
+    ]
+    if many:
+        yield f"{' and '.join(many)} depend on the extension of the record"
 
 
 def period_count(run: RunParameters) -> float:

@@ -88,7 +88,8 @@ def _run_lines(record: dict[str, Any]) -> list[str]:
         shown = shown_parameter(name, values)
         are_numbers = bool(values) and all(isinstance(value, float) for value in values)
         spread = f" from {shown.text(min(values))} to {shown.text(max(values))}" if are_numbers else ""
-        lines.append(f"  axis       {shown.header}: {len(values):,} values{spread}")
+        header = shown.header if are_numbers else name
+        lines.append(f"  axis       {header}: {len(values):,} values{spread}")
     if record["axes"]:
         lines += [
             f"first point  {shown_values(record['first_point']) or 'nominal'}",

@@ -41,7 +41,7 @@ class RunRequest(RunParameters):
             super().require_fit(sections)
             return
         require_discard_fits(self.analysis, self.input, self.record)
-        require_record_fits(self.n_kept - self.wavelet.latest_start, self.wavelet)
+        require_record_fits(self.record, self.analysis, self.input.period, self.wavelet)
 
     @property
     def parameters(self) -> RunParameters:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path as FilePath
 from typing import Any, TypeVar, get_origin
 
@@ -10,9 +11,11 @@ from pydantic import BaseModel, ValidationError
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.settings.ready import ready_hint
-from hydrofdi.settings.yaml_source import Path, Source, parse_yaml
+from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
 
 Model = TypeVar("Model", bound=BaseModel)
+
+_KEY = re.compile(r"\b[a-z][a-z_0-9]*\.[a-z][a-z_0-9]*\b")
 
 
 def read_yaml(file: FilePath, kind: str) -> Source:
@@ -48,15 +51,27 @@ def validated(model: type[Model], source: Source) -> Model:
     try:
         valid = model.model_validate(source.data)
     except ValidationError as errors:
-        source.mistakes.extend(
-            source.mistake(
-                _path(error), describe_error(error, known_keys(model, _path(error)[:-1]), _dotted_keys(model))
-            )
-            for error in errors.errors()
-        )
+        source.mistakes.extend(_mistake(model, source, error) for error in errors.errors())
     if source.mistakes:
         raise ConfigError(sorted(source.mistakes, key=_reading_order))
     return valid
+
+
+def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
+    path = _path(error)
+    message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model))
+    return source.mistake(path, message) if path else _placed(source, message)
+
+
+def _placed(source: Source, message: str) -> Mistake:
+    """A mistake between keys: at the first that is stated, options first, and where the others stand."""
+    named = dict.fromkeys(tuple(name.split(".")) for name in _KEY.findall(message))
+    places = {path: source.origins[path] for path in named if path in source.origins}
+    if not places:
+        return source.mistake((), message)
+    first, *others = sorted(places, key=lambda path: not places[path].startswith("--"))
+    elsewhere = ", ".join(f"{dotted(path)} stands in {places[path]}" for path in others)
+    return Mistake(f"{message} ({elsewhere})" if elsewhere else message, origin=places[first])
 
 
 def _read_text(file: FilePath, kind: str) -> str:

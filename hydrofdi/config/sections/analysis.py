@@ -56,8 +56,14 @@ class AnalysisConfig(Section):
             return float(self.discard.split()[0]) * period
         return self.discard
 
-    def require_fits(self, record: RecordConfig, period: float) -> None:
-        """Check that what is left out is a whole number of samples, and less than all.
+    def shown_discard(self, period: float) -> str:
+        """What is left out, for a period of the input [s]: ``4 s``, ``1 period of input.period = 2 s``."""
+        if self.discards_periods:
+            return f"{self.discard} of input.period = {period:g} s"
+        return f"{self.discard:g} s"
+
+    def require_whole_samples(self, record: RecordConfig, period: float) -> None:
+        """Check that what is left out is a whole number of samples.
 
         Raises
         ------
@@ -65,8 +71,7 @@ class AnalysisConfig(Section):
             It is not.
         """
         time = self.discarded_time(period)
-        shown = f"{self.discard} of {period:g} s" if self.discards_periods else f"{time:g} s"
         if time and not is_whole(time * record.sampling_frequency):
-            raise ValueError(f"discard = {shown} is not a multiple of the sampling interval")
-        if time >= record.duration:
-            raise ValueError(f"discard = {shown} leaves nothing of duration = {record.duration:g} s")
+            raise ValueError(
+                f"analysis.discard = {self.shown_discard(period)} is not a multiple of the sampling interval"
+            )

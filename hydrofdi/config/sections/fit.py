@@ -82,26 +82,37 @@ def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> No
 
 @lru_cache(maxsize=1024)
 def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: RecordConfig) -> None:
-    """What is left out of a record is less than all of it, and of a period that there is."""
+    """What is left out of a record is a whole number of samples, and of a period that there is."""
     if analysis.discards_periods and not drive.is_periodic:
         raise ValueError(
             f"analysis.discard = {analysis.discard} needs an input with a period, and input.shape ="
             f" {drive.shape} has none; give a time"
         )
-    analysis.require_fits(record, drive.period)
+    analysis.require_whole_samples(record, drive.period)
 
 
 @lru_cache(maxsize=1024)
-def require_record_fits(n_kept: int, wavelet: WaveletConfig) -> None:
-    """The record carries the levels of the wavelet."""
+def require_record_fits(
+    record: RecordConfig, analysis: AnalysisConfig, period: float, wavelet: WaveletConfig
+) -> None:
+    """What is analysed of a record supports the levels of the wavelet; else, which key takes what value."""
     from pywt import Wavelet, dwt_max_level
 
-    deepest = dwt_max_level(n_kept, Wavelet(wavelet.name).dec_len)
-    if wavelet.levels > deepest:
-        raise ValueError(
-            f"a record of {n_kept} samples is too short for {wavelet.levels} levels of {wavelet.name}; it"
-            f" supports {deepest} (lengthen record.duration or lower wavelet.levels)"
-        )
+    length = Wavelet(wavelet.name).dec_len
+    n_left_out = round(analysis.discarded_time(period) * record.sampling_frequency)
+    n_kept = record.n_sample - n_left_out
+    deepest = dwt_max_level(max(n_kept - wavelet.latest_start, 0), length)
+    if wavelet.levels <= deepest:
+        return
+    n_needed = (length - 1) * 2**wavelet.levels + wavelet.latest_start
+    least = (n_left_out + n_needed) / record.sampling_frequency
+    left = f" after analysis.discard = {analysis.shown_discard(period)}" if n_left_out else ""
+    lower = f", or wavelet.levels to {deepest}" if deepest > 0 else ""
+    raise ValueError(
+        f"record.duration = {record.duration:g} s leaves {max(n_kept, 0):,} samples{left}, but"
+        f" wavelet.levels = {wavelet.levels} of {wavelet.name} needs {n_needed:,};"
+        f" set record.duration to {least:.10g} s or more{lower}"
+    )
 
 
 @lru_cache(maxsize=1024)

@@ -9,11 +9,11 @@ from dataclasses import replace
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.ranking import ranking_note, ranking_sheet
 from hydrofdi.report.detection.selection import (
+    answers,
     best_of_sensors,
     distinct,
     of_the_paper,
     tested,
-    worth_its_sensors,
 )
 from hydrofdi.report.detection.wording import (
     false_alarms_in_words,
@@ -48,7 +48,7 @@ def answer_block(detection: Detection, *, is_complete: bool = True, remark: str 
     """What is found with which sensors, from how many records; while runs are missing, the table alone."""
     best, paper = best_of_sensors(detection), of_the_paper(detection)
     shown = distinct(*best, *paper)
-    sheet = ranking_sheet(detection, shown, "answer", _TITLE)
+    sheet = ranking_sheet(detection, shown, "best", _TITLE)
     if not is_complete:
         return Block("answer", "What is there", (_records_sentence(detection),), (sheet,))
     sentences = answer_sentence(detection), _paper_sentence(detection, paper), _counts(detection)
@@ -57,15 +57,14 @@ def answer_block(detection: Detection, *, is_complete: bool = True, remark: str 
         "What is found",
         tuple(filter(None, (sentences[0], remark, *sentences[1:], _among_many(detection)))),
         (replace(sheet, note=ranking_note(detection)),),
-        ("ranking",),
+        ("answer", "ranking") if answers(detection) else ("ranking",),
     )
 
 
 def answer_sentence(detection: Detection) -> str:
     """The question, answered for each set of sensors; the best first."""
     unit, best = severity_unit(detection), best_of_sensors(detection)
-    able = [each for each in best if each.smallest["q90_95"].value is not None]
-    found = [each for each in able if worth_its_sensors(detection, each)][:_MOST]
+    found = answers(detection)[:_MOST]
     asked = detection.rules
     terms = (
         f"{probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"

@@ -25,6 +25,12 @@ def worth_its_sensors(detection: Detection, judgement: Judgement) -> bool:
     return not judgement.scored.channels or judgement.scored.name in detection.pareto
 
 
+def answers(detection: Detection) -> tuple[Judgement, ...]:
+    """The best detectors that find a fault, and a smaller one than others with fewer sensors; best first."""
+    able = [each for each in best_of_sensors(detection) if each.smallest["q90_95"].value is not None]
+    return tuple(each for each in able if worth_its_sensors(detection, each))
+
+
 def of_the_paper(detection: Detection) -> tuple[Judgement, ...]:
     """The rules of the paper, as detectors like the others."""
     return tuple(each for each in detection.judgements if _PAPER.fullmatch(each.scored.name))

@@ -34,7 +34,7 @@ KINDS = ("png", "svg", "pdf")
 
 _NAMES = {
     "sensitivity", "figure2", "figure3", "figure4", "spectrum", "mode_plane", "phases", "scenarios",
-    "ranking", "pod", "roc", "det", "false_alarms", "densities", "tornado", "delays",
+    "ranking", "answer", "pod", "roc", "det", "false_alarms", "densities", "tornado", "delays",
 }  # fmt: skip
 """Names of figures in some report; any other name draws the usual one."""
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
+
+_LABEL = 0.45
+"""Room for a label beside another [in]; above another, half of it."""
 
 
 def plain_number(value: float) -> str:
@@ -26,7 +30,9 @@ def log_axis(axis: Any) -> None:
 
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
     low, high = sorted(axis.get_view_interval())
-    steps = (1.0, 2.0, 5.0) if high < 500.0 * low else (1.0,)
+    box = axis.axes.get_window_extent()
+    length = (box.width if axis.axis_name == "x" else 2.0 * box.height) / axis.get_figure().dpi
+    steps = (1.0, 2.0, 5.0) if 3.0 * math.log10(high / low) * _LABEL < length else (1.0,)
     axis.set_major_locator(LogLocator(subs=steps, numticks=20 if len(steps) > 1 else 9))
     axis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
     axis.set_minor_formatter(NullFormatter())

@@ -12,7 +12,7 @@ from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.rules import Rules
 from tests.report.detection.made_up import judged, made_up_records, made_up_score, report_of
 
-FIGURES = {"ranking", "pod", "roc", "det", "false_alarms", "densities"}
+FIGURES = {"answer", "ranking", "pod", "roc", "det", "false_alarms", "densities"}
 
 
 def texts(figure):

@@ -13,7 +13,7 @@ FIGURES = [
     *(("alone", name) for name in ("sensitivity",)),
     *(("many", name) for name in ("sensitivity",)),
     *(("scenarios", name) for name in ("sensitivity", "mode_plane", "scenarios")),
-    *(("study", name) for name in (*STUDY, "tornado")),
+    *(("study", name) for name in (*STUDY, "answer", "tornado")),
     *(("delays", name) for name in (*STUDY, "delays")),
 ]
 

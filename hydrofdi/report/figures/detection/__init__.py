@@ -8,7 +8,9 @@ from typing import Any
 
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.contract import FigureKind
-from hydrofdi.report.detection.wording import severity_unit
+from hydrofdi.report.detection.selection import answers
+from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
+from hydrofdi.report.figures.detection.answer import draw_answer
 from hydrofdi.report.figures.detection.densities import draw_densities
 from hydrofdi.report.figures.detection.false_alarms import draw_false_alarms
 from hydrofdi.report.figures.detection.pod import draw_pod
@@ -19,6 +21,7 @@ from hydrofdi.studies.judgement import Detection
 
 _DRAWN: dict[str, Callable[[Detection], Any]] = {
     "ranking": draw_ranking,
+    "answer": draw_answer,
     "pod": draw_pod,
     "roc": draw_roc,
     "det": draw_det,
@@ -33,7 +36,8 @@ def detection_figures(detection: Detection) -> dict[str, FigureKind]:
     return {
         name: FigureKind(caption, partial(_DRAWN[name], detection))
         for name, caption in _captions(detection).items()
-        if name != "tornado" or detection.records.chosen(Kind.ALONE, is_fit=False)
+        if (name != "tornado" or detection.records.chosen(Kind.ALONE, is_fit=False))
+        and (name != "answer" or answers(detection))
     }
 
 
@@ -48,6 +52,9 @@ def _captions(detection: Detection) -> dict[str, str]:
         f" the bound with {confidence} confidence (filled), at thresholds for {rate} false alarms; an arrow"
         " where nothing is found up to the largest tested; in brackets where the score is shown to"
         " exceed its rate",
+        "answer": f"The smallest {quantity} that is found {probability_in_words(asked.probability)}, with"
+        f" {confidence} confidence, at {false_alarms_in_words(asked.false_alarm_rate)}: the best score with"
+        " each set of sensors that finds more than a part of the set",
         "pod": f"Share of records detected over their {quantity}: tested levels with {confidence} intervals,"
         f" the fitted curve with {confidence} bounds (dashed, without bounds: it does not describe the"
         f" levels; none: hits and misses are apart), q90/95 (vertical line), {share} (horizontal line), and"

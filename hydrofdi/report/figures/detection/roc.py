@@ -27,7 +27,7 @@ from hydrofdi.studies.areas import suspicion_from
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.parts import part
 
-_MOST_LINES, _MOST_PANELS, _MOST_LEVELS = 6, 6, 9
+_MOST_LINES, _MOST_PANELS, _MOST_LEVELS = 6, 6, 8
 
 _LEAST = 0.001
 """Smallest rate on the axes."""
@@ -93,7 +93,7 @@ def draw_det(detection: Detection) -> Any:
     figure.supxlabel("false alarms [%]", fontsize=9)
     figure.supylabel("misses [%]", fontsize=9)
     title = f"{unit.quantity}{f' [{unit.name}]' if unit.name else ''}"
-    figure.legend(handles=handles, loc="outside upper center", ncols=9, title=title)
+    figure.legend(handles=handles, loc="outside upper center", ncols=8, title=title)
     return figure
 
 

@@ -1,0 +1,93 @@
+"""The answer in one picture: the smallest leak that is found with each set of sensors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from hydrofdi.errors import ReportError
+from hydrofdi.evaluation.pod.detectable import DetectableSeverity
+from hydrofdi.records import Channel
+from hydrofdi.report.detection.selection import answers, distinct, of_the_paper
+from hydrofdi.report.detection.wording import (
+    SeverityUnit,
+    false_alarms_in_words,
+    found_text,
+    probability_in_words,
+    sensors,
+    severity_unit,
+)
+from hydrofdi.report.figures.style import BLUE, GREY, INK
+from hydrofdi.report.figures.ticks import log_axis
+from hydrofdi.studies.judgement import Detection, Judgement
+
+_MOST = 10
+"""Sets of sensors."""
+
+
+def draw_answer(detection: Detection) -> Any:
+    """A line for each set of sensors that finds more than its parts, and for the best rule of the paper.
+
+    Raises
+    ------
+    ReportError
+        No score finds a leak at the rate of false alarms that is asked for.
+    """
+    if not (able := answers(detection)):
+        raise ReportError("no score is known to find a leak at the rate of false alarms that is asked for")
+    paper = [each for each in of_the_paper(detection) if each.smallest.get("q90_95") is not None][:1]
+    shown, unit = distinct(*able[:_MOST], *paper), severity_unit(detection)
+    figure = Figure(figsize=(8.0, 1.9 + 0.5 * len(shown)), layout="constrained")
+    axis = figure.subplots()
+    axis.set_xscale("log")
+    for row, judgement in enumerate(shown):
+        _draw_row(axis, row, judgement, unit)
+    axis.set_yticks(range(len(shown)), [_label(each) for each in shown], fontsize=10)
+    axis.set_ylim(len(shown) - 0.4, -0.6)
+    axis.grid(visible=False, axis="y")
+    low, high = axis.get_xlim()
+    axis.set_xlim(low / 1.3, high * 1.6)
+    log_axis(axis.xaxis)
+    asked, name = detection.rules, f" [{unit.name}]" if unit.name else ""
+    axis.set_xlabel(
+        f"smallest {unit.quantity}{name}, with {100.0 * asked.confidence:g} % confidence", fontsize=10
+    )
+    title = f"{probability_in_words(asked.probability)}, at {false_alarms_in_words(asked.false_alarm_rate)}"
+    figure.suptitle(f"The smallest {unit.quantity} that is found {title}", x=0.01, ha="left", fontsize=12)
+    figure.supxlabel(_symbols(shown), x=0.01, ha="left", fontsize=9)
+    return figure
+
+
+def _label(judgement: Judgement) -> str:
+    """Sensors, and the score below them."""
+    name, needs = judgement.scored.name, sensors(judgement)
+    return f"{needs}\n{name}"
+
+
+def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit) -> None:
+    """A line to the bound, with the number at its end; to the largest tested where nothing is found."""
+    bound = judgement.smallest["q90_95"]
+    is_found = bound.value is not None
+    end = unit.value(bound.severity if is_found else min(bound.severity, unit.largest))
+    color = BLUE if is_found else GREY
+    axis.plot(end, row, color=color, marker="o" if is_found else ">", markersize=8, linestyle="none")
+    text, place = _number(bound, unit), {"ha": "left", "xytext": (9, 0)}
+    if not is_found:
+        place = {"ha": "right", "xytext": (-9, 0)}
+    style = {"textcoords": "offset points", "va": "center", "fontsize": 10, "color": INK}
+    axis.annotate(text, (end, row), **style, **place)
+
+
+def _number(found: DetectableSeverity, unit: SeverityUnit) -> str:
+    if found.value is None:
+        return f"not found up to {unit.found(found)} {unit.name}".rstrip()
+    return f"{found_text(found, unit)} {unit.name}".rstrip()
+
+
+def _symbols(shown: tuple[Judgement, ...]) -> str:
+    """What the symbols of the sensors are."""
+    used = {channel for each in shown for channel in each.scored.channels}
+    parts = [f"{one.symbol}: {one.value.replace('_', ' ')}" for one in Channel if one.value in used]
+    lines = [", ".join(parts[start : start + 4]) for start in range(0, len(parts), 4)]
+    return "\n".join(lines)

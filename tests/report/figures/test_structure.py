@@ -1,0 +1,54 @@
+"""What figures show, compared by structure with ``golden/``. HYDROFDI_WRITE_GOLDEN=1 writes that anew."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from hydrofdi.report.figures import draw_figure
+from tests.report.figures.structure import structure
+
+GOLDEN = Path(__file__).parent / "golden"
+
+COMPARED = [
+    ("modes", "sensitivity"),
+    ("modes", "spectrum"),
+    ("modes", "mode_plane"),
+    ("many", "sensitivity"),
+    ("scenarios", "scenarios"),
+    ("study", "answer"),
+    ("study", "ranking"),
+    ("study", "pod"),
+    ("delays", "delays"),
+]
+
+
+@pytest.mark.parametrize(("experiment", "name"), COMPARED)
+def test_a_figure_shows_what_it_did(reports, experiment, name):
+    found = structure(draw_figure(reports[experiment], name))
+    golden = GOLDEN / f"{experiment}-{name}.json"
+    if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
+        GOLDEN.mkdir(exist_ok=True)
+        golden.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    assert found == json.loads(golden.read_text(encoding="utf-8"))
+
+
+def test_the_heat_map_of_many_runs_leaves_none_out(reports):
+    left, first, second, _ = structure(draw_figure(reports["many"], "sensitivity"))["axes"]
+    cells = left["texts"]
+    lines = [cells[start : start + 3] for start in range(0, len(cells), 3)]
+    counts, named = {}, ""
+    for name, _, count in lines:
+        named = name or named
+        counts[named] = counts.get(named, 0) + int(count)
+    assert counts == {"leakage [L/min]": 180, "friction.viscous [N·s/m]": 135, "supply.pressure [MPa]": 135}
+    assert first["cells"] == second["cells"] == [[len(lines), 5]]
+
+
+def test_the_lines_of_the_heat_map_are_the_runs_of_a_small_sweep(reports):
+    drawn = structure(draw_figure(reports["modes"], "sensitivity"))
+    rows = reports["modes"].analysis.table.rows
+    assert drawn["axes"][0]["x"]["ticks"] == ["leakage\n[L/min]", "EBM\n[MPa]"]
+    assert drawn["axes"][0]["texts"][:4] == ["sealed", "400", "sealed", "551"]
+    assert drawn["axes"][1]["cells"] == [[len(rows), 5]]

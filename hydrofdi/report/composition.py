@@ -24,6 +24,9 @@ from hydrofdi.report.sections.varied import varied_block
 if TYPE_CHECKING:
     from hydrofdi.report.contract import FigureKind
 
+FEW_AXES = 4
+"""Parameters that vary up to which the figure of the responses is the usual one."""
+
 _LEAD = (
     "Change δ of the RMS of the wavelet details of the chamber-1 pressure with what the experiment varies."
 )
@@ -55,7 +58,8 @@ class Report:
     @property
     def usual_figure(self) -> str:
         """The figure that is drawn where none is named."""
-        return "sensitivity"
+        n_axis = sum(bool(each.responses) for each in self.analysis.responses.axes)
+        return "responses" if 0 < n_axis <= FEW_AXES else "sensitivity"
 
     def document(self) -> Document:
         """Its sections."""

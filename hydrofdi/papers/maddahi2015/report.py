@@ -31,7 +31,7 @@ class StudyReport(Report):
     @property
     def usual_figure(self) -> str:
         """The scenarios where the experiment has any, else δ."""
-        return super().usual_figure if self.analysis.scenarios is None else "scenarios"
+        return "sensitivity" if self.analysis.scenarios is None else "scenarios"
 
     def document(self) -> Document:
         """Its sections."""

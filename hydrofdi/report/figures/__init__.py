@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from hydrofdi.errors import HydrofdiError, ReportError, StoreError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.contract import ComposedReport, FigureKind
+from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.signals import draw_signals
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes
@@ -33,8 +34,8 @@ KINDS = ("png", "svg", "pdf")
 """File types of figures."""
 
 _NAMES = {
-    "sensitivity", "figure2", "figure3", "figure4", "spectrum", "mode_plane", "phases", "scenarios",
-    "ranking", "answer", "pod", "roc", "det", "false_alarms", "densities", "tornado", "delays",
+    "sensitivity", "responses", "figure2", "figure3", "figure4", "spectrum", "mode_plane", "phases",
+    "scenarios", "ranking", "answer", "pod", "roc", "det", "false_alarms", "densities", "tornado", "delays",
 }  # fmt: skip
 """Names of figures in some report; any other name draws the usual one."""
 
@@ -42,7 +43,11 @@ _NAMES = {
 def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
     """The figures of any experiment."""
     caption = "δ of each run and level against the fixed and the matched baseline; sealed controls on top"
-    return {"sensitivity": FigureKind(caption, partial(draw_sensitivity, analysis))}
+    figures = {"sensitivity": FigureKind(caption, partial(draw_sensitivity, analysis))}
+    if any(each.responses for each in analysis.responses.axes):
+        caption = "Each feature over each parameter that varies: median and range of the runs with each value"
+        figures["responses"] = FigureKind(caption, partial(draw_responses, analysis))
+    return figures
 
 
 def draw_figure(report: ComposedReport, name: str) -> Figure:

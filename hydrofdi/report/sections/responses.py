@@ -20,7 +20,9 @@ def responses_block(analysis: Analysis) -> Block | None:
     if not shown:
         return None
     sheets = tuple(_axis_sheet(found) for found in shown)
-    return Block("responses", "Responses", tuple(_legend(shown)), (*sheets, *_rank_sheets(shown)))
+    return Block(
+        "responses", "Responses", tuple(_legend(shown)), (*sheets, *_rank_sheets(shown)), ("responses",)
+    )
 
 
 def _legend(axes: list[AxisResponses]) -> Iterator[str]:

@@ -44,7 +44,7 @@ def test_all_forms_say_the_same_numbers(detection, document, capsys, monkeypatch
     }
     texts = {name: plain(form) for name, form in forms.items()}
     sheets = {sheet.key: sheet for block in document.blocks for sheet in block.sheets}
-    for key in ("answer", "scores", "shifts", "confusions", "levels"):
+    for key in ("best", "scores", "shifts", "confusions", "levels"):
         for row in sheets[key].rows:
             numbers = [cell.text for cell in row[1:]]
             for name, text in texts.items():

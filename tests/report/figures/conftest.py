@@ -10,6 +10,7 @@ from tests.conftest import REPOSITORY, sweep_in, swept
 
 MODES = """\
 name: modes
+paper: maddahi2015
 record: {duration: 4 s}
 wavelet: {phase: all}
 sweep:
@@ -37,6 +38,7 @@ sweep:
 
 SCENARIOS = """\
 name: unknown
+paper: maddahi2015
 record: {duration: 2 s}
 store: {signals: none}
 sweep:

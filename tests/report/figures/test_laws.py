@@ -5,14 +5,14 @@ import pytest
 from hydrofdi.report.figures import draw_all
 from tests.report.figures.laws import faults
 
-PAPER = ("sensitivity", "figure2", "figure3", "figure4", "spectrum", "mode_plane", "phases")
+PAPER = ("sensitivity", "responses", "figure2", "figure3", "figure4", "spectrum", "mode_plane", "phases")
 STUDY = ("ranking", "pod", "roc", "det", "false_alarms", "densities")
 
 FIGURES = [
     *(("modes", name) for name in PAPER),
-    *(("alone", name) for name in ("sensitivity",)),
-    *(("many", name) for name in ("sensitivity",)),
-    *(("scenarios", name) for name in ("sensitivity", "mode_plane", "scenarios")),
+    *(("alone", name) for name in ("sensitivity", "responses")),
+    *(("many", name) for name in ("sensitivity", "responses")),
+    *(("scenarios", name) for name in ("sensitivity", "responses", "mode_plane", "scenarios")),
     *(("study", name) for name in (*STUDY, "answer", "tornado")),
     *(("delays", name) for name in (*STUDY, "delays")),
 ]

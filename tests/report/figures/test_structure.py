@@ -16,6 +16,7 @@ COMPARED = [
     ("modes", "spectrum"),
     ("modes", "mode_plane"),
     ("many", "sensitivity"),
+    ("many", "responses"),
     ("scenarios", "scenarios"),
     ("study", "answer"),
     ("study", "ranking"),

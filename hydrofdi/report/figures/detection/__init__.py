@@ -52,9 +52,6 @@ def _captions(detection: Detection) -> dict[str, str]:
         f" the bound with {confidence} confidence (filled), at thresholds for {rate} false alarms; an arrow"
         " where nothing is found up to the largest tested; in brackets where the score is shown to"
         " exceed its rate",
-        "answer": f"The smallest {quantity} that is found {probability_in_words(asked.probability)}, with"
-        f" {confidence} confidence, at {false_alarms_in_words(asked.false_alarm_rate)}: the best score with"
-        " each set of sensors that finds more than a part of the set",
         "pod": f"Share of records detected over their {quantity}: tested levels with {confidence} intervals,"
         f" the fitted curve with {confidence} bounds (dashed, without bounds: it does not describe the"
         f" levels; none: hits and misses are apart), q90/95 (vertical line), {share} (horizontal line), and"
@@ -68,4 +65,7 @@ def _captions(detection: Detection) -> dict[str, str]:
         "tornado": f"What each nuisance alone does to a healthy score, told as the {quantity} that would do"
         " the same. Right: what a healthy record in twenty looks like; left: what another one hides. Lines:"
         f" {confidence} intervals; dotted: the smallest and the largest tested, beyond which nothing is said",
+        "answer": f"The smallest {quantity} that is found {probability_in_words(asked.probability)}, with"
+        f" {confidence} confidence, at {false_alarms_in_words(asked.false_alarm_rate)}: the best score with"
+        " each set of sensors that finds more than a part of the set",
     }

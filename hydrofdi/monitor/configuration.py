@@ -23,10 +23,10 @@ Placed = TypeVar("Placed", bound=Section)
 
 
 class LimitsConfig(Section):
-    """What is too much."""
+    """Limits of a stream."""
 
     payload: Annotated[int, Field(ge=1024, le=2**28)] = 2**20
-    """Bytes of a message, or of a line of text; a longer one is counted as malformed and left out."""
+    """Bytes of a message, or of a line of text; a longer one is counted as malformed and skipped."""
 
 
 class MonitorConfig(Section):
@@ -34,7 +34,7 @@ class MonitorConfig(Section):
 
     channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
     """Channel → column of a text, key of a JSON object, or node of an OPC UA server. Text and JSON need none
-    where names and units say enough."""
+    if their names and units are self-explanatory."""
 
     text: TextConfig = TextConfig()
 

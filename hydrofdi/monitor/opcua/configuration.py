@@ -20,23 +20,23 @@ _USERNAME, _PASSWORD = "HYDROFDI_OPCUA_USERNAME", "HYDROFDI_OPCUA_PASSWORD"
 
 
 class OpcUaConfig(Section):
-    """An OPC UA server: its security, and how often it sends samples."""
+    """An OPC UA server: its security and its sampling."""
 
     publishing_interval: Annotated[float, SI("s", least=0.01, most=60.0)] = 0.5
-    """How often the server sends what it has sampled [s]."""
+    """Interval at which the server sends its samples [s]."""
 
     wait: Annotated[float, SI("s", above=0.0, most=600.0)] = 2.0
-    """How long a sample waits for a node that has sent no value for its instant and no later one [s]; then
-    the channel misses it."""
+    """How long a sample waits for a node that has sent neither a value for its instant nor a later one [s];
+    afterwards the channel counts as missing."""
 
     queue: Annotated[float, SI("s", above=0.0, most=3600.0)] = 60.0
-    """Samples that wait for the monitor [s]; when they are more, whole windows are dropped."""
+    """Length of the queue of samples waiting for the monitor [s]; beyond it, whole windows are dropped."""
 
     security: Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"] = "none"
-    """Policy of signing and encrypting. ``none``: whoever is on the network reads and changes samples."""
+    """Policy of signing and encrypting. ``none``: anyone on the network can read and change samples."""
 
     certificate: Path | None = None
-    """Certificate of this monitor, PEM or DER; the server has to trust it."""
+    """Certificate of this monitor, PEM or DER; the server must trust it."""
 
     key: Path | None = None
     """Private key of the certificate, PEM or DER, without a passphrase."""
@@ -45,10 +45,11 @@ class OpcUaConfig(Section):
     """Certificate of the server, PEM or DER; a server with another one is refused."""
 
     username: str = ""
-    """Name of the user; else that of the environment variable HYDROFDI_OPCUA_USERNAME. Anonymous without."""
+    """User name; by default from the environment variable HYDROFDI_OPCUA_USERNAME. Anonymous if neither is
+    set."""
 
     password_file: Path | None = None
-    """File that holds the password alone, readable by its owner only; else the environment variable
+    """File that contains only the password, readable only by its owner; by default the environment variable
     HYDROFDI_OPCUA_PASSWORD."""
 
     @model_validator(mode="after")

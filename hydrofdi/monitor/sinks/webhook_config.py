@@ -23,23 +23,23 @@ class WebhookConfig(Section):
     """Events as JSON, posted to an address."""
 
     url: str = ""
-    """``https://…``. An address that is itself a secret belongs here, not on the command line."""
+    """``https://…``. A secret address belongs here, not on the command line."""
 
     events: tuple[EventKind, ...] = (EventKind.ALARM_RAISED, EventKind.ALARM_CLEARED)
     """Kinds of events that are posted."""
 
     machine: Annotated[str, Field(max_length=200)] = ""
-    """Name of the machine in each post; the name of the computer where left out."""
+    """Name of the machine in each post; by default the name of the computer."""
 
     token_file: Path | None = None
-    """File that holds the secret of ``Authorization: Bearer`` alone, readable by its owner only; else the
-    environment variable HYDROFDI_WEBHOOK_TOKEN."""
+    """File that contains only the secret of ``Authorization: Bearer``, readable only by its owner; by default
+    the environment variable HYDROFDI_WEBHOOK_TOKEN."""
 
     ca_file: Path | None = None
-    """Certificates (PEM) that sign the server's; those of the operating system where left out."""
+    """Certificates (PEM) that sign the server's; by default those of the operating system."""
 
     timeout: Annotated[float, SI("s", above=0.0, most=300.0)] = 10.0
-    """How long an answer is waited for [s]."""
+    """Time to wait for a response [s]."""
 
 
 def checked_url(config: WebhookConfig) -> str:

@@ -11,26 +11,26 @@ from hydrofdi.settings.quantities import SI, Section
 
 
 class TextConfig(Section):
-    """How a stream of text is written. What is left out is found from its first lines."""
+    """Format of a text stream. Whatever is left out is detected from its first lines."""
 
     delimiter: Annotated[str, Field(min_length=1, max_length=5)] | None = None
-    """Sign between the columns: one character, ``tab`` or ``space`` (any run of blanks). Found from the
-    header where left out: tab, then ``;``, ``,``, ``|``, blanks."""
+    """Separator of the columns: one character, ``tab`` or ``space`` (one or more spaces). By default detected
+    from the header: tab, then ``;``, ``,``, ``|``, blanks."""
 
     decimal: Literal[".", ","] = "."
     """Decimal sign."""
 
     comment: str = "#"
-    """Lines that start so are left out."""
+    """Lines that start with this are ignored."""
 
     missing: Annotated[tuple[Column, ...], one_or_more(str | int)] = ()
-    """Texts that stand for a missing value, beside an empty cell, ``nan``, ``NA`` and ``null``."""
+    """Texts that mean a missing value, in addition to an empty cell, ``nan``, ``NA`` and ``null``."""
 
     time: TimeConfig | None = None
-    """Column or key of sampling instants; by its name where left out."""
+    """Column or key of sampling instants; by default recognised by its name."""
 
     sampling_frequency: Annotated[float, SI("Hz", above=0.0)] | None = None
-    """Of a stream without time; its samples are counted then."""
+    """For a stream without time: its samples are then counted."""
 
     @property
     def form(self) -> FormatConfig:

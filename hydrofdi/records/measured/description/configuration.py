@@ -26,8 +26,9 @@ class MeasuredConfig(Section):
     """Measured files, what their columns are, and how they become records."""
 
     files: Annotated[tuple[str, ...], one_or_more(str), Field(min_length=1)]
-    """Pattern of paths, or a list of them, from the folder of this file, with ``*``, ``?``, ``[…]``,
-    ``**``. Blanks need no care. Leading parts that exist as they are written are taken so, with brackets."""
+    """Pattern of paths relative to the folder of this file, or a list of them, with ``*``, ``?``, ``[…]``,
+    ``**``. Spaces need no escaping. Leading parts that exist literally, including brackets, are taken
+    literally."""
 
     channels: Annotated[dict[Channel, ChannelConfig], Field(min_length=1)]
     """Channel → column."""
@@ -36,14 +37,14 @@ class MeasuredConfig(Section):
     """Sampling frequency; either this or `time`."""
 
     sampling_frequency_is: Literal["given", "inferred"] = "given"
-    """``inferred`` where nobody documented it; every record then says so."""
+    """``inferred`` if it is undocumented; every record then carries a remark."""
 
     time: TimeConfig | None = None
     """Column of sampling instants; either this or `sampling_frequency`."""
 
     resample: Frequency | None = None
-    """Sampling frequency to which records with a time column are interpolated, by straight lines. Uneven
-    sampling is otherwise remarked and left as it is."""
+    """Sampling frequency to which records with a time column are interpolated linearly. Otherwise uneven
+    sampling is only remarked."""
 
     format: FormatConfig = FormatConfig()
 
@@ -54,32 +55,32 @@ class MeasuredConfig(Section):
     segment: SegmentConfig | None = None
 
     drive_period: Annotated[float, SI("s", above=0.0)] | None = None
-    """Period of the drive, where there is one."""
+    """Period of the drive, if it has one."""
 
     path: str = ""
     """Names in the path of a file: a template such as ``{unit}/run {run}.csv``, or a regular expression with
-    ``(?P<unit>…)``. The end of the path has to match; a name in braces takes as little as it can."""
+    ``(?P<unit>…)``. The end of the path must match; a name in braces matches as little as possible."""
 
     columns: dict[str, str] = Field(default_factory=dict)
-    """Name → column that holds one value all through a file, such as the day."""
+    """Name → column with a single value per file, such as the day."""
 
     group: str = ""
     """Group of a record, with names in braces: those of `path` and `columns`, ``{folder}``, ``{file}`` and
-    ``{direction}``: ``+`` or ``-``, the sign of the last less the first piston position, or ``0``. What
-    shares a unit, a day and a direction shares a group."""
+    ``{direction}``: ``+`` or ``-``, the sign of the last minus the first piston position, or ``0``. Records
+    with the same unit, day and direction then form a group."""
 
     label: str = ""
-    """What is known of a record, such as its condition; in the same words. Only evaluations see it."""
+    """Known condition of a record, as a template like ``group``. Only evaluations use it."""
 
     healthy: Annotated[tuple[str, ...], one_or_more(str)] = ()
-    """Labels of healthy records; those with another label are faulty. Only evaluations see it."""
+    """Labels of healthy records; those with another label are faulty. Only evaluations use it."""
 
     severity: dict[str, Annotated[float, SI("m^3/s", above=0.0)]] = Field(default_factory=dict)
-    """Label → leakage flow of its records, where it is known. Only evaluations see it."""
+    """Label → leakage flow of its records, if known. Only evaluations use it."""
 
     normalize: Literal["none", "supply", "hold"] = "none"
     """``supply``: pressures are divided by the mean of the supply pressure. ``hold``: by the mean of the
-    higher chamber pressure in the last fifth of the file or cycle. They are relative then."""
+    higher chamber pressure in the last fifth of the file or cycle. They are then relative."""
 
     limits: LimitsConfig = LimitsConfig()
 

@@ -30,32 +30,32 @@ Column = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | i
 
 
 class FormatConfig(Section):
-    """How the files are written. What is left out is found from the suffix and the first lines."""
+    """Format of the files. Whatever is left out is detected from the suffix and the first lines."""
 
     kind: Literal["text", "hdf5", "mat", "parquet", "npz"] | None = None
-    """Kind of file; from the suffix where left out. ``.gz`` may follow every suffix."""
+    """Kind of file; by default from the suffix. ``.gz`` may follow every suffix."""
 
     delimiter: Annotated[str, Field(min_length=1, max_length=5)] | None = None
-    """Sign between the columns of a text: one character, ``tab`` or ``space`` (any run of blanks). Found from
-    the first line where left out: tab, then ``;``, ``,``, ``|``, blanks."""
+    """Separator of the columns of a text: one character, ``tab`` or ``space`` (one or more spaces). By
+    default detected from the first line: tab, then ``;``, ``,``, ``|``, blanks."""
 
     decimal: Literal[".", ","] = "."
     """Decimal sign of a text."""
 
     comment: str = "#"
-    """Lines of a text that start so are left out."""
+    """Lines of a text that start with this are ignored."""
 
     skip: Annotated[int, Field(ge=0)] = 0
     """Lines of a text before the header, or before the first row."""
 
     header: bool | None = None
-    """Whether a text has a line of column names; found from the first line where left out."""
+    """Whether a text has a line of column names; by default detected from the first line."""
 
     units_row: bool | None = None
-    """Whether a line of units follows the header; found from that line where left out."""
+    """Whether a line of units follows the header; by default detected from that line."""
 
     missing: Annotated[tuple[Column, ...], one_or_more(str | int)] = ()
-    """Texts that stand for a missing value, such as ``-9999``, beside an empty cell, ``nan``, ``NA`` and
+    """Texts that mean a missing value, such as ``-9999``, in addition to an empty cell, ``nan``, ``NA`` and
     ``null``."""
 
     encoding: str = "utf-8"
@@ -63,15 +63,15 @@ class FormatConfig(Section):
 
 
 class ChannelConfig(Section):
-    """Where a channel comes from: sign × (gain × column + offset), in the unit. Text alone is the column."""
+    """Source of a channel: sign × (gain × column + offset), in the unit. A plain text is the column."""
 
     column: Column
     """Name of the column, with or without its unit, or its number from 1; path of the dataset in HDF5 and
     MAT. ``data[2]`` is the second column of a table ``data``."""
 
     unit: str = ""
-    """Unit after gain and offset, such as ``bar``; ``counts`` where the scale is not known: then the channel
-    is relative. Taken from the header where left out."""
+    """Unit after gain and offset, such as ``bar``; ``counts`` if the scale is unknown: the channel is then
+    relative. By default from the header."""
 
     gain: Annotated[float, SI("1")] | None = None
     """Factor of the column. A header's unit may differ from `unit` only where a gain is given."""
@@ -80,7 +80,7 @@ class ChannelConfig(Section):
     """Added after the gain, in the unit."""
 
     sign: Literal[1, -1] = 1
-    """-1 turns the channel round."""
+    """-1 inverts the channel."""
 
     range: tuple[float | str, float | str] | None = None
     """Lowest and highest plausible value, such as ``[0, 350 bar]``; numbers are in SI, or in counts."""
@@ -92,18 +92,18 @@ class ChannelConfig(Section):
 
 
 class TimeConfig(Section):
-    """The column that holds the sampling instants: numbers, or dates with times of day."""
+    """The column with the sampling instants: numbers, or dates with times of day."""
 
     column: Column
     """Name of the column, or its number from 1."""
 
     unit: str = ""
-    """Its unit; taken from the header where left out; numbers under the name ``time`` are in
-    seconds where neither states one. Dates need none. A column that counts the samples is no time."""
+    """Its unit; by default from the header; numbers under the name ``time`` are in seconds if neither states
+    one. Dates need none. A column that counts the samples is not a time."""
 
 
 class TrimConfig(Section):
-    """What is cut off each file."""
+    """Parts to cut off each file."""
 
     start: Annotated[float, SI("s", least=0.0)] = 0.0
     """Duration that is cut off at the start."""
@@ -113,24 +113,24 @@ class TrimConfig(Section):
 
 
 class CyclesConfig(Section):
-    """How a file is divided into cycles, each of which becomes a record."""
+    """Division of a file into cycles, each of which becomes a record."""
 
     by: Literal["period", "edges", "reversals"]
-    """``period``: of equal duration from the first sample on. ``edges``: from each edge of `channel` to the
+    """``period``: equal durations from the first sample on. ``edges``: from each edge of `channel` to the
     next. ``reversals``: from each turn of the piston position to the next."""
 
     period: Duration | None = None
     """Duration of a cycle, for ``period``. It becomes the period of the drive."""
 
     channel: Channel = Channel.INPUT_VOLTAGE
-    """Channel whose edges are taken."""
+    """Channel whose edges define the cycles."""
 
     edge: Literal["rising", "falling", "both"] = "rising"
-    """Which edges are taken, where the channel crosses the middle of its range."""
+    """Which edges count; an edge is where the channel crosses the middle of its range."""
 
     length: Duration | None = None
-    """Duration that is kept of each cycle, from its start; shorter cycles are rejected. All of it where left
-    out."""
+    """Duration used of each cycle, from its start; shorter cycles are rejected. By default the whole
+    cycle."""
 
 
 class SegmentConfig(Section):
@@ -147,15 +147,16 @@ class SegmentConfig(Section):
     """Duration between the arrival and the hold."""
 
     length: Duration | None = None
-    """Duration that is kept of the part; shorter ones are rejected. All of it where left out; an impact needs
-    it."""
+    """Duration used of the part; shorter parts are rejected. By default the whole part; required for an
+    impact."""
 
 
 class LimitsConfig(Section):
-    """From where on something is remarked."""
+    """Thresholds of the remarks."""
 
     clipped: Share = 0.02
-    """Share of a pressure's samples at its lowest or highest value, where far more lie than at the next."""
+    """Share of a pressure's samples at its lowest or highest value, if there are far more than at the
+    neighbouring value."""
 
     hum: Share = 0.5
     """Share of a channel's power above 20 Hz at the mains frequency and its harmonics."""
@@ -164,7 +165,7 @@ class LimitsConfig(Section):
         50.0,
         60.0,
     )
-    """Mains frequencies that are looked for."""
+    """Mains frequencies to look for."""
 
     uneven: Share = 0.1
     """Distance of a sampling instant from even sampling, as a share of a step."""
@@ -173,9 +174,9 @@ class LimitsConfig(Section):
     """Number of samples that a record should have."""
 
     shortest_stroke: Annotated[float, SI("m", above=0.0)] | None = None
-    """Distance between the first and the last piston position; in counts where the position is."""
+    """Distance between the first and the last piston position; in counts if the position is."""
 
     outliers: Annotated[float, SI("1", above=0.0)] | None = None
     """Distance of a stroke, or of the changes of a pressure from sample to sample, from the median of the
-    group, in robust standard deviations, such as 5. All files are read twice then; groups of eight and more
-    are judged. Off where left out."""
+    group, in robust standard deviations, such as 5. All files are then read twice; groups of eight and more
+    are checked. Off by default."""

@@ -22,7 +22,7 @@ INSTEAD = {
     r"\bis told\b": "receives, shows",
     r"stands? in for": "is used in place of",
     r"\blet(s|ting)? go\b": "releases",
-    r"nobody knows": "unknown",
+    r"nobody knows more than": "known only from",
     r"\bwhole numbers?\b(?= [a-z]*\b(from|or|to be)\b)": "integer",
     r"dotted uprights": "dotted vertical lines",
     r"by the clock\b": "by wall time",

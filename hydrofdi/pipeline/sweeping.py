@@ -189,7 +189,7 @@ def _write_file(
 
 
 def _announce(plan: SweepPlan, engine: Engine, watcher: Watcher) -> None:
-    """Say what is going to happen."""
+    """Announce what will be done."""
     if not plan.missing:
         return
     if plan.simulated and not any(cache_directory("simulation").iterdir()):

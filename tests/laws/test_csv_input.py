@@ -166,7 +166,7 @@ def test_overridden_file_need_not_exist(tmp_path: Path) -> None:
 
 MISTAKES = {
     "missing": (None, "experiment.yaml:1: input.file: {file}: no such file"),
-    "empty": ("", "experiment.yaml:1: input.file: {file}: holds no rows of time and voltage"),
+    "empty": ("", "experiment.yaml:1: input.file: {file}: contains no rows of time and voltage"),
     "header alone": ("time, voltage\n", "{file}: holds 0 rows"),
     "no number": ("0,1\n1,x\n", "{file}:2: input.file: 'x' is not a number"),
     "not a number": ("0,nan\n", "{file}:1: input.file: 'nan' is not a finite number"),

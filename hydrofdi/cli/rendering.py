@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,30 +9,21 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.cli.folding import Folded
+from hydrofdi.cli.sheet_grids import sheet_grids
 from hydrofdi.cli.terminal import tell, terminal
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
-from hydrofdi.report.document import Block, Cell, Document, Sheet
+from hydrofdi.report.document import Block, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
+from hydrofdi.report.sections.quantiles import MANY_ROWS
+from hydrofdi.report.wording import counted
 
-_ANY_WIDTH, _SENTENCE_WIDTH = 10_000, 30
-_UNIT, _WORD, _DOT, _UNDERSCORE = r" (?=\[)", " ", r"(?<=[^\W\d]\.)", r"(?<=\w_)(?=\w\w)"
-_HEADER_FORMS = (
-    (r"(?!)", 2),
-    (_UNIT, 2),
-    (f"{_WORD}|{_DOT}", 2),
-    (f"{_WORD}|{_DOT}|{_UNDERSCORE}", 2),
-    (f"{_WORD}|{_DOT}|{_UNDERSCORE}", 1),
-)
-"""Where headings are broken, and the gap between columns; the narrowest last."""
+_FEW_ROWS = 20
+"""Rows of a table that the first page has room for."""
 
-_FILES_ONLY = ("provenance", "signals", "checks")
-"""Sections and tables that the terminal leaves out."""
-
-_MOST_ROWS, _FEW_ROWS = 60, 20
-"""Rows up to which the terminal shows a whole table, and how many it shows of a longer one."""
+_PAGE = 60
+"""Lines up to which details follow on the first page."""
 
 
 def tell_doubtful_settings(
@@ -64,78 +53,80 @@ def print_run(summary: RunSummary) -> None:
     console.print(table)
 
 
-def print_document(document: Document, file: Path) -> None:
-    """A report, without the parts that only a file has room for."""
+def print_document(document: Document, file: Path, *, full: bool = False) -> None:
+    """A report: what fits on about a page and how much more there is, or all of it."""
     console = terminal()
     console.print(Text(document.title, style="bold"))
     console.print(f"from {file}")
-    for block in document.blocks:
-        if block.key not in _FILES_ONLY and (block.paragraphs or block.sheets):
-            _print_block(console, block)
+    blocks = [block for block in document.blocks if block.paragraphs or block.sheets]
+    shown = blocks if full else _first_page(console, blocks)
+    for block in shown:
+        _print_block(console, block, full)
+    if not full and (more := _more(blocks, shown)):
+        console.print()
+        console.print(more)
 
 
-def _print_block(console: Console, block: Block) -> None:
+def _first_page(console: Console, blocks: list[Block]) -> list[Block]:
+    """The sections that are no details, and the first details as far as they fit."""
+    chosen = {block.key for block in blocks if not block.is_detail}
+    room = _PAGE - sum(_height(console, block) for block in blocks if not block.is_detail)
+    for block in blocks:
+        if block.is_detail:
+            room -= _height(console, block)
+            if room < 0:
+                break
+            chosen.add(block.key)
+    return [block for block in blocks if block.key in chosen]
+
+
+def _height(console: Console, block: Block) -> int:
+    """Lines of a section; those of a long detail are not printed to count them."""
+    n_row = sum(len(sheet.rows) for sheet in block.shown_sheets)
+    if block.is_detail and n_row > _PAGE:
+        return n_row
+    with console.capture() as captured:
+        _print_block(console, block, full=False)
+    return captured.get().count("\n")
+
+
+def _more(blocks: list[Block], shown: list[Block]) -> str:
+    """What the first page leaves out; empty where that is nothing."""
+    hidden = [
+        sheet
+        for block in blocks
+        if block not in shown and block.key != "provenance"
+        for sheet in block.sheets
+    ]
+    cut = [sheet for block in shown for sheet in block.sheets if _on_page(sheet) is not sheet]
+    n_row = sum(len(sheet.rows) for sheet in hidden) + sum(
+        len(sheet.rows) - len(_on_page(sheet).rows) for sheet in cut
+    )
+    if not hidden and not cut:
+        return ""
+    tables = f"{counted(len(hidden), 'more table')} with " if hidden else ""
+    rows = counted(n_row, "row" if hidden else "more row")
+    return f"… {tables}{rows}: --full shows them, --html writes a page."
+
+
+def _print_block(console: Console, block: Block, full: bool) -> None:
     console.print()
     console.print(Text(block.title, style="bold underline"))
     for paragraph in block.paragraphs:
         console.print(paragraph)
-    for sheet in block.sheets:
-        if sheet.key not in _FILES_ONLY:
-            console.print()
-            console.print(Text(sheet.title, style="italic"))
-            console.print(_fitting_grid(_bounded(sheet), console))
-            if len(sheet.rows) > _MOST_ROWS:
-                console.print(_cut_sentence(len(sheet.rows)))
-            if sheet.note:
-                console.print(Text(sheet.note, style="dim"))
+    for whole in block.sheets:
+        sheet = whole if full else _on_page(whole)
+        console.print()
+        console.print(Text(sheet.title, style="italic"))
+        for grid in sheet_grids(sheet, console):
+            console.print(grid)
+        if len(sheet.rows) < len(whole.shown.rows):
+            console.print(f"… the first {len(sheet.rows)} of {len(whole.rows):,} rows")
+        if sheet.note:
+            console.print(Text(sheet.note, style="dim"))
 
 
-def _bounded(sheet: Sheet) -> Sheet:
-    return sheet if len(sheet.rows) <= _MOST_ROWS else replace(sheet, rows=sheet.rows[:_FEW_ROWS])
-
-
-def _cut_sentence(n_row: int) -> str:
-    return (
-        f"… the first {_FEW_ROWS} of {n_row:,} rows; --format markdown prints the whole table,"
-        " --format csv and --json all runs, --out DIR writes both and Parquet."
-    )
-
-
-def _fitting_grid(sheet: Sheet, console: Console) -> Table:
-    """A table whose headings are broken at units, dots and underscores as far as its width asks for."""
-    unlimited = console.options.update(width=_ANY_WIDTH)
-    room = console.width + sum(_foldable(sheet, column) for column in sheet.text_columns)
-    for breaks, gap in _HEADER_FORMS:
-        grid = _grid(sheet, [re.sub(breaks, "\n", header) for header in sheet.headers], gap)
-        if console.measure(grid, options=unlimited).maximum <= room:
-            break
-    return grid
-
-
-def _foldable(sheet: Sheet, column: int) -> int:
-    """Characters of a column of sentences that go into further lines."""
-    return max([0, *(len(row[column].text) + 1 - _SENTENCE_WIDTH for row in sheet.rows)])
-
-
-def _grid(sheet: Sheet, headers: Sequence[str], gap: int) -> Table:
-    grid = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0))
-    for column, header in enumerate(headers):
-        if column in sheet.text_columns:
-            grid.add_column(header, overflow="fold")
-        else:
-            grid.add_column(header.replace("\n", " \n") + " ", justify="right", overflow="fold")
-    for position, row in enumerate(sheet.rows):
-        if position in sheet.breaks:
-            grid.add_row()
-        grid.add_row(*(_shown_cell(cell, column in sheet.text_columns) for column, cell in enumerate(row)))
-    return grid
-
-
-def _shown_cell(cell: Cell, is_text: bool) -> Text | Folded:
-    style = "bold" if cell.is_strong else ""
-    return Folded(_marked(cell), style) if is_text else Text(_marked(cell), style=style)
-
-
-def _marked(cell: Cell) -> str:
-    """A cell with a mark that also stands where there is no bold type."""
-    return cell.text + ("*" if cell.is_strong else " ")
+def _on_page(sheet: Sheet) -> Sheet:
+    """A table as the first page shows it."""
+    shown = sheet.shown
+    return shown if len(shown.rows) <= MANY_ROWS else replace(shown, rows=shown.rows[:_FEW_ROWS])

@@ -67,6 +67,9 @@ def report(
     check: Annotated[
         bool, typer.Option("--check", help="Exit with 1 where a claim that the experiment file lists fails.")
     ] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="On the terminal, show all tables and rows, not the first page.")
+    ] = False,
     json: Json = False,
 ) -> int:
     """Show stored results as tables and figures.
@@ -92,7 +95,7 @@ def report(
         for line in write_all_forms(made, out):
             tell(line)
     if json or form is not Format.text or not (html or out or check):
-        _print(made, Format.json if json else form)
+        _print(made, Format.json if json else form, full)
     return _check_code(made) if check else 0
 
 
@@ -114,7 +117,7 @@ def _write_page(made: ComposedReport, page: Path) -> None:
     tell(f"wrote {page}")
 
 
-def _print(made: ComposedReport, form: Format) -> None:
+def _print(made: ComposedReport, form: Format, full: bool) -> None:
     from hydrofdi.cli.rendering import print_document
     from hydrofdi.cli.terminal import write_out
     from hydrofdi.report.forms.latex import render_latex
@@ -124,7 +127,7 @@ def _print(made: ComposedReport, form: Format) -> None:
 
     match form:
         case Format.text:
-            print_document(made.document(), made.path)
+            print_document(made.document(), made.path, full=full)
         case Format.markdown:
             write_out(render_markdown(made.document()))
         case Format.latex:

@@ -18,7 +18,7 @@ from hydrofdi.report.sections.holes import holes_block, remarks_block
 from hydrofdi.report.sections.indicators import indicator_blocks
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.replicates import replicates_block
-from hydrofdi.report.sections.responses import responses_block
+from hydrofdi.report.sections.responses import responses_blocks
 from hydrofdi.report.sections.varied import varied_block
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def compose_general(analysis: Analysis) -> Document:
         holes_block(analysis),
         doubts_block(analysis),
         external_block(analysis),
-        responses_block(analysis),
+        *_responses(analysis),
         *details(
             changes_block(analysis) if analysis.has_details else None,
             settled_block(analysis),
@@ -103,6 +103,12 @@ def compose_general(analysis: Analysis) -> Document:
     )
     lead = _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS
     return document_of(analysis.table.name, lead, blocks)
+
+
+def _responses(analysis: Analysis) -> tuple[Block | None, ...]:
+    """The first of them on the first page."""
+    first, *others = responses_blocks(analysis) or [None]
+    return first, *details(*others)
 
 
 def details(*blocks: Block | None) -> tuple[Block | None, ...]:

@@ -76,6 +76,8 @@ class Sheet:
         Columns of words; the others hold numbers.
     note : str
         Legend below the table.
+    n_lead : int
+        Columns at the left that say what a row is, repeated where the others need several parts.
     digest : Sheet or None
         What forms for people show in its place, such as quantiles of thousands of rows.
     """
@@ -87,6 +89,7 @@ class Sheet:
     breaks: tuple[int, ...] = ()
     text_columns: tuple[int, ...] = ()
     note: str = ""
+    n_lead: int = 1
     digest: Sheet | None = None
 
     @property

@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.sections.standing import standing_block
 from hydrofdi.papers.maddahi2015.sections.table2 import table2_block
 from hydrofdi.papers.maddahi2015.sections.table3 import table3_block
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.composition import document_of
+from hydrofdi.report.composition import details, document_of
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.sections.changes import settled_block
 from hydrofdi.report.sections.doubts import doubts_block
@@ -41,16 +41,20 @@ def _blocks(study: Study) -> tuple[Block | None, ...]:
         remarks_block(study.data),
         holes_block(study),
         doubts_block(study),
-        external_block(study),
+        *details(external_block(study)),
         table3_block(study),
-        settled_block(study),
-        table2_block(study),
-        replicates_block(study, (D2, D3)),
-        standing_block(study) if study.has_baseline else None,
+        *details(
+            settled_block(study),
+            table2_block(study),
+            replicates_block(study, (D2, D3)),
+            standing_block(study) if study.has_baseline else None,
+        ),
         claims_block(study),
-        controls_block(study) if study.has_baseline else None,
-        reference_block(study),
-        *indicator_blocks(study),
+        *details(
+            controls_block(study) if study.has_baseline else None,
+            reference_block(study),
+            *indicator_blocks(study),
+        ),
         Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4")),
         provenance_block(study.data),
     )
@@ -62,7 +66,6 @@ def _ensemble_blocks(study: Study, scenarios: ScenarioStudy) -> tuple[Block | No
         guarded_block(study),
         doubts_block(study),
         scenarios_block(scenarios),
-        scenario_controls_block(scenarios),
-        *indicator_blocks(study),
+        *details(scenario_controls_block(scenarios), *indicator_blocks(study)),
         provenance_block(study.data),
     )

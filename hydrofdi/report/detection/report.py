@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.report.composition import document_of
+from hydrofdi.report.composition import details, document_of
 from hydrofdi.report.detection.answer import answer_block
 from hydrofdi.report.detection.caveats import caveats_block
 from hydrofdi.report.detection.columns import detection_lines
@@ -97,15 +97,16 @@ class DetectionReport:
             None if self.progress is None else self.progress.block(),
             *self.before,
             answer_block(first, is_complete=self.is_complete, remark=perfect_sentence(self._perfect)),
-            populations_block(first, self.varied, self.sensors),
-            ranking_block(first),
+            *details(populations_block(first, self.varied, self.sensors), ranking_block(first)),
             false_alarms_block(first),
-            levels_block(first),
-            estimates_block(self.estimates[0]) if self.estimates else None,
-            run_lengths_block(self.run_lengths[0]) if self._has_charts and self.is_complete else None,
-            why_block(first) if self.is_complete else None,
-            designs_block(self.detections) if self.is_complete else None,
-            caveats_block(first),
+            *details(
+                levels_block(first),
+                estimates_block(self.estimates[0]) if self.estimates else None,
+                run_lengths_block(self.run_lengths[0]) if self._has_charts and self.is_complete else None,
+                why_block(first) if self.is_complete else None,
+                designs_block(self.detections) if self.is_complete else None,
+                caveats_block(first),
+            ),
             *self.after,
         )
         return document_of(self.name, _LEAD, blocks)

@@ -16,6 +16,8 @@ from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
+_SIZE = "RMS of "
+
 
 @dataclass(frozen=True)
 class Feature:
@@ -41,6 +43,11 @@ class Feature:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
+    def is_detail(self) -> bool:
+        """Whether it is made from the details of P_1, not by a further indicator."""
+        return self.is_change or self.name.startswith(_SIZE)
+
+    @property
     def is_change(self) -> bool:
         """Whether it is a change against a healthy run."""
         return self.name.startswith("δ")
@@ -61,13 +68,13 @@ def detail_sizes(data: ExperimentData) -> tuple[Feature, ...]:
     if DWT not in data.experiment.indicators:
         return ()
     levels = data.columns[names.DETAIL_RMS].T * convert(1.0, "kPa")
-    return tuple(Feature(f"RMS of d{level}", "kPa", values) for level, values in enumerate(levels, 1))
+    return tuple(Feature(f"{_SIZE}d{level}", "kPa", values) for level, values in enumerate(levels, 1))
 
 
 def indicator_features(data: ExperimentData) -> Iterator[Feature]:
-    """Outputs of the further indicators, as far as any two runs differ in them."""
+    """Outputs of the further indicators but their standard errors, where any two runs differ in them."""
     for measured in measured_indicators(data):
-        for output in measured.outputs:
+        for output in (each for each in measured.outputs if not each.output.name.endswith("_error")):
             means, own = output.means, output.output.unit
             known = means[np.isfinite(means)]
             if known.size and np.ptp(known) > 0.0:

@@ -116,6 +116,7 @@ def _rms_sheet(table: SensitivityTable) -> Sheet:
         ),
         text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
         note=doubt_note(table),
+        n_lead=len(lead_headers(table)),
     )
 
 
@@ -147,6 +148,7 @@ def _sheet(analysis: Analysis, key: str, title: str, delta: Callable[[TableRow],
         breaks=group_breaks([row.leakage_request for row in table.rows]),
         text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
         note=doubt_note(table),
+        n_lead=len(lead_headers(table)),
         digest=_digest(analysis, key, title, levels, delta),
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet
@@ -13,16 +14,27 @@ from hydrofdi.report.wording import HOLE, signed
 _GAP = "\N{NO-BREAK SPACE}"
 
 
-def responses_block(analysis: Analysis) -> Block | None:
-    """A table for each axis, and rank correlations of sampled parameters; None where nothing varies."""
+def responses_blocks(analysis: Analysis) -> tuple[Block, ...]:
+    """Details of P_1, then further indicators: a table for each axis, and rank correlations."""
     axes = analysis.responses.axes
+    details, measured = ([_part(found, is_detail=is_detail) for found in axes] for is_detail in (True, False))
+    blocks = [
+        *_blocks("responses", "Responses of the details", details),
+        *_blocks("responses-indicators", "Responses of further indicators", measured),
+    ]
+    return (replace(blocks[0], figures=("responses",)), *blocks[1:]) if blocks else ()
+
+
+def _part(found: AxisResponses, *, is_detail: bool) -> AxisResponses:
+    kept = [response for response in found.responses if response.feature.is_detail == is_detail]
+    return replace(found, against=found.against if is_detail else "", responses=tuple(kept))
+
+
+def _blocks(key: str, title: str, axes: list[AxisResponses]) -> Iterator[Block]:
     shown = [found for found in axes if found.responses]
-    if not shown:
-        return None
-    sheets = tuple(_axis_sheet(found) for found in shown)
-    return Block(
-        "responses", "Responses", tuple(_legend(shown)), (*sheets, *_rank_sheets(shown)), ("responses",)
-    )
+    if shown:
+        sheets = tuple(_axis_sheet(key, found) for found in shown)
+        yield Block(key, title, tuple(_legend(shown)), (*sheets, *_rank_sheets(key, shown)))
 
 
 def _legend(axes: list[AxisResponses]) -> Iterator[str]:
@@ -34,10 +46,10 @@ def _legend(axes: list[AxisResponses]) -> Iterator[str]:
         yield "δ: the fall of the RMS of a detail in percent of the healthy RMS, above zero where it fell."
 
 
-def _axis_sheet(found: AxisResponses) -> Sheet:
+def _axis_sheet(key: str, found: AxisResponses) -> Sheet:
     against = f"; δ against {found.against}" if found.against else ""
     return Sheet(
-        f"responses-{found.axis.name}",
+        f"{key}-{found.axis.name}",
         f"Over {found.axis.header}{against}",
         ("Feature", *(group.text for group in found.axis.groups)),
         (_runs_row(found), *(_cells(response) for response in found.responses)),
@@ -72,7 +84,7 @@ def _number(value: float, is_change: bool) -> str:
     return signed(value) if is_change else f"{value:.4g}"
 
 
-def _rank_sheets(axes: list[AxisResponses]) -> Iterator[Sheet]:
+def _rank_sheets(key: str, axes: list[AxisResponses]) -> Iterator[Sheet]:
     """Rank correlations of all features with the parameters that have many values."""
     ranked = [found for found in axes if found.axis.is_in_fifths]
     rows = [
@@ -83,7 +95,7 @@ def _rank_sheets(axes: list[AxisResponses]) -> Iterator[Sheet]:
     ]
     if rows:
         yield Sheet(
-            "responses-ranks",
+            f"{key}-ranks",
             "Rank correlation of features with sampled parameters",
             ("Feature", "Parameter", "ρ", "95 % interval", "By chance up to", "Runs"),
             tuple(rows),

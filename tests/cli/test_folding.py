@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from hydrofdi.cli.folding import folded
-from hydrofdi.cli.rendering import _fitting_grid
+from hydrofdi.cli.sheet_grids import _fitting_grid
 from hydrofdi.report.document import Cell, Sheet
 
 

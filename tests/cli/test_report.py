@@ -91,7 +91,7 @@ def test_the_mode_rises_with_the_bulk_modulus_and_its_damping_with_the_leak(mode
 @pytest.fixture(scope="module")
 def printed(table3):
     def render(form):
-        result = run_hydrofdi("report", table3.directory, "--format", form, cwd=table3.folder)
+        result = run_hydrofdi("report", table3.directory, "--full", "--format", form, cwd=table3.folder)
         assert (result.returncode, result.stderr) == (0, "")
         return result.stdout
 

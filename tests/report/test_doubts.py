@@ -41,7 +41,7 @@ def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
     sweep = sweep_in(tmp_path, text)
 
     def printed(form):
-        return run_hydrofdi("report", sweep.directory, "--format", form, cwd=tmp_path).stdout
+        return run_hydrofdi("report", sweep.directory, "--full", "--format", form, cwd=tmp_path).stdout
 
     record = json.loads(printed("json"))
     assert [row["verdict"] for row in record["rows"]] == ["cavitating"] * 4

@@ -116,7 +116,7 @@ def test_changes_within_those_of_healthy_replicates_are_marked(with_ring, made_u
 def test_every_form_has_the_section(with_ring, made_up, capsys):
     report = with_ring()
     document = report.document()
-    print_document(document, made_up.path)
+    print_document(document, made_up.path, full=True)
     for text in (
         capsys.readouterr().out,
         render_markdown(document),

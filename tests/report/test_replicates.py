@@ -86,7 +86,7 @@ def test_a_sealed_run_is_not_its_own_baseline(swept):
     assert len(found) == 2
     assert all(abs(value) > 1e-6 for row in found for value in row["delta_percent"])
     assert {span["replicates"] for span in record["replicates"]["ranges"]} == {6}
-    text = run_hydrofdi("report", cwd=swept.folder).stdout
+    text = run_hydrofdi("report", "--full", cwd=swept.folder).stdout
     assert "6 independent replicates (friction.viscous; records as configured)" in text
 
 

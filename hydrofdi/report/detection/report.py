@@ -99,10 +99,10 @@ class DetectionReport:
             answer_block(first, is_complete=self.is_complete, remark=perfect_sentence(self._perfect)),
             *details(populations_block(first, self.varied, self.sensors), ranking_block(first)),
             false_alarms_block(first),
+            run_lengths_block(self.run_lengths[0]) if self._has_charts and self.is_complete else None,
             *details(
                 levels_block(first),
                 estimates_block(self.estimates[0]) if self.estimates else None,
-                run_lengths_block(self.run_lengths[0]) if self._has_charts and self.is_complete else None,
                 why_block(first) if self.is_complete else None,
                 designs_block(self.detections) if self.is_complete else None,
                 caveats_block(first),

@@ -96,7 +96,7 @@ def test_plain_data_hold_the_differences(detections):
 
 def test_the_terminal_fits_into_eighty_columns(detections, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    print_document(document_of("study", "", [designs_block(detections)]), "study.h5")
+    print_document(document_of("study", "", [designs_block(detections)]), "study.h5", full=True)
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 

@@ -36,7 +36,7 @@ def report(swept, *arguments):
 
 
 def test_a_study_is_reported_as_one(swept):
-    text = report(swept)
+    text = report(swept, "--full")
     assert "What is found" in text
     assert "From 110 records: 30 healthy ones that set the thresholds" in text
     words = " ".join(text.split())

@@ -31,7 +31,7 @@ def plain(text):
 
 def terminal(document, capsys, monkeypatch, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
-    print_document(document, "made_up.h5")
+    print_document(document, "made_up.h5", full=True)
     return capsys.readouterr().out
 
 

@@ -72,7 +72,7 @@ def test_every_number_of_the_table_is_in_the_plain_data(detection):
 
 def test_the_terminal_fits_into_eighty_columns(detection, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    print_document(document_of("study", "", [why_block(detection)]), "study.h5")
+    print_document(document_of("study", "", [why_block(detection)]), "study.h5", full=True)
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from hydrofdi.cli.rendering import _fitting_grid
+from hydrofdi.cli.sheet_grids import _fitting_grid
 from hydrofdi.report.run_lengths.block import run_lengths_block
 from hydrofdi.report.run_lengths.wording import time_text
 from hydrofdi.studies.run_lengths.judgement import RunLengths

@@ -96,7 +96,9 @@ def test_every_form_shows_delta_of_a4_against_both_baselines(printed, leaking):
         assert "External leakage by the approximation a4" in printed[form]
         assert "Leakage out of chamber 1, from 0." in " ".join(printed[form].split())
         assert "Out of 1 [L/min]" in " ".join(printed[form].split()) or form == "text"
-    assert "…" not in printed["text"].split("Change of the details")[1].split("Configuration")[0].replace(" … ", "")
+    assert "…" not in printed["text"].split("Change of the details")[1].split("Configuration")[0].replace(
+        " … ", ""
+    )
 
 
 def test_the_page_has_the_section(hydrofdi, leaking, tmp_path):

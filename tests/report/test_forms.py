@@ -51,7 +51,7 @@ def test_a_form_has_its_golden_text(made_up, suffix, render):
 
 
 def test_the_terminal_has_its_golden_text(made_up, capsys):
-    print_document(make_report(made_up).document(), made_up.path, full=True)
+    print_document(without_configuration(make_report(made_up)), made_up.path, full=True)
     check_golden("made_up.txt", capsys.readouterr().out)
 
 

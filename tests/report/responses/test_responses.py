@@ -42,7 +42,7 @@ def test_medians_and_ranges_are_those_of_the_runs_with_that_value(made_up):
     deltas = 100.0 * (1.0 - rms[[2, 3]] / rms[[0, 1]])
     small = leak.responses[1].over[1]
     assert (small.median, small.low, small.high) == pytest.approx((deltas.mean(), deltas.min(), deltas.max()))
-    assert [each.median for each in leak.responses[1].over][0] == 0.0
+    assert leak.responses[1].over[0].median == 0.0
     modulus = of(study, "fluid.bulk_modulus")
     assert modulus.against == FIXED
     assert [each.n_run for each in modulus.responses[0].over] == [3, 2], "the failed run has no number"

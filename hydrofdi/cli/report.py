@@ -59,9 +59,10 @@ def report(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Draw a figure (.png, .svg, .pdf). Its name says which: figure2, figure3, figure4, spectrum,"
-            " mode_plane, phases, scenarios; of a study of detection ranking, pod, roc, det, false_alarms,"
-            " densities. Any other name draws the heat map of δ, or the ranking.",
+            help="Draw a figure (.png, .svg, .pdf), which its name says. Any sweep: responses, sensitivity (a"
+            " heat map of δ). A study of detection: ranking, pod, roc, det, false_alarms, densities, tornado,"
+            " delays. The study of the paper: figure2, figure3, figure4, spectrum, mode_plane, phases,"
+            " scenarios. Any other name draws sensitivity or ranking.",
         ),
     ] = None,
     check: Annotated[
@@ -74,8 +75,8 @@ def report(
 ) -> int:
     """Show stored results as tables and figures.
 
-    The study of the paper has also its tables, its claims, and controls of them. A study of detection says
-    which leak is found, with which sensors and which score.
+    A sweep: what was varied, against which baseline, and how each feature responds. A study of detection:
+    which leak is found, with which sensors and which score. The study of a paper: its tables and claims.
     """
     from hydrofdi.cli.terminal import tell
     from hydrofdi.papers import make_report

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.cli.mode_table import cell, print_modes, table
+from hydrofdi.cli.mode_table import cell, print_modes
 from hydrofdi.cli.observability_table import print_observability
+from hydrofdi.cli.parted_table import PartedTable
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.units import convert
 
@@ -52,8 +52,8 @@ def print_inspection(found: Inspection) -> None:
         console.print("no warnings")
 
 
-def _noise_table(found: Inspection) -> Table:
-    shown = table("level", "noise\nkPa", "weakest run\nkPa", "share\n")
+def _noise_table(found: Inspection) -> PartedTable:
+    shown = PartedTable(["level", "noise\nkPa", "weakest run\nkPa", "share\n"])
     for level, noise in enumerate(found.noise, 1):
         shown.add_row(
             f"d{level}",
@@ -68,7 +68,7 @@ def print_convergence(found: Convergence) -> None:
     """The change of the features from step to step, and the step that is good enough."""
     console = terminal()
     console.print(Text("\nLargest change of the detail RMS when the step is halved", style="bold"))
-    shown = table("step [ms]", *(f"d{level}" for level in range(1, len(found.changes[0]) + 1)))
+    shown = PartedTable(["step [ms]", *(f"d{level}" for level in range(1, len(found.changes[0]) + 1))])
     for step, change in zip(found.steps, found.changes, strict=True):
         shown.add_row(f"{convert(step, 'ms'):g}", *(f"{value:.1e}" for value in change))
     console.print(shown)
@@ -80,7 +80,9 @@ def print_convergence(found: Convergence) -> None:
 
 def print_targets(targets: Sequence[LeakageTarget]) -> None:
     """Leakage flows with their coefficients."""
-    shown = table("mean leakage\nL/min", "K_i (orifice)\nm³/s/√Pa", "laminar\nm³/(s·Pa)", "of piston\nflow")
+    shown = PartedTable(
+        ["mean leakage\nL/min", "K_i (orifice)\nm³/s/√Pa", "laminar\nm³/(s·Pa)", "of piston\nflow"]
+    )
     for target in targets:
         shown.add_row(
             f"{convert(target.flow, 'L/min'):.4g}",

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
 
+from hydrofdi.cli.parted_table import PartedTable
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.wording import labels_text
 from hydrofdi.units import convert
@@ -34,6 +34,9 @@ _COLUMNS: dict[str, tuple[Callable[[ModeOfRun], float], str]] = {
 }
 """Header → number of a run, and its form."""
 
+_LEADING = 3
+"""Columns that tell runs apart."""
+
 
 def print_modes(found: Inspection) -> None:
     """A row for each run and its further parameters below, or the ranges of many runs."""
@@ -48,9 +51,10 @@ def print_modes(found: Inspection) -> None:
             console.print(f"({number}) {text}")
 
 
-def _rows(found: Inspection) -> Table:
+def _rows(found: Inspection) -> PartedTable:
     marks, headers = _condition_marks(found), list(_COLUMNS)
-    shown = table(*headers[:-2], "band\n", *headers[-2:], *(["see\nbelow"] if len(marks) > 1 else []))
+    more = ["see\nbelow"] if len(marks) > 1 else []
+    shown = PartedTable([*headers[:-2], "band\n", *headers[-2:], *more], _LEADING)
     for mode in found.modes:
         cells = [cell(number(mode), form) for number, form in _COLUMNS.values()]
         band = _band_name(mode.level, len(found.bands)) if mode.status == "ok" else mode.status
@@ -59,8 +63,8 @@ def _rows(found: Inspection) -> Table:
     return shown
 
 
-def _ranges(found: Inspection) -> Table:
-    shown = table("", *_COLUMNS)
+def _ranges(found: Inspection) -> PartedTable:
+    shown = PartedTable(["", *_COLUMNS])
     numbers = np.array([[number(mode) for number, _ in _COLUMNS.values()] for mode in found.modes])
     for name, place in (("least", 0.0), ("median", 0.5), ("largest", 1.0)):
         row = [_quantile(own[np.isfinite(own)], place) for own in numbers.T]
@@ -83,14 +87,6 @@ def _band_name(level: int, n_level: int) -> str:
     if level == 0:
         return "above d1"
     return f"d{level}" if level <= n_level else f"below d{n_level}"
-
-
-def table(*headers: str) -> Table:
-    """A plain table of numbers."""
-    made = Table(box=None, pad_edge=False)
-    for header in headers:
-        made.add_column(header, justify="right")
-    return made
 
 
 def cell(value: float, form: str) -> str:

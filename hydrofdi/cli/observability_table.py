@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from hydrofdi.cli.mode_table import table
+from hydrofdi.cli.parted_table import PartedTable
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.detection.wording import two_digits
 from hydrofdi.settings.readable import readable_unit
@@ -24,8 +24,7 @@ def print_observability(found: Observability) -> None:
     if not found.unknowns:
         console.print("nothing: the estimate diverges; do its options fit the actuator?")
         return
-    shown = table("", "before", "after", "unit")
-    shown.columns[0].justify = shown.columns[-1].justify = "left"
+    shown = PartedTable(["", "before", "after", "unit"], left=(0, 3))
     for each in found.unknowns:
         shown.add_row(each.name, *_row(each))
     console.print(shown)

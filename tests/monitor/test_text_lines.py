@@ -91,7 +91,7 @@ def test_decimal_commas_are_named_where_nobody_said_so():
     _, [event] = read_in_pieces(reader(), b"time [s];P1 [Pa]\n0;1\n0,1;2\n")
     assert event.text.endswith(
         "'0,1' is not a number; if commas are decimal signs, write"
-        " 'text: {decimal: \",\"}' in the file of --config"
+        " 'text: {decimal: \",\"}' in the file of config"
     )
 
 

@@ -50,12 +50,12 @@ def print_windows(tally: Tally) -> None:
 def _table(file: DetectorFile, windows: list[JudgedWindow]) -> Table:
     unit = score_unit(file)
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("record", no_wrap=True)
+    table.add_column("record", overflow="fold")
     for name, unit_text in (("start", "s"), ("score", "" if unit == "1" else unit), ("margin", "spreads")):
         table.add_column(f"{name}\n{unit_text}", justify="right", no_wrap=True)
     if file.chart is not None:
         table.add_column(f"chart\nof {plain(file.chart.limit, 3)}", justify="right", no_wrap=True)
-    table.add_column("verdict")
+    table.add_column("verdict", overflow="fold")
     for window in windows:
         table.add_row(*_cells(file, window), style=_style(window))
     return table

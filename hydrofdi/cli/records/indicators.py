@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from hydrofdi.indicators.description import Description
 
 
+_USUAL = 80
+"""Columns from which it has room for columns of their own."""
+
 _WIDE = 110
 """Columns from which the terminal has room for the sources."""
 
@@ -55,23 +58,38 @@ def _record(indicator: Description) -> dict[str, Any]:
 def _print_all(indicators: list[Description]) -> None:
     from rich.table import Table
 
+    from hydrofdi.cli.folding import Folded
     from hydrofdi.cli.terminal import terminal
     from hydrofdi.records import Channel
 
     console = terminal()
-    has_room = console.width >= _WIDE
+    symbols = {each.name: " ".join(Channel(name).symbol for name in each.channels) for each in indicators}
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("indicator", no_wrap=True)
-    table.add_column("what it tells", overflow="fold", ratio=3)
-    table.add_column("of", no_wrap=True)
-    table.add_column("numbers", justify="right", no_wrap=True)
-    table.add_column("cost", no_wrap=True)
-    if has_room:
-        table.add_column("source", overflow="fold", ratio=2)
-    for each in indicators:
-        channels = " ".join(Channel(channel).symbol for channel in each.channels)
-        row = [each.name, each.summary, channels, str(len(each.outputs)), each.cost]
-        table.add_row(*row, *([each.source] if has_room else []))
+    if console.width < _USUAL:
+        table.add_column("indicator", no_wrap=True)
+        table.add_column("what it tells")
+        for each in indicators:
+            text = f"{each.summary} {len(each.outputs)} numbers of {symbols[each.name]}, {each.cost}."
+            table.add_row(each.name, Folded(text))
+    else:
+        has_room = console.width >= _WIDE
+        table.add_column("indicator", no_wrap=True)
+        table.add_column("what it tells", ratio=3)
+        table.add_column("of", no_wrap=True)
+        table.add_column("numbers", justify="right", no_wrap=True)
+        table.add_column("cost", no_wrap=True)
+        if has_room:
+            table.add_column("source", overflow="fold", ratio=2)
+        for each in indicators:
+            source = [each.source] if has_room else []
+            table.add_row(
+                each.name,
+                Folded(each.summary),
+                symbols[each.name],
+                str(len(each.outputs)),
+                each.cost,
+                *source,
+            )
     console.print(table)
     used = sorted({channel for each in indicators for channel in each.channels})
     console.print("\n" + ", ".join(f"{Channel(channel).symbol}: {channel}" for channel in used))

@@ -8,6 +8,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
+from hydrofdi.cli.parted_table import PartedTable
 from hydrofdi.cli.records.measures_table import number_text
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.records.overview import Overview
@@ -65,10 +66,8 @@ def _counts(counted: Mapping[Any, int]) -> str:
     return "; ".join(shown + more)
 
 
-def _channel_table(overview: Overview) -> Table:
-    table = _table("channel", "unit", "min", "mean", "max", "records")
-    for column in table.columns[2:]:
-        column.justify = "right"
+def _channel_table(overview: Overview) -> PartedTable:
+    table = PartedTable(["channel", "unit", "min", "mean", "max", "records"], n_lead=2, left=(0, 1))
     for channel, found in overview.channels.items():
         numbers = (found.least, found.mean, found.largest)
         unit = readable_unit(found.unit, max(abs(found.least), abs(found.largest)))

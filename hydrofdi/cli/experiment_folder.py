@@ -96,16 +96,19 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
     return 0 if found else 1
 
 
-def collect(directory: Directory) -> int:
+def collect(directory: Directory, json: Json = False) -> int:
     """Build the experiment file from what is stored.
 
     Runs without a result become holes with a reason.
     """
     from hydrofdi.api.folders import collect as build_file
     from hydrofdi.api.folders import status as look
-    from hydrofdi.cli.terminal import tell
+    from hydrofdi.cli.terminal import print_json, tell
 
     made, state = build_file(directory), look(directory)
+    if json:
+        record = {"planned": state.planned, "missing": state.missing, "failed": state.failed}
+        print_json({"file": str(made.file), **record})
     tell(
         f"stored {made.file}: {state.planned:,} runs, of which {state.missing:,} are missing and"
         f" {state.failed:,} failed"

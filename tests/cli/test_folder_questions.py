@@ -24,3 +24,12 @@ def test_why_names_indicators_their_options_and_identities(tmp_path: Path) -> No
 def test_status_says_that_an_earlier_version_stored_the_runs() -> None:
     assert run_json("status", _KEPT)["earlier"] == 8
     assert "8 runs were stored by an earlier version" in run("status", _KEPT).stdout
+
+
+def test_collect_says_what_it_built(tmp_path: Path) -> None:
+    swept = sweep_in(tmp_path, "name: built\nrecord: {duration: 2 s}\n")
+    file = swept.directory / "built.h5"
+    file.unlink()
+    collected = run_json("collect", swept.directory)
+    assert collected == {"file": str(file), "planned": 1, "missing": 0, "failed": 0}
+    assert file.exists()

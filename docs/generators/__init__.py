@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pygments.lexers.special import TextLexer
+
 from generators import commands, configurations, detectors, gallery, interface, links, outside, units
 
 if TYPE_CHECKING:
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Write the generated pages before Sphinx looks for pages, and lead links to them."""
+    app.add_lexer("csv", TextLexer)
     app.connect("builder-inited", write_pages)
     app.connect("source-read", links.lead_to_pages)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,6 +1,7 @@
 """Pages that come from the program: nothing is left out, and what they show works."""
 
 import shlex
+from pathlib import Path
 
 import pytest
 
@@ -11,8 +12,10 @@ from generators.examples import EXAMPLES
 from generators.links import led_to_pages
 
 import hydrofdi
+from hydrofdi.report.figures import _NAMES as FIGURES
 from hydrofdi.settings.ready import ready_names
 
+DOCS = Path(__file__).parents[2] / "docs"
 COMMANDS = commands.command_group().commands
 
 
@@ -62,6 +65,11 @@ def test_a_unit_is_shown_with_its_factor(reference):
     text = (reference / "units.md").read_text(encoding="utf-8")
     assert "| `bar` | bar | 100000 kg·m⁻¹·s⁻² | yes |" in text
     assert "| `min` | minute | 60 s |  |" in text
+
+
+def test_every_kind_of_figure_is_in_the_gallery():
+    text = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    assert [name for name in sorted(FIGURES) if f"{name}.png" not in text and f"`{name}`" not in text] == []
 
 
 def test_a_page_that_is_no_longer_made_is_removed(tmp_path):

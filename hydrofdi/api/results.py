@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrofdi.api.figures import shown
+from hydrofdi.api.page import html_table
 from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.api.table import Table
 from hydrofdi.errors import ReportError, StoreError
@@ -73,6 +74,10 @@ class Results:
         dataset: xarray.Dataset = library.open_dataset(self.file, engine="h5netcdf")
         return dataset
 
+    def to_xarray(self) -> xarray.Dataset:
+        """The `dataset`, as other results have it."""
+        return self.dataset
+
     @cached_property
     def table(self) -> Table:
         """The numbers that ``hydrofdi report --format csv`` prints; units stand in the names."""
@@ -115,6 +120,10 @@ class Results:
     def __repr__(self) -> str:
         counted = ", ".join(f"{count} {status}" for status, count in self.statuses.items())
         return f"{self.data.n_run} runs in {self.folder}: {counted}"
+
+    def _repr_html_(self) -> str:
+        lines = [("runs", f"{self.data.n_run:,}"), *((name, f"{n:,}") for name, n in self.statuses.items())]
+        return html_table(lines, caption=str(self.folder))
 
 
 def results(folder: str | PathLike[str] | None = None) -> Results:

@@ -60,6 +60,10 @@ class Table:
     def __contains__(self, name: str) -> bool:
         return name in self._columns
 
+    def _ipython_key_completions_(self) -> list[str]:
+        """Names that a notebook completes in ``table["…``."""
+        return self.columns
+
     def __len__(self) -> int:
         return len(next(iter(self._columns.values()), ()))
 
@@ -137,6 +141,8 @@ class Table:
 
 def _array(values: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
     """Numbers as an array of them, NaN where one is missing; everything else as objects."""
+    if isinstance(values, np.ndarray) and values.dtype == object:
+        return values
     array = np.asarray([np.nan if value is None else value for value in values])
     is_partly_bool = array.dtype.kind != "b" and any(isinstance(value, bool) for value in values)
     if array.dtype.kind in "fiub" and not is_partly_bool:

@@ -8,6 +8,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hydrofdi.api.detectors.watching import watched
 from hydrofdi.api.page import html_sentences
 from hydrofdi.api.places import path_of
@@ -159,7 +161,9 @@ class Detector:
                 data, sampling_frequency=sampling_frequency, channel=channel, unit=unit
             )
         ]
-        columns = {name: [row[name] for row in rows] for name in _NAMES}
+        columns: dict[str, Any] = {name: [row[name] for row in rows] for name in _NAMES}
+        if None in columns["alarm"]:
+            columns["alarm"] = np.array(columns["alarm"], dtype=object)
         return Table("window", columns, {"start": "s", "end": "s", "score": self.file.unit})
 
     def windows(

@@ -13,6 +13,7 @@ from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.records.written.columns import Selection
 from hydrofdi.records.written.forms import BEGINNINGS, WRITERS
 from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.naming import setting
 from hydrofdi.store.files import require_regular, whole_file
 
 
@@ -125,7 +126,7 @@ def _records(
                 if held is not None:
                     raise ConfigError(
                         f"{target.path}: there is more than one record (healthy baselines count); name a"
-                        " folder, which gets a file for each, or choose one run (--runs)"
+                        f" folder, which gets a file for each, or choose one run ({setting('runs')})"
                     )
                 held = batch.rows([row]), 0, target.path
     if held is not None:

@@ -312,5 +312,5 @@ def test_positions_are_the_reference_of_a_controller() -> None:
 
 
 def test_voltages_are_no_reference() -> None:
-    with pytest.raises(ValueError, match=r"with control\.law = p it is a position"):
+    with pytest.raises(ValueError, match=r"with control\.law = p it needs positions"):
         _parameters(SQUARE, **CLOSED)

@@ -76,7 +76,7 @@ LINES = [
     ("duration", "record: {duration: 2.001 s}\n", "duration = 2.001 s is not a multiple of the sampling interval"),
     ("endless duration", "record: {duration: 1e12 s}\n", "too many"),
     ("vanishing step", "record: {step: 1e-320}\n", "is not a multiple of step"),
-    ("short record", "record: {duration: 0.2 s}\n", "too short for 5 levels of db8; it supports 2"),
+    ("short record", "record: {duration: 0.2 s}\n", "record.duration = 0.2 s leaves 100 samples, but wavelet.levels = 5 of db8 needs 480"),
     ("unknown wavelet", "wavelet: {name: db99}\n", "1: wavelet.name: 'db99' is not a discrete wavelet"),
     ("continuous wavelet", "wavelet: {name: morl}\n", "1: wavelet.name: 'morl' is not a discrete wavelet"),
     ("no levels", "wavelet: {levels: 0}\n", "1: wavelet.levels: must be at least 1; found 0"),

@@ -27,18 +27,7 @@ _PAGES = {
 def lead_to_pages(app: Sphinx, name: str, content: list[str]) -> None:
     """Lead links to files of the repository to the pages that show them: Sphinx passes each source."""
     page = f"docs/{app.env.doc2path(name, base=False)}"
-    content[0] = led_to_pages(_without_pages_to_come(content[0], Path(app.env.doc2path(name)).parent), page)
-
-
-def _without_pages_to_come(text: str, folder: Path) -> str:
-    """The text without the patterns of a toctree that match no page."""
-    lines = text.split("\n")
-    return "\n".join(
-        line
-        for line in lines
-        if not re.fullmatch(r"[\w./-]*\*", line)
-        or any(file.stem != "index" for file in folder.glob(f"{line}.*"))
-    )
+    content[0] = led_to_pages(content[0], page)
 
 
 def led_to_pages(text: str, page: str) -> str:

@@ -76,7 +76,7 @@ constraints: .venv/made  ## resolve all dependencies anew into constraints.txt
 	$(INSTALL) --dry-run --require-hashes --constraint constraints.txt --requirement .venv/wanted.txt
 
 clean:  ## remove .venv and caches; results stay
-	rm -rf site docs/_gallery docs/_notebooks docs/reference/api docs/reference/commands docs/reference/configurations
+	rm -rf site docs/_gallery docs/_notebooks jupyter_execute docs/reference/api docs/reference/commands docs/reference/configurations
 	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

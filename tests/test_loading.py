@@ -123,13 +123,13 @@ def test_a_mistake_is_one_line_with_its_place(experiment_file, text, expected):
 @pytest.mark.parametrize(
     ("setting", "expected"),
     [
-        ("abc", "--set abc: expected KEY=VALUE"),
-        ("=1", "--set =1: expected KEY=VALUE"),
-        ("..=1", "--set ..=1: unknown key"),
+        ("abc", "settings abc: expected KEY=VALUE"),
+        ("=1", "settings =1: expected KEY=VALUE"),
+        ("..=1", "settings ..=1: unknown key"),
         ("fluid.bulkmodulus=1", "fluid.bulkmodulus: unknown key; did you mean 'bulk_modulus'?"),
-        ("fluid=1", "--set fluid=1: fluid: expected a section"),
+        ("fluid=1", "settings fluid=1: fluid: expected a section"),
         ("fluid.bulk_modulus=", "fluid.bulk_modulus: has no value after"),
-        ("fluid.bulk_modulus.x=1", "--set fluid.bulk_modulus.x=1: fluid.bulk_modulus: expected a number"),
+        ("fluid.bulk_modulus.x=1", "settings fluid.bulk_modulus.x=1: fluid.bulk_modulus: expected a number"),
         ("fluid.bulk_modulus=a: b: c", "fluid.bulk_modulus: not valid YAML"),
         ("sweep.grid=[1]", "sweep.grid: expected a section"),
         ("sweep.grid.fluid.bulk_modulus=[1, 1 m]", "fluid.bulk_modulus[1]: '1 m' has the wrong unit"),
@@ -138,7 +138,7 @@ def test_a_mistake_is_one_line_with_its_place(experiment_file, text, expected):
 def test_a_mistake_in_a_setting_names_the_setting(setting, expected):
     lines = mistakes(None, setting)
     assert len(lines) == 1
-    assert lines[0].startswith(f"--set {setting}")
+    assert lines[0].startswith(f"settings {setting}")
     assert expected in lines[0]
 
 
@@ -161,9 +161,11 @@ sweep:
 def test_all_mistakes_of_a_file_are_reported_at_once_in_its_order(experiment_file):
     config = experiment_file(MANY)
     lines = mistakes(config, "input.period=1 kg")
-    places = [line.removeprefix(f"{config}:").split(":")[0] for line in lines if not line.startswith("--set")]
+    places = [
+        line.removeprefix(f"{config}:").split(":")[0] for line in lines if not line.startswith("settings")
+    ]
     assert places == ["1", "3", "4", "5", "6", "7", "8", "11", "12"]
-    assert any(line.startswith("--set input.period=1 kg: input.period: ") for line in lines)
+    assert any(line.startswith("settings input.period=1 kg: input.period: ") for line in lines)
 
 
 def test_the_command_reports_all_mistakes_and_writes_nothing(hydrofdi, experiment_file, tmp_path):

@@ -43,7 +43,7 @@ def test_the_file_of_the_short_duration_is_blamed_and_that_of_the_inherited_disc
 
 def test_a_setting_is_blamed_before_any_file(base: Path) -> None:
     refusal = _refusal(base, "input.period=8 s")
-    assert refusal.startswith("--set input.period=8 s: ")
+    assert refusal.startswith("settings input.period=8 s: ")
     assert f"record.duration stands in {base}:3" in refusal
 
 

@@ -45,7 +45,7 @@ def simulate(
     from hydrofdi.cli.rendering import print_run, tell_doubtful_settings
     from hydrofdi.cli.terminal import print_json, tell
     from hydrofdi.quality.doubts import doubts_of
-    from hydrofdi.quality.failures import REMEDIES
+    from hydrofdi.quality.failures import remedy
 
     experiment = experiment_with(config, settings or ())
     tell_doubtful_settings(experiment, with_sweep=False)
@@ -64,7 +64,7 @@ def simulate(
     else:
         print_run(run.summary)
     if run.status != "ok":
-        tell(f"the run failed: {run.status}: {run.message}; {REMEDIES[run.status]}")
+        tell(f"the run failed: {run.status}: {run.message}; {remedy(run.status)}")
         return 1
     for doubt in doubts_of(run.verdict):
         tell(f"{doubt.word}: {doubt.remedy}")

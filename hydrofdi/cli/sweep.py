@@ -92,7 +92,7 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     from dataclasses import asdict
 
     from hydrofdi.quality.doubts import DOUBTS
-    from hydrofdi.quality.failures import REMEDIES
+    from hydrofdi.quality.failures import remedy
     from hydrofdi.settings.readable import shown_seconds
 
     if json:
@@ -105,7 +105,7 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     for word, count in summary.verdicts.items():
         tell(f"{count:,} {word}: {DOUBTS[word].remedy}")
     for status, count in summary.statuses.items():
-        if status in REMEDIES:
-            tell(f"{count:,} {status}: {REMEDIES[status]}")
+        if told := remedy(status):
+            tell(f"{count:,} {status}: {told}")
     for label, fault in summary.faults.items():
         tell(f"{label}: {fault}")

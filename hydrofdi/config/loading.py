@@ -1,4 +1,4 @@
-"""Experiment files and ``--set`` options → a validated experiment, with all mistakes at once."""
+"""Experiment files and settings → a validated experiment, with all mistakes at once."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from hydrofdi.config.study.normalizing import check_detection, normalize_detecti
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.extending import extended, overlay, read_extended
+from hydrofdi.settings.naming import setting
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml, plain
 
@@ -61,10 +62,10 @@ def load_experiment(
             _lay(source, _setting_path(key), plain(value))
         _refuse_contradictory_settings(source, set(settings), origin="")
     else:
-        for setting in settings:
-            _apply_setting(source, setting)
-        keys = {setting.partition("=")[0].strip() for setting in settings}
-        _refuse_contradictory_settings(source, keys, origin="--set")
+        for text in settings:
+            _apply_setting(source, text)
+        keys = {text.partition("=")[0].strip() for text in settings}
+        _refuse_contradictory_settings(source, keys, origin=setting("settings"))
     return _validate(source)
 
 
@@ -101,18 +102,18 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _apply_setting(source: Source, setting: str) -> None:
-    key, equals, text = setting.partition("=")
-    origin = f"--set {setting}"
+def _apply_setting(source: Source, text: str) -> None:
+    key, equals, stated = text.partition("=")
+    origin = f"{setting('settings')} {text}"
     if not equals or not key.strip():
         source.mistakes.append(
             Mistake("expected KEY=VALUE, like fluid.bulk_modulus='689 MPa'", origin=origin)
         )
         return
-    if not text.strip():
+    if not stated.strip():
         source.mistakes.append(Mistake("has no value after '='", key, origin))
         return
-    value = parse_yaml(text, origin)
+    value = parse_yaml(stated, origin)
     if value.mistakes:
         source.mistakes.extend(Mistake(mistake.message, key.strip(), origin) for mistake in value.mistakes)
         return
@@ -127,9 +128,9 @@ def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None
     """Lay a value over a source; a value without an origin takes that of the file away."""
     for part in reversed(path):
         value = {part: value}
-    setting = Source(value, {path: ""} if origins is None else origins)
-    rename_keys(setting)
-    overlay(source, setting, _merged)
+    laid = Source(value, {path: ""} if origins is None else origins)
+    rename_keys(laid)
+    overlay(source, laid, _merged)
 
 
 def _refuse_contradictory_settings(source: Source, keys: Set[str], origin: str) -> None:

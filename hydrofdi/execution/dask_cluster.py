@@ -12,6 +12,7 @@ from typing import Any, Self
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
 from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
+from hydrofdi.settings.naming import setting
 from hydrofdi.store.shard import store_shard_bytes
 
 
@@ -56,13 +57,11 @@ class DaskEngine:
         try:
             self._client = self._distributed.Client(self._scheduler, timeout="10s", set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
-            raise ConfigError(
-                f"--scheduler {self._scheduler}: nobody answers ({type(error).__name__})"
-            ) from None
+            raise ConfigError(f"{self._named()}: nobody answers ({type(error).__name__})") from None
         self.workers = sum(self._client.nthreads().values())
         if self.workers == 0:
             self._client.close()
-            raise ConfigError(f"--scheduler {self._scheduler}: the cluster has no workers")
+            raise ConfigError(f"{self._named()}: the cluster has no workers")
         self._completed = self._distributed.as_completed(loop=self._client.loop)
         return self
 
@@ -90,6 +89,9 @@ class DaskEngine:
         for key in queued:
             self._items.pop(key)
         self._client.cancel([self._distributed.Future(key, self._client) for key in queued], force=True)
+
+    def _named(self) -> str:
+        return setting("scheduler", self._scheduler)
 
     def _result(self, item: Any, future: Any) -> TaskResult:
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Engine, InProcessEngine, LocalPoolEngine, available_cores
+from hydrofdi.settings.naming import setting
 
 
 def make_engine(name: str, workers: int | None, scheduler: str | None, *, shared_directory: bool) -> Engine:
@@ -27,10 +28,11 @@ def make_engine(name: str, workers: int | None, scheduler: str | None, *, shared
     """
     if name == "dask":
         if scheduler is None:
-            raise ConfigError("the engine dask needs --scheduler tcp://host:port")
+            raise ConfigError(f"the engine dask needs {setting('scheduler', 'tcp://host:port')}")
         from hydrofdi.execution.dask_cluster import DaskEngine
 
         return DaskEngine(scheduler, shared_directory=shared_directory)
     if scheduler is not None or not shared_directory:
-        raise ConfigError("--scheduler and --no-shared-directory belong to --engine dask")
+        dask = setting("engine", "dask")
+        raise ConfigError(f"{setting('scheduler')} and {setting('shared_directory')} belong to {dask}")
     return InProcessEngine() if name == "in-process" else LocalPoolEngine(workers or available_cores())

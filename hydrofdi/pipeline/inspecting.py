@@ -17,7 +17,7 @@ from hydrofdi.pipeline.changes import changes_since
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.results import stored_run_ids
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of
-from hydrofdi.quality.failures import REMEDIES
+from hydrofdi.quality.failures import remedy
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
@@ -206,7 +206,7 @@ def explain(directory: Path, wanted: str, asked: ExperimentConfig | None = None)
         provenance=provenance[-1] if provenance else None,
         verdict=verdict,
         doubts={doubt.word: _doubt(doubt, held) for doubt in doubts_of(verdict)},
-        remedy=REMEDIES.get(status, ""),
+        remedy=remedy(status),
         changes=changes_since(directory, plan.experiment) if position in plan.missing else {},
     )
 

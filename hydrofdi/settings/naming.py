@@ -9,7 +9,7 @@ from contextvars import ContextVar
 
 _AS_OPTIONS = ContextVar("as_options", default=False)
 
-_OPTIONS = {"settings": "--set"}
+_OPTIONS = {"settings": "--set", "shared_directory": "--no-shared-directory"}
 """Keywords whose option has another name."""
 
 

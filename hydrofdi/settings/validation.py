@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.naming import setting
 from hydrofdi.settings.ready import ready_hint
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
 
@@ -60,7 +61,27 @@ def validated(model: type[Model], source: Source) -> Model:
 def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
     path = _path(error)
     message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model))
+    if error["type"] in ("model_type", "model_attributes_type") and path:
+        message += _section_hint(_section_at(model, path), str(path[-1]), error["input"])
     return source.mistake(path, message) if path else _placed(source, message)
+
+
+def _section_hint(section: Any, name: str, found: Any) -> str:
+    """The keys of a section for which a plain value stands, and those that would take the value."""
+    if not _is_model(section):
+        return ""
+    keys = list(section.model_fields)
+    fitting = [key for key in keys if isinstance(found, str) and _takes(section, key, found)]
+    meant = f"; write {name}: {{{fitting[0]}: {found}}}" if fitting else ""
+    return f"{meant}; its keys are {', '.join(keys)}"
+
+
+def _takes(section: type[BaseModel], key: str, value: str) -> bool:
+    try:
+        section.model_validate({key: value})
+    except ValidationError as errors:
+        return all(error["loc"][:1] not in ((), (key,)) for error in errors.errors())
+    return True
 
 
 def _placed(source: Source, message: str) -> Mistake:
@@ -69,7 +90,7 @@ def _placed(source: Source, message: str) -> Mistake:
     places = {path: source.origins[path] for path in named if path in source.origins}
     if not places:
         return source.mistake((), message)
-    first, *others = sorted(places, key=lambda path: not places[path].startswith("--"))
+    first, *others = sorted(places, key=lambda path: not places[path].startswith(setting("settings")))
     elsewhere = ", ".join(f"{dotted(path)} stands in {places[path]}" for path in others)
     return Mistake(f"{message} ({elsewhere})" if elsewhere else message, origin=places[first])
 
@@ -98,6 +119,12 @@ def _reading_order(mistake: Mistake) -> tuple[str, int]:
 
 def known_keys(model: Any, path: Path) -> list[str]:
     """The keys of the section at a path within a model; none where there is no section."""
+    section = _section_at(model, path)
+    return list(section.model_fields) if _is_model(section) else []
+
+
+def _section_at(model: Any, path: Path) -> Any:
+    """The section at a path within a model; None where there is none."""
     parts = iter(path)
     for part in parts:
         if not isinstance(part, int):
@@ -105,7 +132,7 @@ def known_keys(model: Any, path: Path) -> list[str]:
             model = _model_within(field.annotation) if field else None
             if field and get_origin(field.annotation) is dict:
                 next(parts, None)
-    return list(model.model_fields) if _is_model(model) else []
+    return model
 
 
 def _dotted_keys(model: type[BaseModel]) -> list[str]:

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from hydrofdi.quality.doubts import DOUBTS
-from hydrofdi.quality.failures import REMEDIES
+from hydrofdi.quality.failures import FAILURES
 from tests.commands import run
 from tests.documentation.pages import ROOT
 
@@ -36,7 +36,7 @@ def test_a_quoted_sentence_is_one_of_the_program(sentence, said):
 
 
 def test_every_verdict_and_every_failure_has_a_heading():
-    assert {*DOUBTS, *REMEDIES} - {"error"} <= WORDS
+    assert {*DOUBTS, *FAILURES} - {"error"} <= WORDS
 
 
 def test_an_unsettled_run_is_helped_by_a_longer_record(tmp_path):

@@ -37,7 +37,7 @@ def test_a_file_with_earlier_keys_is_the_same_experiment(tmp_path):
 def test_a_setting_with_an_earlier_key_wins_over_the_file(tmp_path):
     file = tmp_path / "file.yaml"
     file.write_text("record: {duration: 8 s}\n")
-    with pytest.warns(RenamedKeyWarning, match=r"--set run.duration=2 s: run.duration is now"):
+    with pytest.warns(RenamedKeyWarning, match=r"settings run.duration=2 s: run.duration is now"):
         assert load_experiment(file, ["run.duration=2 s"]).record.duration == 2.0
 
 

@@ -11,7 +11,7 @@ from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.request import parameter_names
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.quality.doubts import DOUBTS
-from hydrofdi.quality.failures import REMEDIES
+from hydrofdi.quality.failures import FAILURES, remedy
 from tests.commands import run_hydrofdi
 
 _SHORT = RunParameters().with_values({"record.duration": 8.0, "input.period": 0.5})
@@ -44,16 +44,16 @@ def _verdict(values: dict[str, Any], coefficient: float) -> str:
 def test_what_a_remedy_names_takes_the_verdict_away(
     word: str, values: dict[str, Any], turned: dict[str, Any], coefficient: float
 ) -> None:
-    remedy = REMEDIES.get(word) or DOUBTS[word].remedy
-    assert all(key in remedy for key in turned)
+    told = remedy(word) or DOUBTS[word].remedy
+    assert all(key in told for key in turned)
     assert word in _verdict(values, coefficient).split(", ")
     assert word not in _verdict(values | turned, coefficient).split(", ")
 
 
-@pytest.mark.parametrize("remedy", [*(doubt.remedy for doubt in DOUBTS.values()), *REMEDIES.values()])
-def test_remedies_name_keys_that_exist(remedy: str) -> None:
+@pytest.mark.parametrize("told", [*(doubt.remedy for doubt in DOUBTS.values()), *map(remedy, FAILURES)])
+def test_remedies_name_keys_that_exist(told: str) -> None:
     known = {*parameter_names(), *(f"limits.{key}" for key in ExperimentConfig().limits.model_dump())}
-    assert set(re.findall(r"\b[a-z_0-9]+\.[a-z_]+\b", remedy)) <= known
+    assert set(re.findall(r"\b[a-z_0-9]+\.[a-z_]+\b", told)) <= known
 
 
 def test_a_simulated_run_names_the_remedy_of_its_verdict() -> None:

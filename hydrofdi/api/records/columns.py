@@ -63,8 +63,14 @@ class Held:
     labels: Sequence[str] = field(default=())
 
 
-def held(data: Any) -> Held:
+def held(data: Any, number: int | None = None) -> Held:
     """What an object in memory holds.
+
+    Parameters
+    ----------
+    data
+    number : int, optional
+        Its place among several; messages name it.
 
     Raises
     ------
@@ -73,21 +79,28 @@ def held(data: Any) -> Held:
     """
     xarray, pandas = sys.modules.get("xarray"), sys.modules.get("pandas")
     if xarray is not None and isinstance(data, xarray.DataArray):
-        return _of_dataset("the DataArray", {str(data.name or ""): data})
+        return _of_dataset(_kind("DataArray", number), {str(data.name or ""): data})
     if xarray is not None and isinstance(data, xarray.Dataset):
-        return _of_dataset("the Dataset", {str(name): each for name, each in data.data_vars.items()})
+        return _of_dataset(
+            _kind("Dataset", number), {str(name): each for name, each in data.data_vars.items()}
+        )
     if pandas is not None and isinstance(data, pandas.Series | pandas.DataFrame):
-        return _of_frame(data.to_frame() if isinstance(data, pandas.Series) else data)
+        frame = data.to_frame() if isinstance(data, pandas.Series) else data
+        return _of_frame(_kind("DataFrame", number), frame)
     if hasattr(data, "to_pandas"):
-        return _of_frame(data.to_pandas())
+        return _of_frame(_kind("DataFrame", number), data.to_pandas())
     if isinstance(data, Mapping):
-        columns = [_column("the mapping", str(title), values, None) for title, values in data.items()]
-        return _timed("the mapping", columns)
-    return Held("the array", [_column("the array", "", data, None)])
+        kind = _kind("mapping", number)
+        return _timed(kind, [_column(kind, str(title), values, None) for title, values in data.items()])
+    kind = _kind("array", number)
+    return Held(kind, [_column(kind, "", data, None)])
 
 
-def _of_frame(frame: Any) -> Held:
-    kind = "the DataFrame"
+def _kind(noun: str, number: int | None) -> str:
+    return f"the {noun}" if number is None else f"{noun} {number}"
+
+
+def _of_frame(kind: str, frame: Any) -> Held:
     titles = [str(title) for title in frame.columns]
     numeric = [n for n in range(len(titles)) if frame.dtypes.iloc[n].kind in "fiumM"]
     columns = [_column(kind, titles[n], _values(frame.iloc[:, n]), "") for n in numeric]

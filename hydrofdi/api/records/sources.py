@@ -72,7 +72,8 @@ def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[Rec
     parts = _parts(data)
     if all(isinstance(each, str | PathLike) for each in parts):
         _refuse_names(said)
-    found = [_source(each, channels, said) for each in parts]
+    numbers = range(1, len(parts) + 1) if len(parts) > 1 else [None]
+    found = [_source(each, number, channels, said) for each, number in zip(parts, numbers, strict=True)]
     named = iter(_named([source for source in found if isinstance(source, HeldSource)], said))
     return [next(named) if isinstance(source, HeldSource) else source for source in found]
 
@@ -145,7 +146,7 @@ def _is_whole(data: Any) -> bool:
     return any(hasattr(data, name) for name in ("columns", "coords", "record_source", "model_fields"))
 
 
-def _source(data: Any, channels: Collection[Channel], said: Said) -> RecordSource:
+def _source(data: Any, number: int | None, channels: Collection[Channel], said: Said) -> RecordSource:
     if isinstance(data, str | PathLike):
         return open_source(path_of(data), channels, said.frequency, said.settings)
     if hasattr(data, "record_source"):
@@ -156,7 +157,7 @@ def _source(data: Any, channels: Collection[Channel], said: Said) -> RecordSourc
         from hydrofdi.pipeline.simulated import SimulatedRecords
 
         return SimulatedRecords(data, data.name, channels)
-    return records_of(held(data), said.frequency, said.channel, said.unit)
+    return records_of(held(data, number), said.frequency, said.channel, said.unit)
 
 
 def _named(sources: Sequence[HeldSource], said: Said) -> list[HeldSource]:

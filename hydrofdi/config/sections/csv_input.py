@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.settings.naming import setting
 from hydrofdi.units import Unit, parse_unit
 
 MOST_ROWS = 100_000
@@ -103,7 +104,8 @@ def require_held_text(text: str) -> str:
         It is not.
     """
     if "\n" not in text:
-        raise ValueError(f"{text!r} is a path; a file is only read if an experiment file or --set names it")
+        readers = f"an experiment file or {setting('settings')}"
+        raise ValueError(f"{text!r} is a path; a file is only read if {readers} names it")
     name = text.partition("\n")[0].removeprefix("#") if text.startswith("#") else "text"
     return held_text(name, text)
 

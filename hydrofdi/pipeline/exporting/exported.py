@@ -44,7 +44,7 @@ def target_of(path: Path, form: str | None) -> Target:
         The form is unknown, or not that of the suffix.
     """
     if form is not None and form not in WRITERS:
-        raise ConfigError(f"format: {form!r} is unknown{nearest(form, [*WRITERS])}")
+        raise ConfigError(f"{setting('format')}: {form!r} is unknown{nearest(form, [*WRITERS])}")
     suffix = path.suffix.lower().removeprefix(".")
     if path.is_dir() or not suffix:
         return Target(path, form or "csv", is_file=False)

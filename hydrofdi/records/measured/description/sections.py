@@ -159,7 +159,8 @@ class LimitsConfig(Section):
     neighbouring value."""
 
     hum: Share = 0.5
-    """Share of a channel's power above 20 Hz at the mains frequency and its harmonics."""
+    """Share of a channel's power above 20 Hz in steady lines at the mains frequency and its harmonics. A mode
+    that decays is none."""
 
     mains: Annotated[tuple[Annotated[float, SI("Hz", above=0.0)], ...], one_or_more(float | str)] = (
         50.0,

@@ -31,14 +31,8 @@ if TYPE_CHECKING:
     from hydrofdi.api.schemas import schema
     from hydrofdi.api.sweeping import sweep
     from hydrofdi.api.table import Table
-    from hydrofdi.config import expand_runs, load_experiment
+    from hydrofdi.config import load_experiment
     from hydrofdi.errors import HydrofdiError
-    from hydrofdi.pipeline import plan_sweep, run_sweep
-    from hydrofdi.report import summarize_table
-    from hydrofdi.simulation import simulate_batch, solve_leakage_coefficients
-    from hydrofdi.store import read_experiment
-    from hydrofdi.transforms.change import percentage_change
-    from hydrofdi.transforms.wavelet import detail_rms
 
 __version__ = "0.1.0"
 
@@ -55,29 +49,20 @@ _HOMES = {
     "check": "hydrofdi.api.checking",
     "collect": "hydrofdi.api.folders",
     "describe_indicator": "hydrofdi.api.listing",
-    "detail_rms": "hydrofdi.transforms.wavelet",
     "detect": "hydrofdi.api.detectors.detecting",
     "evaluate": "hydrofdi.api.evaluating",
-    "expand_runs": "hydrofdi.config",
     "export": "hydrofdi.api.exporting",
     "inspect": "hydrofdi.api.inspecting",
     "list_indicators": "hydrofdi.api.listing",
     "load_experiment": "hydrofdi.config",
     "measure": "hydrofdi.api.measuring",
-    "percentage_change": "hydrofdi.transforms.change",
     "plan": "hydrofdi.api.planning",
-    "plan_sweep": "hydrofdi.pipeline",
-    "read_experiment": "hydrofdi.store",
     "replay": "hydrofdi.api.replaying",
     "rerun": "hydrofdi.api.folders",
     "results": "hydrofdi.api.results",
-    "run_sweep": "hydrofdi.pipeline",
     "schema": "hydrofdi.api.schemas",
     "simulate": "hydrofdi.api.run",
-    "simulate_batch": "hydrofdi.simulation",
-    "solve_leakage_coefficients": "hydrofdi.simulation",
     "status": "hydrofdi.api.folders",
-    "summarize_table": "hydrofdi.report",
     "sweep": "hydrofdi.api.sweeping",
     "train": "hydrofdi.api.detectors.training",
     "verify": "hydrofdi.api.folders",
@@ -99,29 +84,20 @@ __all__ = [
     "check",
     "collect",
     "describe_indicator",
-    "detail_rms",
     "detect",
     "evaluate",
-    "expand_runs",
     "export",
     "inspect",
     "list_indicators",
     "load_experiment",
     "measure",
-    "percentage_change",
     "plan",
-    "plan_sweep",
-    "read_experiment",
     "replay",
     "rerun",
     "results",
-    "run_sweep",
     "schema",
     "simulate",
-    "simulate_batch",
-    "solve_leakage_coefficients",
     "status",
-    "summarize_table",
     "sweep",
     "train",
     "verify",

@@ -19,7 +19,7 @@ The public names of `hydrofdi`; all else may change. [From Python](../../python.
 GROUPS = {
     "Commands": "What the commands of the same names do.",
     "Results": "What these functions return and raise.",
-    "Building blocks": "The parts below, for scripts that do something else with them.",
+    "Building blocks": "Experiments and indicators by themselves.",
 }
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.store import read_experiment
 from tests.commands import run
 from tests.conftest import SMALL
 
@@ -44,7 +45,7 @@ def test_the_dataset_has_all_runs_and_is_read_when_used(small_sweep):
     dataset = hydrofdi.results(str(small_sweep.directory)).dataset
     assert dict(dataset.sizes) | {"run": 4, "level": 5} == dict(dataset.sizes)
     assert not dataset.chamber_1_pressure._in_memory
-    stored = hydrofdi.read_experiment(small_sweep.file)
+    stored = read_experiment(small_sweep.file)
     np.testing.assert_array_equal(dataset.detail_rms, stored.columns["detail_rms"])
     dataset.close()
 

@@ -8,6 +8,7 @@ import pytest
 
 import hydrofdi
 from hydrofdi.api.experiments import dotted_keys
+from hydrofdi.store import read_experiment
 from tests.commands import run, run_json
 
 SHORT = {"duration": "2 s"}
@@ -116,7 +117,7 @@ def test_a_run_that_fails_says_how():
 
 def test_a_written_run_is_read_again_and_nothing_else_is_overwritten(tmp_path, leaking):
     leaking.write(tmp_path / "run.h5")
-    assert hydrofdi.read_experiment(tmp_path / "run.h5").columns["run_id"][0] == leaking.run_id
+    assert read_experiment(tmp_path / "run.h5").columns["run_id"][0] == leaking.run_id
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(hydrofdi.HydrofdiError):
         leaking.write(str(tmp_path / "notes.txt"))

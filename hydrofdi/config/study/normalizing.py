@@ -9,11 +9,12 @@ from pydantic import ValidationError
 
 from hydrofdi.config.analysis import DWT, IndicatorChoice
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.study.changed_values import changed_value
 from hydrofdi.config.study.charts import normalize_charts
 from hydrofdi.config.study.scores import normalize_scores
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
 from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
-from hydrofdi.config.sweeps.values import nominal_value, parameter_value
+from hydrofdi.config.sweeps.values import nominal_value
 from hydrofdi.indicators.choice import chosen_options
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.settings.mistakes import nearest
@@ -152,7 +153,7 @@ def _changes(source: Source, path: Path, changes: Any) -> Any:
     return {
         name: distribution_in_si(source, (*path, name), name, value)
         if isinstance(value, Mapping)
-        else parameter_value(source, (*path, name), name, value)
+        else changed_value(source, (*path, name), name, value)
         for name, value in changes.items()
     }
 

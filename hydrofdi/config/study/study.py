@@ -151,7 +151,7 @@ class StudyConfig(Section):
 
     shifts: dict[str, Changes] = Field(default_factory=dict)
     """Name → parameters that are set, or drawn differently, in healthy actuators outside the fit records:
-    other operating conditions."""
+    other operating conditions. A value may be relative to the nominal one, such as ``+25 %``."""
 
     confusions: dict[str, Changes] = Field(default_factory=dict)
     """Name → the same for faults other than an internal leak."""

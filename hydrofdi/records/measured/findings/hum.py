@@ -36,7 +36,7 @@ def hum_share(samples: Array, sampling_frequency: float, mains: float) -> float:
     power = _spectrum(samples - samples.mean()) ** 2
     step = sampling_frequency / samples.size
     frequency = np.arange(power.size) * step
-    harmonics = mains * np.arange(1, int(sampling_frequency / 2.0 / mains) + 1)
+    harmonics = mains * np.arange(1, int(sampling_frequency / 2.0 / mains) + 1, dtype=np.float64)
     width = 2.0 * step
     at_line = np.zeros(power.size, dtype=bool)
     for harmonic in harmonics[_are_steady(samples, sampling_frequency, mains, harmonics)].tolist():

@@ -110,24 +110,33 @@ def _smallest(
             else f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g})"
         )
         notes.remarks.append(f"{why}: what is found is stated from the tested levels")
-    found = {}
-    for name, probability in (("q50", 0.5), ("q90", rules.probability)):
-        if has_curve:
-            found[name] = smallest_detectable(curves[0], probability=probability, confidence=None)
-        else:
-            found[name] = interpolated_level(tested.tally, probability=probability)
     confidences = {"q90_95": rules.confidence}
     if rules.n_tried > 1:
         confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, rules.n_tried)
     used: Sequence[PodCurve] = ()
     if not tested.is_grouped and is_described:
         used = curves if has_curve else _with_one_miss_more(curves[0], tested, rules)
+    bounds = {}
     for name, confidence in confidences.items():
         bound = notes.unless_refused(
             partial(_bound, used, tested, rules.probability, confidence, is_sure=has_curve)
         )
-        found |= {} if bound is None else {name: bound}
-    return found
+        bounds |= {} if bound is None else {name: bound}
+    estimates = _estimates(curves[0] if has_curve else None, tested, rules)
+    bound = bounds.get("q90_95")
+    if bound is not None and _upper(estimates["q90"]) > _upper(bound):
+        estimates = _estimates(used[0] if bound.source == "curve" else None, tested, rules)
+    return estimates | bounds
+
+
+def _estimates(curve: PodCurve | None, tested: TestedLevels, rules: Rules) -> dict[str, DetectableSeverity]:
+    """``q50`` and ``q90`` of a curve; without one, interpolated between the tested levels."""
+    return {
+        name: interpolated_level(tested.tally, probability=probability)
+        if curve is None
+        else smallest_detectable(curve, probability=probability, confidence=None)
+        for name, probability in (("q50", 0.5), ("q90", rules.probability))
+    }
 
 
 def _with_one_miss_more(curve: PodCurve, tested: TestedLevels, rules: Rules) -> Sequence[PodCurve]:

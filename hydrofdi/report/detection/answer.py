@@ -12,7 +12,7 @@ from hydrofdi.report.detection.selection import (
     answers,
     best_of_sensors,
     distinct,
-    of_the_paper,
+    wavelet_rules,
     tested,
 )
 from hydrofdi.report.detection.wording import (
@@ -30,7 +30,7 @@ from hydrofdi.studies.judgement import Detection, Judgement
 _MOST = 6
 """Sets of sensors that the answer names."""
 
-_TITLE = "The best with each set of sensors, and the paper's rules"
+_TITLE = "The best with each set of sensors, and wavelet rules"
 
 _KINDS = {
     (Kind.HEALTHY, True): "healthy ones that set the thresholds",
@@ -46,12 +46,12 @@ _KINDS = {
 
 def answer_block(detection: Detection, *, is_complete: bool = True, remark: str = "") -> Block:
     """What is found with which sensors, from how many records; while runs are missing, the table alone."""
-    best, paper = best_of_sensors(detection), of_the_paper(detection)
-    shown = distinct(*best, *paper)
+    best, rules = best_of_sensors(detection), wavelet_rules(detection)
+    shown = distinct(*best, *rules)
     sheet = ranking_sheet(detection, shown, "best", _TITLE)
     if not is_complete:
         return Block("answer", "What is there", (_records_sentence(detection),), (sheet,))
-    sentences = answer_sentence(detection), _paper_sentence(detection, paper), _counts(detection)
+    sentences = answer_sentence(detection), _comparison(detection, rules), _counts(detection)
     return Block(
         "answer",
         "What is found",
@@ -128,14 +128,15 @@ def _too_few_to_know(detection: Detection) -> str:
     return f"too few records without a fault to know any false-alarm rate: there are {there}; {needed}"
 
 
-def _paper_sentence(detection: Detection, paper: Sequence[Judgement]) -> str:
+def _comparison(detection: Detection, rules: Sequence[Judgement]) -> str:
+    """What the RMS of one detail and the largest change of the details find."""
     unit = severity_unit(detection)
-    rules = [
+    found = [
         f"{each.scored.name} {found_sentence(each.smallest.get('q90_95'), unit)}"
         f"{' (and is shown to exceed its false-alarm rate)' if each.keeps_its_rate is False else ''}"
-        for each in paper
+        for each in rules
     ]
-    return f"By the rules of the paper: {'; '.join(rules)}." if rules else ""
+    return f"Wavelet rules for comparison: {'; '.join(found)}." if found else ""
 
 
 def _among_many(detection: Detection) -> str:

@@ -7,8 +7,8 @@ import re
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.studies.judgement import Detection, Judgement, Level
 
-_PAPER = re.compile(r"dwt\.d[23]|largest_change\b.*")
-"""Rules of the paper: d2 and d3 of P1, and the largest positive of the details."""
+_WAVELET_RULES = re.compile(r"dwt\.d[23]|largest_change\b.*")
+"""The RMS of d2 or d3 of P1, and the largest change of the details."""
 
 
 def best_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
@@ -31,17 +31,17 @@ def answers(detection: Detection) -> tuple[Judgement, ...]:
     return tuple(each for each in able if worth_its_sensors(detection, each))
 
 
-def of_the_paper(detection: Detection) -> tuple[Judgement, ...]:
-    """The rules of the paper, as detectors like the others."""
-    return tuple(each for each in detection.judgements if _PAPER.fullmatch(each.scored.name))
+def wavelet_rules(detection: Detection) -> tuple[Judgement, ...]:
+    """The RMS of one wavelet detail, and the largest change of the details; shown for comparison."""
+    return tuple(each for each in detection.judgements if _WAVELET_RULES.fullmatch(each.scored.name))
 
 
 def foremost(detection: Detection, most: int) -> tuple[Judgement, ...]:
-    """The best of each set of sensors, then the rules of the paper, then the next best; at most so many.
+    """The best of each set of sensors, then the wavelet rules, then the next best; at most so many.
 
-    Sets of sensors with which nothing is found come after the rules of the paper.
+    Sets of sensors with which nothing is found come after the wavelet rules.
     """
-    named = of_the_paper(detection)
+    named = wavelet_rules(detection)
     best = sorted(best_of_sensors(detection), key=lambda each: each.smallest["q90_95"].value is None)
     room = max(most - len(named), 1)
     chosen = distinct(*best[:room], *named, *best[room:], *detection.judgements)

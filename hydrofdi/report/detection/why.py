@@ -17,7 +17,7 @@ from hydrofdi.report.detection.nuisances import (
     percent_text,
     tested_range,
 )
-from hydrofdi.report.detection.selection import best_of_sensors, distinct, of_the_paper
+from hydrofdi.report.detection.selection import best_of_sensors, distinct, wavelet_rules
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.report.wording import counted
@@ -31,8 +31,8 @@ Shown = list[tuple[str, Nuisances]]
 
 
 def shown_nuisances(detection: Detection) -> Shown:
-    """The nuisances of the best score with each set of sensors and of the paper's rules."""
-    chosen = distinct(*best_of_sensors(detection), *of_the_paper(detection), *detection.judgements[:1])
+    """The nuisances of the best score with each set of sensors and of the wavelet rules."""
+    chosen = distinct(*best_of_sensors(detection), *wavelet_rules(detection), *detection.judgements[:1])
     names = [each.scored.name for each in chosen][:MOST]
     return [(name, found) for name in names if (found := nuisances(detection, name)) is not None]
 

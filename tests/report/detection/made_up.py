@@ -66,7 +66,7 @@ NAMES = (
 
 
 def made_up_scores(records):
-    """Seven scores: two good ones, two that shifts spoil, one with holes, and the two of the paper."""
+    """Seven scores: two good ones, two that shifts spoil, one with holes, and two wavelet rules."""
     described = [
         made_up_score(records, name, gain=gain, shift=shift, seed=seed, channels=channels, cost=4.2e-3)
         for seed, (name, gain, shift, channels) in enumerate(NAMES, 1)

@@ -40,7 +40,7 @@ def test_ids_of_the_page_are_unique_and_it_has_no_script(page):
 
 
 @pytest.mark.parametrize("name", ["ranking", "pod", "det", "false_alarms", "densities"])
-def test_the_best_of_each_set_of_sensors_and_the_rules_of_the_paper_are_shown(detection, name):
+def test_the_best_of_each_set_of_sensors_and_the_wavelet_rules_are_shown(detection, name):
     shown = re.sub(r"\s", "", texts(draw_figure(report_of(detection), name)))
     for score in ("flow_balance.leakage_coefficient", "pressure_balance.leakage_flow", "dwt.d2", "dwt.d3"):
         assert score in shown

@@ -77,8 +77,9 @@ def test_a_score_that_does_not_keep_its_rate_is_no_answer(detection):
     assert "kurtosis ↑ !" in render_markdown(report_of(detection).document())
 
 
-def test_the_rules_of_the_paper_are_answered_by_name(detection):
+def test_wavelet_rules_are_answered_by_name_without_the_paper(detection):
     text = " ".join(answer_block(detection).paragraphs)
+    assert "paper" not in render_markdown(report_of(detection).document())
     assert "dwt.d2 is not detectable up to 1 L/min" in text
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.pod.detectable import DetectableSeverity
 from hydrofdi.records import Channel
-from hydrofdi.report.detection.selection import answers, distinct, of_the_paper
+from hydrofdi.report.detection.selection import answers, distinct, wavelet_rules
 from hydrofdi.report.detection.wording import (
     SeverityUnit,
     false_alarms_in_words,
@@ -27,7 +27,7 @@ _MOST = 10
 
 
 def draw_answer(detection: Detection) -> Any:
-    """A line for each set of sensors that finds more than its parts, and for the best rule of the paper.
+    """A line for each set of sensors that finds more than its parts, and for the best wavelet rule.
 
     Raises
     ------
@@ -36,8 +36,8 @@ def draw_answer(detection: Detection) -> Any:
     """
     if not (able := answers(detection)):
         raise ReportError("no score is known to find a leak at the rate of false alarms that is asked for")
-    paper = [each for each in of_the_paper(detection) if each.smallest.get("q90_95") is not None][:1]
-    shown, unit = distinct(*able[:_MOST], *paper), severity_unit(detection)
+    compared = [each for each in wavelet_rules(detection) if each.smallest.get("q90_95") is not None][:1]
+    shown, unit = distinct(*able[:_MOST], *compared), severity_unit(detection)
     figure = Figure(figsize=(8.0, 1.9 + 0.5 * len(shown)), layout="constrained")
     axis = figure.subplots()
     axis.set_xscale("log")

@@ -12,8 +12,8 @@ from hydrofdi.report.detection.selection import (
     answers,
     best_of_sensors,
     distinct,
-    wavelet_rules,
     tested,
+    wavelet_rules,
 )
 from hydrofdi.report.detection.wording import (
     false_alarms_in_words,

@@ -12,7 +12,7 @@ from hydrofdi.config.shown_values import shown_value
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.report.detection.record import design_record
-from hydrofdi.report.detection.selection import best_of_sensors, wavelet_rules, tested
+from hydrofdi.report.detection.selection import best_of_sensors, tested, wavelet_rules
 from hydrofdi.report.detection.wording import found_cell, rate_cell, sensors, severity_unit
 from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.report.forms.numbers import finite

@@ -23,21 +23,21 @@ class Format(StrEnum):
     csv = "csv"
     latex = "latex"
     json = "json"
+    html = "html"
 
 
 def _format(text: str) -> Format:
     """The form with this name."""
     if text in list(Format):
         return Format(text)
-    hint = "; --html writes a page" if text.lower() in {"html", "htm"} else ""
-    raise ReportError(f"--format: '{text}' is none of the forms {', '.join(Format)}{hint}")
+    raise ReportError(f"--format: '{text}' is none of the forms {', '.join(Format)}")
 
 
 _FORMAT = typer.Option(
     "--format",
     parser=_format,
     metavar=f"[{'|'.join(Format)}]",
-    help="Form of the report; --html writes a page.",
+    help="Form of the report; html writes a page, as --html does.",
 )
 
 
@@ -46,7 +46,7 @@ def report(
         list[Path] | None,
         typer.Argument(
             metavar="[DIR] [PAGE.html]",
-            help="Folder of an experiment [default: the newest below results/]; after --html, the page's file"
+            help="Folder of an experiment [default: the newest below results/]; with --html, the page's file"
             " [default: <name>.html in the folder].",
         ),
     ] = None,
@@ -82,6 +82,7 @@ def report(
     from hydrofdi.papers import make_report
     from hydrofdi.pipeline import read_results
 
+    html = html or form is Format.html
     directory, page = _places(places or [], html)
     made = make_report(read_results(directory))
     if figure is not None:
@@ -95,7 +96,7 @@ def report(
 
         for line in write_all_forms(made, out):
             tell(line)
-    if json or form is not Format.text or not (html or out or check):
+    if json or form not in (Format.text, Format.html) or not (html or out or check):
         _print(made, Format.json if json else form, full)
     return _check_code(made) if check else 0
 

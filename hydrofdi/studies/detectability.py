@@ -116,7 +116,7 @@ def _smallest(
     used: Sequence[PodCurve] = ()
     if not tested.is_grouped and is_described:
         used = curves if has_curve else _with_one_miss_more(curves[0], tested, rules)
-    bounds = {}
+    bounds: dict[str, DetectableSeverity] = {}
     for name, confidence in confidences.items():
         bound = notes.unless_refused(
             partial(_bound, used, tested, rules.probability, confidence, is_sure=has_curve)

@@ -65,11 +65,15 @@ def test_mistakes_in_published_values_are_reported_with_their_lines(hydrofdi, ex
     assert "experiment.yaml:5: reference.cells[1].level: must be d1, d2, …; found 'two'" in result.stderr
 
 
-@pytest.mark.parametrize("arguments", [("--html", "page.html"), ("--html",)])
+@pytest.mark.parametrize(
+    "arguments",
+    [("page.html", "--html"), ("--html",), ("page.html", "--format", "html"), ("--format", "html")],
+)
 def test_the_page_goes_where_it_is_wanted(hydrofdi, small_sweep, tmp_path, arguments):
     result = hydrofdi("report", small_sweep.directory, *arguments)
-    page = tmp_path / "page.html" if len(arguments) > 1 else small_sweep.directory / "small.html"
+    page = tmp_path / "page.html" if "page.html" in arguments else small_sweep.directory / "small.html"
     assert (result.returncode, result.stdout) == (0, "")
+    assert f"wrote {page.name if 'page.html' in arguments else page}" in result.stderr
     assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
 
 

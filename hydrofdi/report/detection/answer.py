@@ -70,8 +70,13 @@ def answer_sentence(detection: Detection) -> str:
         f"{probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
         f" at thresholds set for {false_alarms_in_words(asked.false_alarm_rate)}"
     )
+    unsure = [each for each in detection.judgements if _has_bound(each)]
+    if not found and unsure and not best:
+        first = f"{_with(unsure[0])} {found_sentence(unsure[0].smallest['q90_95'], unit)}"
+        return f"{capitalized(first)} {terms}, but {_why_unsure(detection)}."
     if not found:
-        return f"Nothing is found {terms}: {_why_nothing(detection, best)}."
+        keeping = " that is not shown to exceed its false-alarm rate" if unsure else ""
+        return f"Nothing is found {terms}: {_why_nothing(detection, best)}{keeping}."
     parts = [
         f"{_with(each)} {found_sentence(each.smallest['q90_95'], unit)}"
         f"{' ' + terms if first else ''}"
@@ -79,6 +84,12 @@ def answer_sentence(detection: Detection) -> str:
         for first, each in zip([True] + [False] * len(found), found, strict=False)
     ]
     return f"{capitalized('; '.join(parts))}."
+
+
+def _has_bound(judgement: Judgement) -> bool:
+    """Whether a tested severity is found, whatever its false alarms are."""
+    bound = judgement.smallest.get("q90_95")
+    return bound is not None and bound.value is not None
 
 
 def _measured_alarms(detection: Detection, judgement: Judgement) -> str:
@@ -105,12 +116,16 @@ def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
         return f"no {unit.quantity} up to {unit.found(bound)} {unit.name}".rstrip() + " with any score"
     if not any(judgement.threshold for judgement in detection.judgements):
         return "no score has a threshold"
-    kept = {judgement.keeps_its_rate for judgement in detection.judgements}
-    if kept == {False}:
+    if any(judgement.keeps_its_rate for judgement in detection.judgements):
+        return "no severity can be stated"
+    return _why_unsure(detection)
+
+
+def _why_unsure(detection: Detection) -> str:
+    """Why no score is known to keep its false-alarm rate."""
+    if all(judgement.keeps_its_rate is False for judgement in detection.judgements):
         return "every score is shown to exceed its false-alarm rate"
-    if True not in kept:
-        return _too_few_to_know(detection)
-    return "no severity can be stated"
+    return _too_few_to_know(detection)
 
 
 def _too_few_to_know(detection: Detection) -> str:
@@ -125,7 +140,7 @@ def _too_few_to_know(detection: Detection) -> str:
     if not few:
         return f"no healthy test records show a false-alarm rate; {needed}"
     there = joined([f"{total:,} of '{name}'" for name, total in few.items()])
-    return f"too few records without a fault to know any false-alarm rate: there are {there}; {needed}"
+    return f"there are too few records without a fault to know any false-alarm rate: {there}; {needed}"
 
 
 def _comparison(detection: Detection, rules: Sequence[Judgement]) -> str:
@@ -165,11 +180,7 @@ def _records_sentence(detection: Detection) -> str:
 def _counts(detection: Detection) -> str:
     judgements = detection.judgements
     n_kept = sum(judgement.keeps_its_rate is True for judgement in judgements)
-    n_found = sum(
-        judgement.keeps_its_rate is True and (found := judgement.smallest.get("q90_95")) is not None
-        and found.value is not None
-        for judgement in judgements
-    )  # fmt: skip
+    n_found = sum(judgement.keeps_its_rate is True and _has_bound(judgement) for judgement in judgements)
     return (
         f"{_records_sentence(detection)} {counted(len(judgements), 'score')} were tried;"
         f" {n_kept} of them are not shown to exceed the false-alarm rate on healthy test records and in"

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from hydrofdi.config.analysis import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
+from hydrofdi.settings.readable import readable_unit
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import OBSTACLE
+from hydrofdi.units import convert
 
 Array = NDArray[np.float64]
 
@@ -37,6 +39,17 @@ class MeasuredOutput:
         """Its name, and what its mean is taken over."""
         over = " and ".join(self.output.dims)
         return f"{self.output.name} (mean over {over})" if over else self.output.name
+
+    @property
+    def shown_unit(self) -> str:
+        """The unit in which a person reads it; ``1`` where it has none."""
+        known = np.abs(self.means[np.isfinite(self.means)])
+        return readable_unit(self.output.unit, float(known.max())) if known.size else self.output.unit
+
+    def shown(self, values: Array) -> Array:
+        """Numbers in the unit of the output, in `shown_unit`."""
+        unit = self.shown_unit
+        return values if unit == self.output.unit else values * convert(1.0, unit)
 
     @property
     def means(self) -> Array:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from hydrofdi.config.analysis import DWT
 from hydrofdi.report.indicators.measured import measured_indicators
 from hydrofdi.report.runs.changes import baseline_changes
-from hydrofdi.settings.readable import readable_unit
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
@@ -75,9 +74,8 @@ def indicator_features(data: ExperimentData) -> Iterator[Feature]:
     """Outputs of the further indicators but their standard errors, where any two runs differ in them."""
     for measured in measured_indicators(data):
         for output in (each for each in measured.outputs if not each.output.name.endswith("_error")):
-            means, own = output.means, output.output.unit
+            means, unit = output.means, output.shown_unit
             known = means[np.isfinite(means)]
             if known.size and np.ptp(known) > 0.0:
-                unit = readable_unit(own, float(np.abs(known).max()))
-                values = means if unit == own else means * convert(1.0, unit)
-                yield Feature(f"{measured.label}.{output.title}", "" if unit == "1" else unit, values)
+                title = f"{measured.label}.{output.title}"
+                yield Feature(title, "" if unit == "1" else unit, output.shown(means))

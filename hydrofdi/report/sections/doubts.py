@@ -11,7 +11,7 @@ from hydrofdi.report.wording import counted, row_name
 
 
 def doubts_block(analysis: Analysis) -> Block | None:
-    """How many runs have which verdict, and the largest number behind it; None where all are ok."""
+    """How many runs have which verdict, by which number, and the remedy; None where all are ok."""
     rows = analysis.table.rows
     doubtful = [row for row in rows if row.doubts]
     if not doubtful:
@@ -27,7 +27,8 @@ def _line(doubt: Doubt, rows: list[TableRow]) -> str:
         return ""
     worst = max(rows, key=lambda row: row.doubt_numbers[doubt.word])
     meaning = doubt.meaning.format(_percent(worst.doubt_numbers[doubt.word]))
-    return f"{doubt.word} ({doubt.mark}), {counted(len(rows), 'run')}: {meaning} ({row_name(worst)})."
+    verdict = f"{doubt.word} ({doubt.mark}), {counted(len(rows), 'run')}"
+    return f"{verdict}: {meaning} ({row_name(worst)}). Remedy: {doubt.remedy}."
 
 
 def _percent(share: float) -> str:

@@ -15,10 +15,6 @@ from hydrofdi.report.ranges import Range
 from hydrofdi.report.runs.axes import Axis
 from hydrofdi.report.runs.rows import TableRow
 from hydrofdi.report.wording import HOLE, counted, joined, row_name, signed, some
-from hydrofdi.units import convert
-
-_SHOWN_UNITS = {"Pa": "kPa", "m": "mm", "m^3/s": "L/min"}
-"""SI unit of an output → unit that it is shown in."""
 
 _NULL = "In parentheses: within the healthy range of each run's own baseline, so no sign of a leak."
 _NO_NULL = (
@@ -197,8 +193,8 @@ def _percent(value: float) -> str:
 
 def _unit(output: OutputStudy) -> str:
     """The unit that an output is shown in; empty for a number without one."""
-    unit = output.measured.output.unit
-    return "" if unit == "1" else _SHOWN_UNITS.get(unit, unit)
+    unit = output.measured.shown_unit
+    return "" if unit == "1" else unit
 
 
 def _title(output: OutputStudy) -> str:
@@ -209,8 +205,7 @@ def _title(output: OutputStudy) -> str:
 def _value(output: OutputStudy, span: Range, form: str = ".4g") -> str:
     if span.low != span.low:
         return HOLE
-    shown = _SHOWN_UNITS.get(output.measured.output.unit)
-    low, high = (value if shown is None else convert(value, shown) for value in (span.low, span.high))
+    low, high = output.measured.shown(np.array([span.low, span.high])).tolist()
     return _joined(f"{low:{form}}", f"{high:{form}}")
 
 

@@ -101,20 +101,32 @@ def alarming(records):
     ("chosen", "answer"),
     [
         ({"scores": hopeless}, "no leakage up to 1 L/min with any score."),
-        ({"scores": alarming}, "every score is shown to exceed its false-alarm rate."),
         ({"n_healthy": 20}, "no score has a threshold."),
         ({"severities": ()}, "no severity can be stated."),
-        (
-            {"n_healthy": 200},
-            "too few records without a fault to know any false-alarm rate: there are 200 of 'healthy test';"
-            " 299 records of each are needed.",
-        ),
     ],
 )
 def test_where_nothing_is_found_the_answer_says_why(chosen, answer):
     sentence = answer_sentence(judged(**chosen))
     assert sentence.startswith("Nothing is found nine times in ten")
     assert sentence.endswith(answer)
+
+
+def test_what_is_found_at_an_unknown_false_alarm_rate_is_said_with_its_reservation():
+    detection = judged(n_healthy=200)
+    first, sentence = detection.judgements[0], answer_sentence(detection)
+    assert first.keeps_its_rate is None
+    assert f"{first.scored.name} finds 0.0" in sentence
+    assert "Nothing is found" not in sentence
+    assert sentence.endswith(
+        "but there are too few records without a fault to know any false-alarm rate: 200 of 'healthy test';"
+        " 299 records of each are needed."
+    )
+
+
+def test_what_is_found_at_an_exceeded_false_alarm_rate_is_said_with_its_reservation():
+    sentence = answer_sentence(judged(scores=alarming))
+    assert sentence.startswith("With P1 and u, noise finds ")
+    assert sentence.endswith("but every score is shown to exceed its false-alarm rate.")
 
 
 def test_what_is_asked_is_said_in_its_own_numbers():

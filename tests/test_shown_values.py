@@ -15,6 +15,8 @@ from hydrofdi.config.shown_values import shown_value
         ("fluid.bulk_modulus", {"lognormal": [551e6, 1.1]}, "551 MPa, factor 1.1 (lognormal)"),
         ("actuator.load_stiffness", 150e3, "150 kN/m"),
         ("friction.scale", {"uniform": [0.7, 1.3]}, "0.7 … 1.3"),
+        ("input.seed", 1108995417, "1108995417"),
+        ("input.seed", {"integers": [0, 4294967295]}, "0 … 4294967295"),
         ("friction.law", {"choice": ["lugre", "smooth"]}, "lugre or smooth"),
         ("pressure_1_sensor.bias", {"normal": [0.0, 25e3]}, "0 ± 25 kPa (normal)"),
     ],

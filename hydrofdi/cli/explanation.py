@@ -38,13 +38,15 @@ def print_explanation(explanation: Explanation) -> None:
         console.print(_pairs("changed since runs were stored", ("key", "before", "now"), explanation.changes))
     console.print(f"stored in {explanation.shard or 'nothing'}")
     for label, analysis in explanation.analysis.items():
-        options = ", ".join(f"{name} {value}" for name, value in analysis["options"].items())
-        console.print(Text(f"analysis  {label} {analysis['analysis_id']}: {options or 'default options'}"))
+        options = analysis["shown"] or "default options"
+        console.print(Text(f"analysis  {label} {analysis['analysis_id']}: {options}"))
     if explanation.differences:
         title = "differs from the fixed baseline in"
         console.print(_pairs(title, ("parameter", "baseline", "run"), explanation.differences))
+    elif explanation.is_baseline:
+        console.print("This run is the fixed baseline.")
     else:
-        console.print("is the fixed baseline itself")
+        console.print("This run has the same parameters as the baseline.")
     if explanation.calibration:
         modulus = shown_value("fluid.bulk_modulus", explanation.calibration["fluid"]["bulk_modulus"])
         console.print(f"K_i was solved at an EBM of {modulus}, under the other baseline conditions")

@@ -105,7 +105,12 @@ def parameter_unit(name: str) -> str | None:
 
 def parameter_quantity(name: str) -> SI | None:
     """Unit and limits of a dotted name; None for what is no quantity."""
-    return next((part for part in _flattened_metadata(_field(name)) if isinstance(part, SI)), None)
+    return field_quantity(_field(name))
+
+
+def field_quantity(field: FieldInfo) -> SI | None:
+    """Unit and limits of a field of a section; None for what is no quantity."""
+    return next((part for part in _flattened_metadata(field) if isinstance(part, SI)), None)
 
 
 def _flattened_metadata(field: FieldInfo) -> list[Any]:

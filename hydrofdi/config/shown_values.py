@@ -1,4 +1,4 @@
-"""Values of dotted parameters as a person reads them: in units that suit them, with four digits."""
+"""Values as a person reads them: in units that suit them, with four digits; integers in full."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic.fields import FieldInfo
+
 from hydrofdi.config.parameters import RunParameters
-from hydrofdi.config.request import parameter_names, parameter_unit
+from hydrofdi.config.request import field_quantity, parameter_names, parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
@@ -50,12 +53,18 @@ class ShownParameter:
 
     def text(self, value: Any) -> str:
         """A value in SI without its unit, such as ``689``."""
-        return four_digits(self.number(value)) if _is_number(value) else str(without_contents(value))
+        if _is_number(value) and (isinstance(value, float) or self.unit != self.own_unit):
+            return four_digits(self.number(value))
+        return str(without_contents(value))
 
 
 def shown_parameter(name: str, values: Iterable[Any]) -> ShownParameter:
     """A parameter with the unit that suits the largest of its values [SI]."""
     own = (parameter_unit(name) if name in parameter_names() else None) or ""
+    return _shown_in(name, own, values)
+
+
+def _shown_in(name: str, own: str, values: Iterable[Any]) -> ShownParameter:
     numbers = [abs(value) for value in values if _is_number(value)]
     return ShownParameter(name, own, readable_unit(own, max(numbers)) if numbers else own)
 
@@ -63,6 +72,20 @@ def shown_parameter(name: str, values: Iterable[Any]) -> ShownParameter:
 def shown_values(values: Mapping[str, Any]) -> str:
     """Values of dotted parameters: ``valve.lap = 50 µm, fluid.law = free_air``."""
     return ", ".join(f"{name} = {shown_value(name, value)}" for name, value in values.items())
+
+
+def shown_options(options: Section) -> str:
+    """What a section states, without its defaults: ``bulk_modulus 1000 MPa, levels 3``."""
+    stated, fields = options.stated(), type(options).model_fields
+    return ", ".join(f"{name} {_shown_field(fields.get(name), value)}" for name, value in stated.items())
+
+
+def _shown_field(field: FieldInfo | None, value: Any) -> str:
+    quantity = None if field is None else field_quantity(field)
+    if quantity is None or not _is_number(value):
+        return str(value)
+    shown = _shown_in("", quantity.unit, [value])
+    return f"{shown.text(value)} {_typeset(shown.unit)}" if shown.unit != "1" else shown.text(value)
 
 
 def shown_value(name: str, value: Any) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
+from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.changes import changes_since
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
@@ -74,8 +75,11 @@ class Explanation:
     differences : dict
         Dotted parameter → (value of the fixed baseline, or of the nominal run without one, value of the run),
         in SI.
+    is_baseline : bool
+        Whether it is the fixed baseline itself.
     analysis : dict
-        Label of an indicator → its ``analysis_id``, and its ``options`` that differ from the defaults.
+        Label of an indicator → its ``analysis_id``, its ``options`` that differ from the defaults, in SI, and
+        these in readable units (``shown``).
     calibration : dict or None
         Conditions under which its K_i was solved.
     shard : str
@@ -110,6 +114,7 @@ class Explanation:
     doubts: dict[str, dict[str, Any]] = field(default_factory=dict)
     remedy: str = ""
     changes: dict[str, tuple[Any, Any]] = field(default_factory=dict)
+    is_baseline: bool = False
 
     def __repr__(self) -> str:
         said = [self.verdict or self.status, self.message, self.remedy, self.reason]
@@ -208,6 +213,7 @@ def explain(directory: Path, wanted: str, asked: ExperimentConfig | None = None)
         doubts={doubt.word: _doubt(doubt, held) for doubt in doubts_of(verdict)},
         remedy=remedy(status),
         changes=changes_since(directory, plan.experiment) if position in plan.missing else {},
+        is_baseline=compared != NO_RUN and plan.run_ids[compared] == run_id,
     )
 
 
@@ -263,7 +269,11 @@ def _doubt(doubt: Doubt, held: dict[str, Any]) -> dict[str, Any]:
 def _analysis(run: RunSpec, record_id: str) -> dict[str, dict[str, Any]]:
     indicators, identities = run.analysis.indicators, run.analysis.identities(record_id)
     return {
-        label: {"analysis_id": identities[label], "options": indicator.options.stated()}
+        label: {
+            "analysis_id": identities[label],
+            "options": indicator.options.stated(),
+            "shown": shown_options(indicator.options),
+        }
         for label, indicator in indicators.items()
     }
 
@@ -294,12 +304,14 @@ def _stored_plan(directory: Path) -> SweepPlan:
 
 
 def _find(plan: SweepPlan, wanted: str) -> int:
-    if wanted.isdigit() and int(wanted) < len(plan.run_ids):
+    n_run = len(plan.run_ids)
+    if wanted.isdigit() and int(wanted) < n_run:
         return int(wanted)
     matches = [position for position, run_id in enumerate(plan.run_ids) if run_id.startswith(wanted)]
     if len(matches) != 1:
         found = "no run" if not matches else f"{len(matches)} runs"
-        raise StoreError(f"{plan.directory}: has {found} whose identity begins with {wanted!r}")
+        rows = f"; there are rows 0 to {n_run - 1}" if wanted.isdigit() and n_run else ""
+        raise StoreError(f"{plan.directory}: has {found} whose identity begins with {wanted!r}{rows}")
     return matches[0]
 
 

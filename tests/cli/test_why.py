@@ -99,3 +99,12 @@ def test_a_study_names_the_seed_that_it_draws_from() -> None:
     seeds = seeds_of(load_experiment("detectability-smoke"))
     assert isinstance(seeds["study.population.seed"], int)
     assert "study.population.seed" in str(seeds["measurement.seed"])
+
+
+def test_why_names_the_baseline_the_rows_and_options_with_units(folder: Path, tmp_path: Path) -> None:
+    assert "This run is the fixed baseline." in run("why", folder, "0").stdout
+    assert "This run is" not in run("why", folder, "1").stdout
+    assert "there are rows 0 to 1" in run("why", folder, "100").stderr
+    asked = _STUDY | {"indicators": {"flow_balance": {"bulk_modulus": "1 GPa"}}}
+    hydrofdi.sweep(asked, out=tmp_path, engine="in-process")
+    assert "bulk_modulus 1000 MPa" in run("why", tmp_path, "0").stdout

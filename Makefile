@@ -61,7 +61,7 @@ docs: .venv/installed-runtime  ## generate the pages of YAML files and indicator
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/table3.png > $(RESULT)/table3.txt
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png > $(RESULT)/table3.txt
 
-site: .venv/installed-test  ## build the documentation into site/ (a minute; then seconds)
+site: .venv/installed-test  ## build the documentation into site/ (minutes; then seconds)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs site
 	@echo "built site/index.html"
 

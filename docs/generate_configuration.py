@@ -38,8 +38,8 @@ INTRODUCTION = """\
 
 <!-- written by docs/generate_configuration.py from hydrofdi/config; change the docstrings there -->
 
-An experiment file is YAML. Whatever it leaves out keeps the nominal value below; a file that states nothing
-is a mistake. A quantity is a number in SI or a string with a unit, such as `551 MPa`, `0.12 L/min` or
+An experiment file is YAML. Whatever it leaves out keeps the nominal value below; an empty file is rejected.
+A quantity is a number in SI or a string with a unit, such as `551 MPa`, `0.12 L/min` or
 `22 µm/V`; units that do not fit are refused. So are unknown keys, keys given twice, and numbers that are out
 of range; all mistakes of a file are reported at once with `file:line` and dotted key. `extends: other.yaml`
 starts from another file.

@@ -1,4 +1,4 @@
-"""hydrofdi: wavelet-based diagnosis of internal leakage in hydraulic actuators.
+"""hydrofdi: detect internal leakage in hydraulic actuators. Simulate, study what can be detected, monitor.
 
 The public names below are loaded when they are first used, so that importing the package costs nothing.
 

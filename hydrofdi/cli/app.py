@@ -56,7 +56,7 @@ class _Commands(TyperGroup):
 app = typer.Typer(
     name="hydrofdi",
     cls=_Commands,
-    help="Wavelet-based diagnosis of internal leakage in hydraulic actuators.",
+    help="Detect internal leakage in hydraulic actuators: simulate, study what can be detected, monitor.",
     epilog="Exit codes: 0 done; 1 done, but runs failed; 2 something that you can fix; "
     "3 a fault of hydrofdi; 130 interrupted.",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -82,7 +82,7 @@ def _root(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Wavelet-based diagnosis of internal leakage in hydraulic actuators."""
+    """Detect internal leakage in hydraulic actuators: simulate, study what can be detected, monitor."""
 
 
 def main() -> None:

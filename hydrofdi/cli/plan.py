@@ -68,7 +68,7 @@ def _lines(record: dict[str, Any]) -> list[str]:
     lines += [f"  because    {reason}: {count:,}" for reason, count in record["reasons"].items()]
     lines += _solution_lines(record)
     lines.append(
-        f"predicted    {shown_seconds(record['predicted_seconds'])} with"
+        f"predicted    about {shown_seconds(record['predicted_seconds'])} with"
         f" {_counted(record['workers'], 'worker')},"
         f" {shown_bytes(record['predicted_file_bytes'])} (and as much in shards);"
         f" {shown_bytes(record['free_bytes'])} free"

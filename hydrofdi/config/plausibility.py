@@ -8,6 +8,7 @@ from typing import Any
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.request import parameter_names, parameter_quantity
 from hydrofdi.config.sections.csv_input import parse_rows
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.settings.quantities import SI
@@ -27,6 +28,7 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
     for name, value in _stated_values(experiment, with_sweep):
         values.setdefault(name, {})[value] = None
     sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
+    sentences += _friction_sentences(*(max(values[f"friction.{part}"]) for part in ("breakaway", "coulomb")))
     longest = max(value for value in values["record.duration"] if isinstance(value, float))
     for file in values["input.file"]:
         sentences += _file_sentences(file, longest) if isinstance(file, str) else ()
@@ -94,6 +96,16 @@ def _sentence(name: str, quantity: SI, side: str, found: list[float]) -> str:
     low, high = (bound.replace("*", "·") for bound in quantity.usual or ())
     place = side if found[0] > 0.0 else {"above": "beyond", "below": "short of"}[side]
     return f"{name} = {value}{others} is far {place} the usual {low} … {high}{reason}"
+
+
+def _friction_sentences(breakaway: float, coulomb: float) -> Iterator[str]:
+    """What is strange about the largest breakaway friction and the largest Coulomb friction [N]."""
+    if breakaway < coulomb:
+        less, more = shown_value("friction.breakaway", breakaway), shown_value("friction.coulomb", coulomb)
+        yield (
+            f"friction.breakaway = {less} is less than friction.coulomb = {more}:"
+            " usually it is the larger of the two"
+        )
 
 
 def _file_sentences(text: str, duration: float) -> Iterator[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.forms.record import general_record
+from hydrofdi.report.forms.responses_record import responses_record
 from hydrofdi.report.forms.tidy import tidy_columns
 from hydrofdi.report.sections.changes import changes_block, settled_block
 from hydrofdi.report.sections.doubts import doubts_block
@@ -67,7 +68,7 @@ class Report:
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
-        return general_record(self.analysis)
+        return general_record(self.analysis) | responses_record(self.analysis.responses)
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one per run and level."""

@@ -30,11 +30,18 @@ class Feature:
         That people read, such as ``%`` or ``kPa``; empty where it has none.
     values : ndarray, shape (n_run,)
         In `unit`; NaN where a run has none.
+    own_unit : str
+        In SI, or ``%`` of a change.
     """
 
     name: str
     unit: str
     values: NDArray[np.float64]
+    own_unit: str = "%"
+
+    def own(self, value: float) -> float:
+        """A number in `unit`, in `own_unit`."""
+        return value if self.unit in ("", self.own_unit) else value / convert(1.0, self.unit)
 
     @property
     def header(self) -> str:
@@ -67,7 +74,7 @@ def detail_sizes(data: ExperimentData) -> tuple[Feature, ...]:
     if DWT not in data.experiment.indicators:
         return ()
     levels = data.columns[names.DETAIL_RMS].T * convert(1.0, "kPa")
-    return tuple(Feature(f"{_SIZE}d{level}", "kPa", values) for level, values in enumerate(levels, 1))
+    return tuple(Feature(f"{_SIZE}d{level}", "kPa", values, "Pa") for level, values in enumerate(levels, 1))
 
 
 def indicator_features(data: ExperimentData) -> Iterator[Feature]:
@@ -78,4 +85,4 @@ def indicator_features(data: ExperimentData) -> Iterator[Feature]:
             known = means[np.isfinite(means)]
             if known.size and np.ptp(known) > 0.0:
                 title = f"{measured.label}.{output.title}"
-                yield Feature(title, "" if unit == "1" else unit, output.shown(means))
+                yield Feature(title, "" if unit == "1" else unit, output.shown(means), output.output.unit)

@@ -16,6 +16,7 @@ from hydrofdi.api.table import Table
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.selection import load_indicators, make_indicators
+from hydrofdi.pipeline.assumed_plant import assumed_plants
 from hydrofdi.settings.yaml_source import plain
 
 Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
@@ -56,7 +57,8 @@ def measure(
     -------
     Table
         A row for each record: ``record_id``, ``source``, ``group``, ``label``, ``status``, a column for each
-        number such as ``dwt.d2`` (NaN where there is none), and the ``reasons`` why.
+        number such as ``dwt.d2`` (NaN where there is none), and the ``reasons`` why. Its `remarks` name the
+        constants of the plant that nobody gave.
 
     Raises
     ------
@@ -88,10 +90,13 @@ class Measured:
     columns : sequence of Column
     records : iterator of RecordMeasures
         Measured as they are asked for.
+    remarks : tuple of str
+        What has to be known of all numbers.
     """
 
     columns: Sequence[Column]
     records: Iterator[RecordMeasures]
+    remarks: tuple[str, ...] = ()
 
 
 def measured_records(data: Any, indicators: Indicators, said: Said) -> Measured:
@@ -103,7 +108,8 @@ def measured_records(data: Any, indicators: Indicators, said: Said) -> Measured:
         As there.
     """
     chosen = indicators_of(indicators)
-    return Measured(*measure_sources(sources_of(data, used_channels(chosen), said), chosen))
+    sources = sources_of(data, used_channels(chosen), said)
+    return Measured(*measure_sources(sources, chosen), assumed_plants(sources, chosen))
 
 
 def write_measures(
@@ -152,7 +158,13 @@ def _table(measured: Measured) -> Table:
         content[column.name] = np.array(held, dtype=float).reshape(len(records), *nothing.shape)
     content["reasons"] = [_sentence(record) for record in records]
     dims = {each.name: tuple(f"{each.label}.{dim}" for dim in each.output.dims) for each in columns}
-    return Table("record", content, {each.name: each.unit for each in columns if each.unit != "1"}, dims)
+    return Table(
+        "record",
+        content,
+        {each.name: each.unit for each in columns if each.unit != "1"},
+        dims,
+        measured.remarks,
+    )
 
 
 def _sentence(record: RecordMeasures) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from functools import cached_property
 from html import escape
 from os import PathLike
@@ -116,7 +117,8 @@ class Run:
             if channel in channels and signal in held
         ]
         time = Column("time", held[TIME], "s")
-        return records_of(Held(self.summary.title, columns, time, [self.run_id]), None, None, None)
+        records = records_of(Held(self.summary.title, columns, time, [self.run_id]), None, None, None)
+        return replace(records, is_simulated=True)
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi simulate --json`` prints."""

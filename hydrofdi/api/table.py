@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +33,8 @@ class Table:
     ----------
     units : dict of str to str
         Column → unit; columns without one are not there.
+    remarks : tuple of str
+        What has to be known of all rows.
     """
 
     def __init__(
@@ -40,11 +43,13 @@ class Table:
         columns: Mapping[str, Sequence[Any] | NDArray[Any]],
         units: Mapping[str, str],
         dims: Mapping[str, tuple[str, ...]] | None = None,
+        remarks: Sequence[str] = (),
     ) -> None:
         self._rows = rows
         self._columns = {name: _array(values) for name, values in columns.items()}
         self._dims = dict(dims or {})
         self.units = dict(units)
+        self.remarks = tuple(remarks)
 
     @property
     def columns(self) -> list[str]:
@@ -132,11 +137,13 @@ class Table:
             "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True))
             for row in (header, *rows)
         )
-        return "\n".join([*lines, *([more] if more else [])])
+        return "\n".join([*lines, *([more] if more else []), *self.remarks])
 
     def _repr_html_(self) -> str:
         header, rows, more = self._shown()
-        return html_table(rows, header) + (f"<p>{more}</p>" if more else "")
+        return html_table(rows, header) + "".join(
+            f"<p>{escape(text)}</p>" for text in (more, *self.remarks) if text
+        )
 
 
 def _array(values: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:

@@ -12,6 +12,7 @@ from pydantic import Field
 from hydrofdi.estimation.chamber_balance import UNKNOWNS
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.plant_constants import PlantConstant
 from hydrofdi.indicators.stepping import alternating_side
 from hydrofdi.indicators.uncertain_actuator import UncertainActuator
 from hydrofdi.indicators.volume_balance import P1, P2, VolumeBalance, X
@@ -61,7 +62,7 @@ class BalanceOptions(WindowOptions):
     that of a ``square`` wave that switches with the period of the drive or, if that is unknown, with the
     jumps of P_1."""
 
-    drive_amplitude: Annotated[float, SI("V", above=0)] = 2.0
+    drive_amplitude: Annotated[float, SI("V", above=0), PlantConstant("spool", ("square",))] = 2.0
     """Amplitude of the input voltage [V], for ``spool: square``."""
 
     robust: bool = False

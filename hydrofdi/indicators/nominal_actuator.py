@@ -7,48 +7,52 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from hydrofdi.indicators.plant_constants import PlantConstant
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
+
+_OF_VALVE = PlantConstant("spool", ("command", "square"))
+_OF_SPOOL = PlantConstant("spool", ("command",))
 
 
 class NominalActuator(Section):
     """Double-rod actuator with a servovalve of critical lap; the defaults are the paper's nominal values."""
 
-    piston_area: Annotated[float, SI("m^2", above=0, most=1.0)] = 633e-6
+    piston_area: Annotated[float, SI("m^2", above=0, most=1.0), PlantConstant()] = 633e-6
     """Annular area A of the piston in chamber 1 [m²]."""
 
     piston_area_2: Annotated[float, SI("m^2", above=0, most=1.0)] | None = None
     """The same in chamber 2 [m²]; without it, that of chamber 1."""
 
-    chamber_volume: Annotated[float, SI("m^3", above=0, most=1.0)] = 280e-6
+    chamber_volume: Annotated[float, SI("m^3", above=0, most=1.0), PlantConstant()] = 280e-6
     """Volume V of chamber 1 at position zero [m³]."""
 
     chamber_volume_2: Annotated[float, SI("m^3", above=0, most=1.0)] | None = None
     """The same of chamber 2 [m³]; without it, that of chamber 1."""
 
-    bulk_modulus: Annotated[float, SI("Pa", above=0, most=1e10)] = 551e6
+    bulk_modulus: Annotated[float, SI("Pa", above=0, most=1e10), PlantConstant()] = 551e6
     """Bulk modulus β of the fluid [Pa]."""
 
-    load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12)] = 150e3
+    load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant("chambers", (1,))] = 150e3
     """Stiffness K_ex of the spring that loads the piston [N/m], used in place of the position."""
 
-    flow_gain: Annotated[float, SI("m^1.5/kg^0.5", above=0, most=1.0)] = 0.0292
+    flow_gain: Annotated[float, SI("m^1.5/kg^0.5", above=0, most=1.0), PlantConstant()] = 0.0292
     """Flow gain K_v of the valve [m^1.5/kg^0.5]."""
 
-    area_gradient: Annotated[float, SI("m", above=0, most=10.0)] = 20.75e-3
+    area_gradient: Annotated[float, SI("m", above=0, most=10.0), PlantConstant()] = 20.75e-3
     """Orifice area gradient w [m]."""
 
     spool: Literal["measured", "command"] = "measured"
     """Spool position: ``measured``, or computed from the input voltage with the nominal valve
     (``command``)."""
 
-    spool_gain: Annotated[float, SI("m/V", above=0, most=1.0)] = 22e-6
+    spool_gain: Annotated[float, SI("m/V", above=0, most=1.0), _OF_VALVE] = 22e-6
     """Spool position gain k_v [m/V], for ``spool: command``."""
 
-    natural_frequency: Annotated[float, SI("Hz", above=0, most=1e5)] = 175.0
+    natural_frequency: Annotated[float, SI("Hz", above=0, most=1e5), _OF_SPOOL] = 175.0
     """Undamped natural frequency of the spool [Hz], for ``spool: command``."""
 
-    damping_ratio: Annotated[float, SI("1", above=0, most=100.0)] = 0.7
+    damping_ratio: Annotated[float, SI("1", above=0, most=100.0), _OF_SPOOL] = 0.7
     """Damping ratio ξ of the spool [-], for ``spool: command``."""
 
     supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
@@ -57,7 +61,9 @@ class NominalActuator(Section):
     pressure, twice its mean minus the pressure that balances the spring. ``auto``: measured, else ``sum``
     with equal areas, else nominal."""
 
-    supply_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 17.2e6
+    supply_pressure: Annotated[float, SI("Pa", above=0, most=2e8), PlantConstant("supply", ("nominal",))] = (
+        17.2e6
+    )
     """Nominal supply pressure P_s [Pa]."""
 
     return_pressure: Annotated[float, SI("Pa", least=0, most=2e8)] = 0.0

@@ -9,9 +9,12 @@ from pydantic import Field, model_validator
 
 from hydrofdi.estimation.plant import Plant
 from hydrofdi.estimation.spool_path import Array, spool_transition
+from hydrofdi.indicators.plant_constants import PlantConstant
 from hydrofdi.indicators.uncertain_actuator import UncertainActuator
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
+
+_OF_FRICTION = PlantConstant("friction", ("model",))
 
 
 class NominalPlant(UncertainActuator):
@@ -25,23 +28,26 @@ class NominalPlant(UncertainActuator):
     """Supply pressure that the estimate starts from. ``measured``: its channel. ``nominal``:
     ``supply_pressure``. ``auto``: measured if available, else nominal."""
 
-    mass: Annotated[float, SI("kg", above=0, most=1e6)] = 12.3
+    load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant()] = 150e3
+    """Stiffness K_ex of the spring that loads the piston [N/m]."""
+
+    mass: Annotated[float, SI("kg", above=0, most=1e6), PlantConstant()] = 12.3
     """Mass m of piston and load [kg]."""
 
     friction: Literal["random_walk", "model"] = "random_walk"
     """Force that brakes the piston. ``random_walk``: an estimated force for friction and load together.
     ``model``: the nominal friction plus such a force."""
 
-    coulomb_friction: Annotated[float, SI("N", least=0)] = 200.0
+    coulomb_friction: Annotated[float, SI("N", least=0), _OF_FRICTION] = 200.0
     """Coulomb friction F_c [N], for ``friction: model``."""
 
-    breakaway_friction: Annotated[float, SI("N", least=0)] = 250.0
+    breakaway_friction: Annotated[float, SI("N", least=0), _OF_FRICTION] = 250.0
     """Breakaway friction F_brk [N], for ``friction: model``."""
 
-    viscous_friction: Annotated[float, SI("N*s/m", least=0)] = 50.0
+    viscous_friction: Annotated[float, SI("N*s/m", least=0), _OF_FRICTION] = 50.0
     """Coefficient f of viscous friction [N·s/m], for ``friction: model``."""
 
-    friction_transition: Annotated[float, SI("s/m", least=0)] = 40.0
+    friction_transition: Annotated[float, SI("s/m", least=0), _OF_FRICTION] = 40.0
     """Coefficient c_v of the fall from breakaway to Coulomb friction [s/m], for ``friction: model``."""
 
     velocity_threshold: Annotated[float, SI("m/s", above=0)] = 10e-3

@@ -13,6 +13,7 @@ from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources
+from hydrofdi.pipeline.assumed_plant import assumed_plants
 from hydrofdi.pipeline.healthy_control import conclusion, ranked_by_control
 from hydrofdi.pipeline.healthy_records import labels_of_healthy
 from hydrofdi.records import RecordSource
@@ -153,6 +154,7 @@ def evaluate(
     usual = usual_scores(study.records, study.scores, tested_teach=True) if with_usual_scores else {}
     made = made_scores(study.records, study.scores, usual | dict(scores or {}), tested_teach=True)
     detection = detect(study.records, [*study.scores, *made], rules)
+    detection = replace(detection, remarks=(*detection.remarks, *assumed_plants(sources, indicators)))
     pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
     ranked = ranked_by_control(detection.judgements, pairs)
     return Evaluation(replace(detection, judgements=ranked), pairs, left, conclusion(ranked, pairs))

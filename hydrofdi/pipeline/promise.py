@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.detectors.trained.wording import count_text, limits_text, percent, plain, time_text
+from hydrofdi.pipeline.assumed_plant import assumption_text, constants_text
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
@@ -38,11 +40,19 @@ def sentences(training: Training) -> Iterator[str]:
     file = training.file
     channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
     yield f"It judges {_what(file)} at {file.sampling_frequency:g} Hz and needs {channels}."
+    yield from _plant(file)
     yield f"A score {limits_text(file)} is an alarm."
     yield from _promise(file)
     yield from _basis(training)
     yield from _doubts(training)
     yield from _chart(file)
+
+
+def _plant(file: DetectorFile) -> Iterator[str]:
+    if constants := constants_text(feature_of(file.config).indicator.options):
+        yield f"It takes the actuator as {constants}."
+    if file.assumed:
+        yield f"Warning: {assumption_text(file.config.indicator, file.assumed)}."
 
 
 def _what(file: DetectorFile) -> str:

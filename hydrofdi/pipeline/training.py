@@ -14,6 +14,7 @@ from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.detectors.trained.reading import detector_text, is_detector
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import StoreError
+from hydrofdi.pipeline.assumed_plant import assumed_constants
 from hydrofdi.pipeline.healthy_records import HealthyRecords, LeftOut
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.store.files import require_regular, write_whole_text
@@ -65,6 +66,8 @@ def train_on(
     records = HealthyRecords(sources, healthy)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
     file = train(records, config, [source.name for source in sources], made)
+    assumed = assumed_constants(sources, feature_of(config).indicator.options)
+    file = file.model_copy(update={"assumed": assumed})
     return Training(file, records.left_out, records.is_unlabelled)
 
 

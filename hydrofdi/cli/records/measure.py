@@ -54,9 +54,12 @@ def measure(
     """
     from hydrofdi.api.measuring import measured_records
     from hydrofdi.api.records.sources import Said
+    from hydrofdi.cli.terminal import tell
 
     chosen_form = _form(Format.json if json else form, out)
     measured = measured_records(sources, indicators, Said(sampling_frequency))
+    for remark in measured.remarks:
+        tell(f"warning: {remark}")
     counted = _Counted(measured.records)
     _write(chosen_form, out, measured.columns, counted)
     _tell(counted, out, with_reason=chosen_form is not Format.table)

@@ -137,6 +137,9 @@ class DetectorFile(Section):
     config: DetectorConfig
     """In full: every option is written out, so that new defaults of hydrofdi change nothing."""
 
+    assumed: tuple[str, ...] = ()
+    """Constants of the plant among the options that nobody gave for measured records: nominal values."""
+
     indicator_version: int
     """Version of the indicator; another one gives other numbers, and is refused."""
 

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hydrofdi.indicators.balancing import Balance, BalanceOptions
+from hydrofdi.indicators.plant_constants import PlantConstant
 from hydrofdi.settings.quantities import SI
 
 
@@ -17,6 +18,9 @@ class PressureBalanceOptions(BalanceOptions):
     """Spool position: ``measured``; computed from the input voltage with the nominal valve (``command``); or
     that of a ``square`` wave that switches with the period of the drive or, if that is unknown, with the
     jumps of P_1."""
+
+    load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant()] = 150e3
+    """Stiffness K_ex of the spring that loads the piston [N/m], used in place of the position."""
 
     half_window: Annotated[int, Field(strict=True, ge=2, le=100_000)] = 36
     """Half the length of a window [samples]; windows overlap by half."""

@@ -65,11 +65,14 @@ class HeldSource:
     tables : sequence of HeldTable
         One for each record.
     config : MeasuredConfig
+    is_simulated : bool
+        Whether an experiment file states the plant.
     """
 
     name: str
     tables: Sequence[HeldTable]
     config: MeasuredConfig
+    is_simulated: bool = False
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """All records in their order.

@@ -84,7 +84,7 @@ def _choose(chosen: Any, source: Source) -> None:
         hint = nearest(str(label), [*made]) if label not in made else f"; known are {', '.join(made)}"
         raise ConfigError([source.mistake((_INDICATORS,), f"choose one with {setting('indicator')}{hint}")])
     source.data["indicator"] = made[label].name
-    source.data["options"] = made[label].options.model_dump()
+    source.data["options"] = made[label].options.model_dump(exclude_unset=True)
 
 
 def _require_sound(config: DetectorConfig, source: Source) -> None:

@@ -1,0 +1,59 @@
+"""What indicators take for granted about the plant behind measured records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hydrofdi.config.shown_values import ShownParameter
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.plant_constants import constants_not_given, plant_constants
+from hydrofdi.records import RecordSource
+from hydrofdi.records.measured.held import HeldSource
+from hydrofdi.records.measured.source import MeasuredSource
+from hydrofdi.settings.quantities import Section
+from hydrofdi.settings.readable import readable_unit
+
+
+def assumed_constants(sources: Sequence[RecordSource], options: Section) -> tuple[str, ...]:
+    """Constants of the plant that nobody gave; none where all records are simulated."""
+    return constants_not_given(options) if any(map(_is_measured, sources)) else ()
+
+
+def _is_measured(source: RecordSource) -> bool:
+    if isinstance(source, HeldSource):
+        return not source.is_simulated
+    return isinstance(source, MeasuredSource)
+
+
+def assumed_plants(
+    sources: Sequence[RecordSource], indicators: Mapping[str, Indicator[Any]]
+) -> tuple[str, ...]:
+    """A sentence for each set of indicators that assume the same constants of the plant."""
+    labels: dict[tuple[str, ...], list[str]] = {}
+    for label, indicator in indicators.items():
+        if names := assumed_constants(sources, indicator.options):
+            labels.setdefault(names, []).append(label)
+    return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
+
+
+def assumption_text(label: str, names: Sequence[str]) -> str:
+    """The sentence that names constants which nobody gave."""
+    are = "is" if len(names) == 1 else "are"
+    return (
+        f"{label}: {', '.join(names)} {are} not given; the nominal actuator of the paper is assumed, so the"
+        " numbers may be wrong for yours"
+    )
+
+
+def constants_text(options: Section) -> str:
+    """The constants of the plant with their values, ``piston_area = 633 mm^2``; empty if there are none."""
+    return ", ".join(
+        f"{name} = {_shown(name, unit, getattr(options, name))}"
+        for name, unit in plant_constants(options).items()
+    )
+
+
+def _shown(name: str, unit: str, value: float) -> str:
+    shown = ShownParameter(name, unit, readable_unit(unit, abs(value)))
+    return shown.text(value) + (f" {shown.unit.replace('*', '·')}" if shown.unit != "1" else "")

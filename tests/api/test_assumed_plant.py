@@ -1,0 +1,77 @@
+"""Constants of the plant that nobody gave are named, for measured records and not for simulated ones."""
+
+import json
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from tests.commands import run
+
+GIVEN = {
+    "piston_area": "20 cm^2", "chamber_volume": "1 L", "bulk_modulus": "1 GPa", "flow_gain": 0.03,
+    "area_gradient": "20 mm",
+}  # fmt: skip
+COLUMNS = ("P1 [Pa]", "P2 [Pa]", "x [m]", "u [V]")
+
+
+@pytest.fixture(scope="module")
+def records():
+    draw = np.random.default_rng(1)
+    drive = np.tile(np.repeat([2.0, -2.0], 250), 2)
+    motion = np.cumsum(drive) * 1e-5
+    signals = (8.6e6 + 1e6 * drive, 8.6e6 - 1e6 * drive, motion, drive)
+    sizes = (2e4, 2e4, 1e-5, 1e-3)
+    return {
+        name: signal + size * draw.standard_normal((40, 1000))
+        for name, signal, size in zip(COLUMNS, signals, sizes, strict=True)
+    }
+
+
+def balance(**options):
+    return {"flow_balance": {"spool": "command", "supply": "sum"} | options}
+
+
+def test_constants_that_nobody_gave_are_named(records):
+    (remark,) = hydrofdi.measure(records, balance(piston_area="20 cm^2"), sampling_frequency=500.0).remarks
+    named = "chamber_volume, bulk_modulus, flow_gain, area_gradient, spool_gain, natural_frequency"
+    assert remark.startswith(f"flow_balance: {named}, damping_ratio are not given; the nominal actuator")
+
+
+@pytest.mark.parametrize("chosen", ["dwt", {"flow_balance": {"supply": "sum"} | GIVEN}])
+def test_nothing_is_assumed_where_all_is_given_or_no_plant_is_needed(records, chosen):
+    assert hydrofdi.measure(records, chosen, sampling_frequency=500.0).remarks == ()
+
+
+def test_simulated_records_are_of_the_known_plant():
+    experiment = hydrofdi.load_experiment(None, ["record.duration=2 s"])
+    assert hydrofdi.measure(hydrofdi.simulate(experiment), "flow_balance").remarks == ()
+
+
+def test_a_detector_says_which_constants_it_uses_and_which_nobody_gave(records, tmp_path):
+    config = {"indicators": balance(piston_area="20 cm^2"), "output": "leakage", "false_alarm_rate": 0.2}
+    detector = hydrofdi.train(records, config=config, sampling_frequency=500.0)
+    assert "It takes the actuator as piston_area = 2000 mm^2, chamber_volume = 280 cm^3" in detector.summary
+    assert "Warning: flow_balance: chamber_volume, bulk_modulus" in detector.summary
+    detector.save(tmp_path / "detector.json")
+    assert hydrofdi.Detector.load(tmp_path / "detector.json").summary.count("Warning: ") == 1
+
+
+def test_the_commands_warn(records, tmp_path):
+    for number in range(3):
+        rows = np.column_stack([records[name][number] for name in COLUMNS])
+        header = "time [s]," + ",".join(COLUMNS)
+        time = np.arange(1000)[:, None] / 500.0
+        path = tmp_path / f"{number}.csv"
+        np.savetxt(path, np.hstack([time, rows]), delimiter=",", header=header, comments="")
+    (tmp_path / "flow.yaml").write_text(json.dumps({"indicators": balance()}))
+    done = run("measure", *sorted(tmp_path.glob("*.csv")), "--indicators", tmp_path / "flow.yaml")
+    assert "warning: flow_balance: piston_area, chamber_volume" in done.stderr
+
+
+def test_an_evaluation_names_them(records):
+    label = ["sound"] * 25 + ["leaking"] * 15
+    found = hydrofdi.evaluate(
+        records, balance(), label=label, healthy="sound", false_alarm_rate=0.2, sampling_frequency=500.0
+    )
+    assert any("piston_area" in remark and "not given" in remark for remark in found.remarks)

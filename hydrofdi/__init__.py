@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from hydrofdi.api.detectors.detecting import detect
     from hydrofdi.api.detectors.detector import Detector
     from hydrofdi.api.detectors.training import train
-    from hydrofdi.api.evaluating import Evaluation, evaluate
+    from hydrofdi.api.evaluating import evaluate
+    from hydrofdi.api.evaluation import Evaluation
     from hydrofdi.api.exporting import Exported, export
     from hydrofdi.api.folders import collect, rerun, status, verify, why
     from hydrofdi.api.inspecting import Inspection, inspect
@@ -38,7 +39,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Detector": "hydrofdi.api.detectors.detector",
-    "Evaluation": "hydrofdi.api.evaluating",
+    "Evaluation": "hydrofdi.api.evaluation",
     "Exported": "hydrofdi.api.exporting",
     "HydrofdiError": "hydrofdi.errors",
     "Inspection": "hydrofdi.api.inspecting",

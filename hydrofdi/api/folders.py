@@ -71,18 +71,10 @@ def status(folder: Folder) -> SweepStatus:
     --------
     >>> import hydrofdi
     >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    >>> study = {"name": "asked", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    >>> study = {"name": "oils", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
     >>> results = hydrofdi.sweep(study, engine="in-process")
     >>> hydrofdi.status(results.folder)
     2 planned, 2 done, 0 failed, 0 missing (2 ok)
-    >>> hydrofdi.verify(results.folder)
-    every shard is sound
-    >>> hydrofdi.rerun(results.folder, 1).differing
-    []
-    >>> hydrofdi.why(results.folder, 1).differences
-    {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
-    >>> hydrofdi.collect(results.folder)
-    2 runs in results/asked: 2 ok
     """
     return sweep_status(path_of(folder))
 
@@ -94,6 +86,14 @@ def verify(folder: Folder) -> Verification:
     ------
     StoreError
         The folder holds no experiment.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> hydrofdi.verify(results.folder)
+    every shard is sound
     """
     return Verification(find_faults(path_of(folder)))
 
@@ -113,6 +113,15 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     ------
     StoreError
         The folder holds no experiment, or no such run.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
+    >>> study = {"name": "oils", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> hydrofdi.why(results.folder, 1).differences
+    {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
     """
     asked = None if experiment is None else experiment_of(experiment, {})
     return explain(path_of(folder), str(run), asked)
@@ -125,6 +134,14 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     ------
     StoreError
         The folder holds no experiment or no such run, or the run is not stored.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> hydrofdi.rerun(results.folder, 0).differing
+    []
     """
     return Rerun(*recompute(path_of(folder), str(run)))
 
@@ -136,6 +153,14 @@ def collect(folder: Folder) -> Results:
     ------
     StoreError
         The folder holds no experiment, a sweep is at work there, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> hydrofdi.collect(results.folder)
+    1 run in results/asked: 1 ok
     """
     build_file(path_of(folder))
     return results(folder)

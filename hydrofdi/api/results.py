@@ -118,8 +118,10 @@ class Results:
         return make_report(self.data)
 
     def __repr__(self) -> str:
-        counted = ", ".join(f"{count} {status}" for status, count in self.statuses.items())
-        return f"{self.data.n_run} runs in {self.folder}: {counted}"
+        from hydrofdi.report.wording import counted
+
+        statuses = ", ".join(f"{count} {status}" for status, count in self.statuses.items())
+        return f"{counted(self.data.n_run, 'run')} in {self.folder}: {statuses}"
 
     def _repr_html_(self) -> str:
         lines = [("runs", f"{self.data.n_run:,}"), *((name, f"{n:,}") for name, n in self.statuses.items())]

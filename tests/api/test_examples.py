@@ -18,14 +18,10 @@ PUBLIC = [each for each in NAMED if inspect.isfunction(each) or ">>>" in (inspec
 MODULES = sorted({each.__module__ for each in PUBLIC if each.__module__.startswith("hydrofdi.api")})
 
 
-WITHOUT_EXAMPLE = {"collect", "rerun", "verify", "why"}
-"""Functions that still lack one; the list only shrinks."""
-
-
 def test_every_function_of_the_api_has_an_example():
     functions = [each for each in NAMED if inspect.isfunction(each)]
     own = [each for each in functions if each.__module__.startswith("hydrofdi.api")]
-    assert {each.__name__ for each in own if ">>>" not in (each.__doc__ or "")} == WITHOUT_EXAMPLE
+    assert {each.__name__ for each in own if ">>>" not in (each.__doc__ or "")} == set()
 
 
 @pytest.mark.parametrize("name", ["hydrofdi", *MODULES])

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.trained import ChartConfig
+from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.reading import detector_text, load_detector
+from hydrofdi.detectors.trained.wording import score_meaning
+from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.line_record import line_record
 from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.monitor.watch import Watch
@@ -55,6 +58,20 @@ def test_rows_are_those_of_a_monitor_on_the_same_stream(trained, tmp_path):
     assert [row["number"] for row in rows if row["alarm"]] == [13, 14, 15]
     assert {row["fault"]["kind"] for row in rows if row["fault"]} == {"missing"}
     assert ended.returncode == 0
+
+
+def test_the_heading_says_what_the_score_is(trained, tmp_path):
+    shown = run_hydrofdi("detect", trained, written(tmp_path / "long.csv", pressure(2))).stdout
+    meaning = sound_indicator("dwt", {}).outputs[1].long_name
+    assert " ".join(shown.split()).startswith(f"dwt.d2, {meaning}: alarm above ")
+
+
+@pytest.mark.parametrize("stated_at", ["8 MPa", "5 MPa"])
+def test_a_leakage_is_said_to_be_stated_at_a_pressure_difference(trained, stated_at):
+    options = {"reference_pressure": stated_at}
+    config = DetectorConfig(indicator="flow_balance", options=options, output="leakage")
+    file = load_detector(trained).model_copy(update={"config": config})
+    assert score_meaning(file) == f"internal leakage flow of K_i at {stated_at}"
 
 
 def test_the_summary_counts_what_the_rows_say(trained, tmp_path):

@@ -8,8 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from hydrofdi.api.detectors.judged import table_of
 from hydrofdi.api.detectors.watching import watched
 from hydrofdi.api.page import html_sentences
 from hydrofdi.api.places import path_of
@@ -18,10 +17,10 @@ from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.table import Table
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.reading import load_detector
-from hydrofdi.detectors.trained.wording import limits_text, percent
+from hydrofdi.detectors.trained.wording import limits_text, percent, score_name
 from hydrofdi.errors import ConfigError
 from hydrofdi.pipeline.detected import Tally
-from hydrofdi.pipeline.detecting import JudgedWindow, channels_read, detect
+from hydrofdi.pipeline.detecting import channels_read, detect
 from hydrofdi.pipeline.healthy_records import LeftOut
 from hydrofdi.pipeline.promise import sentences, training_record
 from hydrofdi.pipeline.training import Training, write_detector
@@ -91,8 +90,7 @@ class Detector:
     @property
     def name(self) -> str:
         """What is judged, such as ``dwt.d2``."""
-        config = self.file.config
-        return f"{config.indicator}.{config.output}" if config.output else config.indicator
+        return score_name(self.file)
 
     @property
     def limits(self) -> tuple[float | None, float | None]:
@@ -155,16 +153,8 @@ class Detector:
         ConfigError, DataError, StoreError
             As the command says it.
         """
-        rows = [
-            _row(window)
-            for window in self.windows(
-                data, sampling_frequency=sampling_frequency, channel=channel, unit=unit
-            )
-        ]
-        columns: dict[str, Any] = {name: [row[name] for row in rows] for name in _NAMES}
-        if None in columns["alarm"]:
-            columns["alarm"] = np.array(columns["alarm"], dtype=object)
-        return Table("window", columns, {"start": "s", "end": "s", "score": self.file.unit})
+        windows = self.windows(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)
+        return table_of(windows, self.file.unit)
 
     def windows(
         self,
@@ -308,22 +298,3 @@ class Detector:
 
     def _repr_html_(self) -> str:
         return html_sentences(self.name, sentences(self.training))
-
-
-_NAMES = ("record_id", "source", "group", "start", "end", "score", "margin", "alarm", "fault", "reason")
-
-
-def _row(window: JudgedWindow) -> dict[str, Any]:
-    line, fault = window.line, window.fault
-    return {
-        "record_id": window.record_id,
-        "source": window.source,
-        "group": window.group,
-        "start": None if line is None else line.start,
-        "end": None if line is None else line.end,
-        "score": None if line is None else line.verdict.score,
-        "margin": None if line is None else line.verdict.margin,
-        "alarm": window.alarm,
-        "fault": "" if fault is None else fault.kind,
-        "reason": "" if fault is None else fault.text,
-    }

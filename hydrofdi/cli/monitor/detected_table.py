@@ -10,7 +10,7 @@ from rich.text import Text
 
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.wording import limits_text, plain, score_unit
+from hydrofdi.detectors.trained.wording import limits_text, plain, score_meaning, score_name, score_unit
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def print_windows(tally: Tally) -> None:
         if len(kept) < _SHOWN:
             kept.append((n_row, window))
     shown = sorted([*alarms, *beyond, *others][:_SHOWN], key=itemgetter(0))
-    console.print(f"{_score_name(file)}: alarm {limits_text(file)}")
+    console.print(f"{score_name(file)}, {score_meaning(file)}: alarm {limits_text(file)}")
     console.print(_table(file, [window for _, window in shown]))
     if n_row > len(shown):
         first = f"{len(alarms)} of {tally.n_alarm:,} alarms among them" if alarms else "no alarm"
@@ -87,10 +87,6 @@ def _verdict_text(window: JudgedWindow) -> str:
     if window.fault is not None:
         return f"not judged, {window.fault.kind}: {window.fault.text}"
     return "ALARM" if window.alarm else "healthy"
-
-
-def _score_name(file: DetectorFile) -> str:
-    return f"{file.config.indicator}.{file.config.output}" if file.config.output else file.config.indicator
 
 
 def _short(text: str) -> str:

@@ -18,7 +18,7 @@ from hydrofdi.evaluation.rates import Rate
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
-    from hydrofdi.api.evaluating import Evaluation
+    from hydrofdi.api.evaluation import Evaluation
     from hydrofdi.studies.judgement import Judgement
 
 HOLE = "–"

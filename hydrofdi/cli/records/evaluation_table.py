@@ -18,7 +18,7 @@ from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.report.wording import capitalized
 
 if TYPE_CHECKING:
-    from hydrofdi.api.evaluating import Evaluation
+    from hydrofdi.api.evaluation import Evaluation
     from hydrofdi.studies.judgement import Judgement
 
 _SHOWN = 20

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
@@ -13,6 +14,17 @@ _LEAST_PERCENT = 1e-4
 
 _LEAST_PLAIN, _MOST_PLAIN = 1e-9, 1e9
 """Magnitudes that a person reads without an exponent."""
+
+
+def score_name(file: DetectorFile) -> str:
+    """What is judged, such as ``dwt.d2``."""
+    config = file.config
+    return f"{config.indicator}.{config.output}" if config.output else config.indicator
+
+
+def score_meaning(file: DetectorFile) -> str:
+    """What the score is, such as ``internal leakage flow of K_i at 8 MPa``."""
+    return feature_of(file.config).described.long_name
 
 
 def percent(share: float) -> str:

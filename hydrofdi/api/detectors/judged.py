@@ -1,0 +1,38 @@
+"""Judged windows as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.api.table import Table
+from hydrofdi.pipeline.detecting import JudgedWindow
+
+_NAMES = ("record_id", "source", "group", "start", "end", "score", "margin", "alarm", "fault", "reason")
+
+
+def table_of(windows: Iterable[JudgedWindow], unit: str) -> Table:
+    """A row for each window; the score in a unit."""
+    rows = [_row(window) for window in windows]
+    columns: dict[str, Any] = {name: [row[name] for row in rows] for name in _NAMES}
+    if None in columns["alarm"]:
+        columns["alarm"] = np.array(columns["alarm"], dtype=object)
+    return Table("window", columns, {"start": "s", "end": "s", "score": unit})
+
+
+def _row(window: JudgedWindow) -> dict[str, Any]:
+    line, fault = window.line, window.fault
+    return {
+        "record_id": window.record_id,
+        "source": window.source,
+        "group": window.group,
+        "start": None if line is None else line.start,
+        "end": None if line is None else line.end,
+        "score": None if line is None else line.verdict.score,
+        "margin": None if line is None else line.verdict.margin,
+        "alarm": window.alarm,
+        "fault": "" if fault is None else fault.kind,
+        "reason": "" if fault is None else fault.text,
+    }

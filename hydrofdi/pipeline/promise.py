@@ -19,8 +19,8 @@ _MOST_NAMED = 5
 
 _RESTS = {
     "windows": "windows taken as independent",
-    "records": "each record met the limits of the others",
-    "groups": "each group met the limits of the others",
+    "records": "leave-one-record-out",
+    "groups": "leave-one-group-out",
 }
 
 
@@ -66,13 +66,13 @@ def _what(file: DetectorFile) -> str:
 
 
 def _promise(file: DetectorFile) -> Iterator[str]:
-    limits, what = file.limits, "windows" if file.n_sample else "estimates"
-    rate = f"{percent(limits.false_alarm_rate)} of healthy {what}"
-    set_for = f"at most {rate}" if limits.method == "tolerance limit" else rate
+    limits, what = file.limits, "window" if file.n_sample else "estimate"
+    rate = f"{percent(limits.false_alarm_rate)} per {what}"
+    designed_for = f"at most {rate}" if limits.method == "tolerance limit" else rate
     low, high = map(percent, limits.interval)
     yield (
-        f"It is set for false alarms in {set_for}; the true share lies within {low} and {high}"
-        f" ({100.0 * limits.confidence:.4g} % confidence; {_RESTS[limits.interval_rests_on]})."
+        f"Designed for a false-alarm rate of {designed_for}; {100.0 * limits.confidence:.4g} % confidence"
+        f" interval {low} to {high} ({_RESTS[limits.interval_rests_on]})."
     )
     if per_hour := _per_hour(file):
         least, most = per_hour["interval"]

@@ -57,7 +57,7 @@ def test_the_number_of_scores_tried_widens_the_bound_of_the_best():
 def test_the_confidence_of_all_together_is_a_percentage_of_few_digits():
     records = study({FIT: 300, TEST: 300})
     remarks = detect(records, [rising(records, name=f"s{number}") for number in range(7)], RULES).remarks
-    assert any("take the bound at 99.29 % confidence" in remark for remark in remarks)
+    assert any("use the 99.29 % bound" in remark for remark in remarks)
 
 
 def test_remarks_say_how_many_were_tried_and_what_is_missing():

@@ -88,7 +88,7 @@ class Run:
         """Those among them that ``hydrofdi plan`` gives."""
         from hydrofdi.assessment import plan_warnings
 
-        return plan_warnings(lambda *_: [self._single.run.request])
+        return plan_warnings(lambda *_: [self._single.run.request], self._single.run.choice)
 
     def to_xarray(self) -> xarray.Dataset:
         """Signals over time and all features, with units and long names as attributes.

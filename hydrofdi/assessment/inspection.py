@@ -15,6 +15,7 @@ from hydrofdi.assessment.plan_warnings import (
     NEAR_BAND_EDGE,
     few_of,
     folding_warnings,
+    measures_wavelets,
     near_edge_warnings,
     period_count,
     place_in_bands,
@@ -35,6 +36,10 @@ REFERENCE_DROP = 10e6
 
 FULL_STROKE = 0.9
 """Share of the stroke from which on the linearised mode, taken at the centre, is off by far."""
+
+_REMEDY_OF_BANDS = (
+    "Another record.sampling_frequency moves the bands; the undecimated transform (modwt) has the same ones"
+)
 
 
 @dataclass(frozen=True)
@@ -107,6 +112,8 @@ class Inspection:
         What the first run, without a leak, tells each indicator that estimates unknowns.
     unmeasured : tuple of str
         Sentences on indicators without numbers of some runs, and why.
+    has_wavelets : bool
+        Whether an indicator has the bands of a wavelet transform.
     """
 
     step: float
@@ -122,6 +129,7 @@ class Inspection:
     sampling_frequency: float = RecordConfig().sampling_frequency
     observability: tuple[Observability, ...] = ()
     unmeasured: tuple[str, ...] = ()
+    has_wavelets: bool = True
 
     @property
     def binding(self) -> str:
@@ -169,6 +177,7 @@ def inspect_experiment(selection: Selection) -> Inspection:
         sampling_frequency=record.sampling_frequency,
         observability=observability(jobs[0]),
         unmeasured=tuple(_unmeasured(jobs, rows)),
+        has_wavelets=measures_wavelets(analysis.choice),
     )
 
 
@@ -240,7 +249,8 @@ def _problems(found: Inspection) -> Iterator[str]:
 def _warnings(found: Inspection) -> Iterator[str]:
     modes = {(mode.frequency, mode.bulk_modulus): mode for mode in found.modes}
     near = (key for key, mode in modes.items() if mode.octaves_to_edge < NEAR_BAND_EDGE)
-    yield from near_edge_warnings(near, len(modes))
+    if found.has_wavelets:
+        yield from (f"{text}. {_REMEDY_OF_BANDS}" for text in near_edge_warnings(near, len(modes)))
     yield from found.folding
     yield from found.unmeasured
     yield from record_warnings(found.n_period, found.boundary_shares)

@@ -7,9 +7,11 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from hydrofdi.assessment.step_limits import Distinct, step_warnings, undamped_frequency
 from hydrofdi.config import RunParameters
+from hydrofdi.config.analysis import DEFAULT_CHOICE, IndicatorChoice
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.record import is_whole
 from hydrofdi.config.shown_values import four_digits
+from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
 NEAR_BAND_EDGE = 0.25
@@ -23,26 +25,37 @@ FEW_SAMPLES = 20
 
 _FEW = 3
 
+_OF_WAVELETS = ("dwt", "a4", "modwt", "wavelet_packet")
+
 Bands = Sequence[tuple[float, float]]
 
 
-def plan_warnings(distinct: Distinct) -> list[str]:
+def plan_warnings(distinct: Distinct, choice: IndicatorChoice = DEFAULT_CHOICE) -> list[str]:
     """Sentences on step, bands and record of runs, each said once.
 
     Parameters
     ----------
     distinct : callable
         Gives one run for each combination of sections that occurs, such as ``Runs.distinct``.
+    choice : IndicatorChoice
+        What is measured: bands matter to wavelets alone.
     """
     records = dict.fromkeys(
         (period_count(run), run.n_kept, run.wavelet)
         for run in distinct("input", "load", "record", "analysis", "wavelet")
     )
-    sentences = step_warnings(distinct) + band_warnings(distinct)
+    sentences = step_warnings(distinct)
+    sentences += band_warnings(distinct) if measures_wavelets(choice) else []
     sentences += _onset_warnings(distinct) + folding_warnings(distinct)
     for n_period, n_kept, wavelet in records:
         sentences += record_warnings(n_period, boundary_shares(n_kept, wavelet))
     return list(dict.fromkeys(sentences))
+
+
+def measures_wavelets(choice: IndicatorChoice) -> bool:
+    """Whether one of the indicators has the bands of a wavelet transform."""
+    made = choice.made(WaveletConfig()).values()
+    return any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made)
 
 
 def band_warnings(distinct: Distinct) -> list[str]:
@@ -75,7 +88,7 @@ def near_edge_warnings(near: Iterable[tuple[float, float]], n_all: int) -> list[
         return []
     frequency, modulus = different[0]
     first = f"{frequency:.1f} Hz at EBM {four_digits(modulus / 1e6)} MPa"
-    sentence = "f_h lies near the edge between two bands and changes both"
+    sentence = "The hydraulic mode f_h is close to the edge of a wavelet band, so both bands respond to it"
     if len(different) == 1:
         return [f"{sentence}: {first}"]
     return [f"{sentence} in {len(different):,} of {n_all:,} conditions, e.g. {first}"]

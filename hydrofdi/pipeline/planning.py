@@ -145,7 +145,7 @@ class SweepPlan:
         from hydrofdi.assessment import indicator_warnings, plan_warnings, study_warnings
 
         runs = self.table.runs
-        warnings += plan_warnings(runs.distinct) + indicator_warnings(runs.distinct, runs.choice)
+        warnings += plan_warnings(runs.distinct, runs.choice) + indicator_warnings(runs.distinct, runs.choice)
         warnings += study_warnings(self.experiment)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return list(dict.fromkeys(warnings))

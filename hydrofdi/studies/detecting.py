@@ -44,8 +44,8 @@ def _remarks(records: StudyRecords, n_tried: int, rules: Rules) -> list[str]:
     if n_tried > 1:
         together = simultaneous_confidence(rules.confidence, n_tried)
         remarks.append(
-            f"{n_tried} scores were tried. The bounds apply to a score chosen in advance. If you pick the best"
-            f" of {n_tried}, use the {confidence_text(together)} % bound (Bonferroni)"
+            f"{n_tried} scores were tried. The bounds apply to a score chosen in advance. If you pick the"
+            f" best of {n_tried}, use the {confidence_text(together)} % bound (Bonferroni)"
         )
     if records.groups is not None:
         n_group = len(set(records.groups))

@@ -89,8 +89,8 @@ def test_mode_near_a_band_edge_is_warned_of() -> None:
     far = inspect_experiment(
         select_runs(load_experiment(settings=(*SHORT, "actuator.chamber_volume=150 cm^3")))
     )
-    assert any("edge between two bands" in warning and "59.6 Hz" in warning for warning in near.warnings)
-    assert not any("at EBM 551 MPa" in w and "edge between two bands" in w for w in far.warnings)
+    assert any("edge of a wavelet band" in warning and "59.6 Hz" in warning for warning in near.warnings)
+    assert not any("at EBM 551 MPa" in w and "edge of a wavelet band" in w for w in far.warnings)
 
 
 def test_broken_period_is_warned_of() -> None:

@@ -12,7 +12,8 @@ from hydrofdi.report.run_summary import run_record, summarize_run
 from tests.commands import run_hydrofdi
 
 NEAR_EDGE = (
-    "warning: f_h lies near the edge between two bands and changes both: 59.6 Hz at EBM 551 MPa"
+    "warning: The hydraulic mode f_h is close to the edge of a wavelet band, so both bands respond to it:"
+    " 59.6 Hz at EBM 551 MPa"
     " (see 'hydrofdi check')"
 )
 SHORT = ("--set", "record.duration=2 s")
@@ -131,3 +132,10 @@ def test_help_loads_nothing_heavy(tmp_path):
     loaded = {line.rpartition("|")[2].strip().split(".")[0] for line in reported.splitlines()}
     assert "typer" in loaded
     assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "h5py", "pywt", "pydantic", "pebble"}
+
+
+def test_the_edges_of_bands_matter_to_wavelets_alone():
+    run = package.simulate({"name": "balance", "indicators": {"flow_balance": {}}}, duration="2 s")
+    assert not any("wavelet band" in warning for warning in run.warnings)
+    followed = {"name": "followed", "indicators": {"sliding": {"of": "dwt"}}}
+    assert any("wavelet band" in warning for warning in package.simulate(followed, duration="4 s").warnings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from hydrofdi.report.fifths import MOST_VALUES, fifths
 from hydrofdi.report.runs.rows import Levels, TableRow
 from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
 from hydrofdi.report.sections.changes import BASELINES
-from hydrofdi.report.wording import EXTERNAL_HEADERS, external_cells, leakage_label
+from hydrofdi.report.wording import EXTERNAL_HEADERS, external_cells, flow_text, leakage_label
 
 MOST_LINES = 60
 """Runs up to which each has a line of its own, and lines of a summary."""
@@ -48,11 +48,12 @@ class HeatLines:
 
 @dataclass(frozen=True)
 class _Column:
-    """What varies: its header, the value of each row, and its text."""
+    """What varies: its header, the value of each row and its text, and the text of any value."""
 
     header: str
     values: list[Any]
     texts: list[str]
+    text: Callable[[float], str]
 
 
 def heat_lines(table: SensitivityTable) -> HeatLines:
@@ -64,11 +65,12 @@ def heat_lines(table: SensitivityTable) -> HeatLines:
 def _columns(table: SensitivityTable) -> list[_Column]:
     """Leakage, and what else is not the same in all rows."""
     rows = table.rows
-    columns = [_Column("leakage [L/min]", [row.leakage_flow for row in rows], list(map(leakage_label, rows)))]
+    flows = [row.leakage_flow for row in rows]
+    columns = [_Column("leakage [L/min]", flows, list(map(leakage_label, rows)), flow_text)]
     columns.append(_parameter("fluid.bulk_modulus", [row.bulk_modulus for row in rows], "EBM"))
     for chamber, header in enumerate(EXTERNAL_HEADERS if table.varies_external else ()):
         flows = [row.external.flows[chamber] for row in rows]
-        columns.append(_Column(header, flows, [external_cells(row)[chamber].text for row in rows]))
+        columns.append(_Column(header, flows, [external_cells(row)[chamber].text for row in rows], flow_text))
     for name in table.label_names:
         if not name.startswith(EXTERNAL):
             columns.append(_parameter(name, [row.labels[name] for row in rows], name))
@@ -78,7 +80,9 @@ def _columns(table: SensitivityTable) -> list[_Column]:
 
 def _parameter(name: str, values: list[Any], title: str) -> _Column:
     shown = shown_parameter(name, values)
-    return _Column(shown.header.replace(name, title), values, [shown.text(value) for value in values])
+    return _Column(
+        shown.header.replace(name, title), values, [shown.text(value) for value in values], shown.text
+    )
 
 
 def _runs(rows: Sequence[TableRow], columns: Sequence[_Column]) -> HeatLines:
@@ -132,8 +136,7 @@ def _groups(column: _Column, among: Any) -> list[tuple[str, Any]]:
         for fifth in fifths(numbers[chosen]):
             own = np.zeros(len(values), dtype=bool)
             own[chosen[fifth.members]] = True
-            ends = [texts[np.nanargmin(np.abs(numbers - end))] for end in (fifth.low, fifth.high)]
-            found.append((" … ".join(ends), own))
+            found.append((f"{column.text(fifth.low)} … {column.text(fifth.high)}", own))
         return found
     named, rest = distinct[:MOST_VALUES], distinct[MOST_VALUES:]
     found = [(text, among & (texts == text)) for text in named]

@@ -52,7 +52,7 @@ def _axis_sheet(key: str, found: AxisResponses) -> Sheet:
         f"{key}-{found.axis.name}",
         f"Over {found.axis.header}{against}",
         ("Feature", *(group.text for group in found.axis.groups)),
-        (_runs_row(found), *(_cells(response) for response in found.responses)),
+        (_runs_row(found), *(_cells(response, _known(found)) for response in found.responses)),
         breaks=(1,),
         text_columns=(0,),
         note="Brackets: 5 to 95 % of the runs." if found.has_quantiles else "Brackets: least and largest.",
@@ -60,16 +60,37 @@ def _axis_sheet(key: str, found: AxisResponses) -> Sheet:
 
 
 def _runs_row(found: AxisResponses) -> tuple[Cell, ...]:
+    """Runs that have a number, and of how many where some have none."""
     counts = [int(group.rows.sum()) for group in found.axis.groups]
-    return (Cell("runs"), *(Cell(f"{count:,}", value=count) for count in counts))
+    pairs = zip(_known(found), counts, strict=True)
+    texts = (f"{known:,} of {count:,}" if known < count else f"{count:,}" for known, count in pairs)
+    return (Cell("runs"), *(Cell(text, value=n) for text, n in zip(texts, _known(found), strict=True)))
 
 
-def _cells(response: Response) -> tuple[Cell, ...]:
+def _known(found: AxisResponses) -> list[int]:
+    """Runs of each group that any feature has a number of."""
+    spreads = zip(*(response.over for response in found.responses), strict=True)
+    return [max(spread.n_run for spread in of_group) for of_group in spreads]
+
+
+def _cells(response: Response, known: list[int]) -> tuple[Cell, ...]:
+    """The spread over each group, with its number of runs where other features have more."""
     is_change = response.feature.is_change
-    return (
-        Cell(response.feature.header),
-        *(Cell(_spread_text(spread, is_change), value=spread.median) for spread in response.over),
+    texts = (
+        _spread_text(spread, is_change)
+        + (f"{_GAP}(n{_GAP}={_GAP}{spread.n_run})" if spread.n_run < n else "")
+        for spread, n in zip(response.over, known, strict=True)
     )
+    medians = (spread.median for spread in response.over)
+    return (Cell(response.feature.header), *map(_cell, texts, medians))
+
+
+def _fewer(n_run: int, most: int) -> str:
+    return f"{_GAP}({n_run}{_GAP}runs)" if n_run < most else ""
+
+
+def _cell(text: str, value: float) -> Cell:
+    return Cell(text, value=value)
 
 
 def _spread_text(spread: Spread, is_change: bool) -> str:

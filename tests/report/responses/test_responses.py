@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from hydrofdi.pipeline import read_results
+from hydrofdi.report.analysis import analyze
+from hydrofdi.report.figures.heat_lines import heat_lines
 from hydrofdi.report.responses import study_responses
 from hydrofdi.report.responses.study import FIXED, MATCHED, NOTHING, spread
+from hydrofdi.report.sections.responses import responses_blocks
 from hydrofdi.store.layout import names
 from tests.conftest import sweep_in
 
@@ -87,3 +90,19 @@ def test_where_each_run_is_its_own_baseline_the_features_stand_themselves(tmp_pa
     assert (found.axis.header, found.against) == ("supply.pressure [MPa]", NOTHING)
     assert found.responses[0].feature.header == "RMS of d1 [kPa]"
     assert found.responses[0].over[0].median != found.responses[0].over[1].median
+
+
+def test_the_table_counts_the_runs_that_have_numbers(made_up):
+    responses, *_ = responses_blocks(analyze(made_up))
+    sheet = responses.sheets[1]
+    assert "EBM" in sheet.title
+    assert [cell.text for cell in sheet.rows[0]] == ["runs", "3", "2 of 3"]
+
+
+def test_figure_and_table_have_the_same_fifths(tmp_path):
+    leaking = SAMPLED.replace("store:", "leakage: {internal_coefficient: 1e-9}\nstore:")
+    analysis = analyze(read_results(sweep_in(tmp_path, leaking).directory))
+    of_table = [group.text for group in of(analysis.responses, "supply.pressure").axis.groups]
+    lines = heat_lines(analysis.table)
+    beside = [text for header, text, _ in lines.texts]
+    assert set(of_table) <= set(beside)

@@ -50,6 +50,7 @@ html_title = "hydrofdi"
 html_show_sourcelink = False
 html_css_files = ["site.css"]
 html_js_files = ["search.js"]
+html_search_scorer = "_static/scorer.js"
 html_favicon = "_static/logo.svg"
 html_sidebars = {"index": [], "gallery": []}
 html_theme_options = {

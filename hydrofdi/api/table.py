@@ -44,12 +44,14 @@ class Table:
         units: Mapping[str, str],
         dims: Mapping[str, tuple[str, ...]] | None = None,
         remarks: Sequence[str] = (),
+        always_shown: Sequence[str] = (),
     ) -> None:
         self._rows = rows
         self._columns = {name: _array(values) for name, values in columns.items()}
         self._dims = dict(dims or {})
         self.units = dict(units)
         self.remarks = tuple(remarks)
+        self._always_shown = tuple(always_shown)
 
     @property
     def columns(self) -> list[str]:
@@ -124,7 +126,11 @@ class Table:
     def _shown(self) -> tuple[list[str], list[list[str]], str]:
         """Header and first rows as texts, and a sentence where there are more; empty columns are left out."""
         held = {name: values[:_SHOWN] for name, values in self._items() if values.ndim == 1}
-        shown = {name: values for name, values in held.items() if any(map(_text, values))}
+        shown = {
+            name: values
+            for name, values in held.items()
+            if name in self._always_shown or any(map(_text, values))
+        }
         header = [f"{name} [{self.units[name]}]" if name in self.units else name for name in shown]
         rows = [[_text(value) for value in row] for row in zip(*shown.values(), strict=True)]
         return header, rows, f"the first {_SHOWN} of {len(self):,} rows" if len(self) > _SHOWN else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,19 @@ import numpy as np
 from hydrofdi.api.table import Table
 from hydrofdi.pipeline.detecting import JudgedWindow
 
-_NAMES = ("record_id", "source", "group", "start", "end", "score", "margin", "alarm", "fault", "reason")
+_NAMES = (
+    "record_id",
+    "source",
+    "group",
+    "start",
+    "end",
+    "score",
+    "margin",
+    "beyond_limit",
+    "alarm",
+    "fault",
+    "reason",
+)
 
 
 def table_of(windows: Iterable[JudgedWindow], unit: str) -> Table:
@@ -19,7 +31,15 @@ def table_of(windows: Iterable[JudgedWindow], unit: str) -> Table:
     columns: dict[str, Any] = {name: [row[name] for row in rows] for name in _NAMES}
     if None in columns["alarm"]:
         columns["alarm"] = np.array(columns["alarm"], dtype=object)
-    return Table("window", columns, {"start": "s", "end": "s", "score": unit})
+    units = {"start": "s", "end": "s", "score": unit}
+    return Table("window", columns, units, remarks=_not_judged(rows), always_shown=("alarm",))
+
+
+def _not_judged(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """How many windows beyond a limit were not judged, and why."""
+    faults = [row["fault"] for row in rows if row["beyond_limit"] and row["alarm"] is None]
+    were = "window beyond the limit was" if len(faults) == 1 else "windows beyond the limit were"
+    return [f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}"] if faults else []
 
 
 def _row(window: JudgedWindow) -> dict[str, Any]:
@@ -32,6 +52,7 @@ def _row(window: JudgedWindow) -> dict[str, Any]:
         "end": None if line is None else line.end,
         "score": None if line is None else line.verdict.score,
         "margin": None if line is None else line.verdict.margin,
+        "beyond_limit": window.is_beyond,
         "alarm": window.alarm,
         "fault": "" if fault is None else fault.kind,
         "reason": "" if fault is None else fault.text,

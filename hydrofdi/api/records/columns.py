@@ -181,6 +181,10 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
         )
     if array.ndim not in (1, 2):
         raise DataError(f"{kind}: has {array.ndim} dimensions; give samples, or records × samples")
+    if array.ndim == 2 and array.shape[1] == 1 < array.shape[0]:
+        raise DataError(
+            f"{kind}: shape {array.shape} is {array.shape[0]} records of 1 sample; transpose it or ravel it"
+        )
     return Column(name, array.astype(np.float64), stated or unit)
 
 

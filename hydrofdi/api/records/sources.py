@@ -157,7 +157,12 @@ def _source(data: Any, number: int | None, channels: Collection[Channel], said: 
         from hydrofdi.pipeline.simulated import SimulatedRecords
 
         return SimulatedRecords(data, data.name, channels)
-    return records_of(held(data, number), said.frequency, said.channel, said.unit)
+    columns = held(data, number)
+    records = records_of(columns, said.frequency, said.channel, said.unit)
+    if not records.config.channels.keys() & set(channels):
+        names = ", ".join(repr(column.name) for column in columns.columns)
+        raise DataError(f"{columns.kind}: has no {' and no '.join(sorted(channels))}; found {names}")
+    return records
 
 
 def _named(sources: Sequence[HeldSource], said: Said) -> list[HeldSource]:

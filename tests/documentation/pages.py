@@ -65,7 +65,7 @@ def run(block: Block, folder: Path, timeout: float = 900.0) -> str:
     done = subprocess.run(
         [*PROGRAMS[block.language], block.text],
         cwd=folder,
-        env=os.environ | {"PATH": path, "COLUMNS": "100", "MPLBACKEND": "agg"},
+        env=os.environ | {"PATH": path, "COLUMNS": "80", "MPLBACKEND": "agg"},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         encoding="utf-8",

@@ -25,7 +25,7 @@ def levels_block(detection: Detection) -> Block | None:
 
     headers = ("Score", *(f"{unit.value(level.severity):.3g}" for level in levels))
     title = f"Detected [%] at each {unit.quantity}" + (f" [{unit.name}]" if unit.name else "")
-    note = f"Strong: {100.0 * asked.probability:g} % or more. JSON and CSV hold all scores."
+    note = f"Bold (in plain text *): {100.0 * asked.probability:g} % or more. JSON and CSV hold all scores."
     sheet = Sheet("levels", title, headers, Rows(shown, row), text_columns=(0,), note=note)
     paragraph = (
         "Points are the tested levels, curves are fitted over the true severity of each record. What is"

@@ -26,8 +26,7 @@ def ranking_block(detection: Detection) -> Block:
     """Every score that was tried."""
     order = (
         "Scores not shown to exceed their false-alarm rate on healthy test records and in shifts come first,"
-        " by q90/95; the others, marked with !, follow. No score needs fewer sensors and finds less than one"
-        " of the Pareto set (strong q90/95, in the terminal *)."
+        " by q90/95; the others, marked with !, follow. The bold ones are the Pareto set."
     )
     return Block(
         "ranking",
@@ -101,6 +100,6 @@ def ranking_note(detection: Detection) -> str:
         f" the largest. {FROM_LEVELS}: from the tested levels, without a curve; estimates are interpolated"
         f" between them. False alarms of healthy test records, with {confidence} interval, at thresholds for"
         f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: is shown to exceed its rate;"
-        f" ?: too few records to know.{area} Cost:"
-        " CPU time per record."
+        f" ?: too few records to know. Bold (in plain text *): no score with the same or fewer sensors finds"
+        f" a smaller one.{area} Cost: CPU time per record."
     )

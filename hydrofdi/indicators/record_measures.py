@@ -56,7 +56,8 @@ class RecordMeasures:
     record_id, source, group, label : str
         As in a batch; empty if nothing is known.
     status : str
-        ``ok``, or the kinds of its remarks with commas between them.
+        ``ok``, or the kinds of its remarks, on the record or on channels that are used, with commas between
+        them.
     values : dict of str to ndarray, shape (*dims)
         Name of a column → its numbers; NaN if there are none.
     reasons : dict of str to str
@@ -126,11 +127,12 @@ def _columns(indicators: Indicators, records: RecordBatch) -> tuple[Column, ...]
 def _measured(
     batches: Iterator[tuple[RecordSource, RecordBatch]], indicators: Indicators, columns: Sequence[Column]
 ) -> Iterator[RecordMeasures]:
+    used = used_channels(indicators)
     for source, batch in batches:
         _require_same_units(source, batch, indicators, columns)
         measures = measure(batch, indicators)
         for row in range(batch.n_record):
-            yield _record(batch, measures, row)
+            yield _record(batch, measures, row, used)
         yield from _rejected(batch, columns)
 
 
@@ -145,8 +147,9 @@ def _require_same_units(
             )
 
 
-def _record(batch: RecordBatch, measures: Measures, row: int) -> RecordMeasures:
-    kinds = dict.fromkeys(remark.kind for remark in batch.remarks[row])
+def _record(batch: RecordBatch, measures: Measures, row: int, used: frozenset[Channel]) -> RecordMeasures:
+    concerning = (each for each in batch.remarks[row] if each.channel is None or each.channel in used)
+    kinds = dict.fromkeys(remark.kind for remark in concerning)
     return RecordMeasures(
         batch.record_ids[row],
         batch.sources[row],

@@ -51,7 +51,7 @@ def _section(indicator: Description) -> Iterator[str]:
     if indicator.caution:
         yield f"\n**Caution.** {indicator.caution}"
     if indicator.needs_scale:
-        yield "\nIt needs channels in SI; counts are of no use to it."
+        yield "\nIt needs channels in SI, not raw counts."
     if indicator.optional_channels:
         optional = ", ".join(f"`{each}`" for each in indicator.optional_channels)
         yield f"\nIt looks at {optional} where a record has it."

@@ -8,7 +8,7 @@
     ├── StoreError           a result file is missing, damaged, locked or of another version
     └── ReportError          there is nothing to report
 
-Everything else that is raised is a fault of hydrofdi or of its caller and keeps its traceback.
+Everything else that is raised is a bug in hydrofdi or of its caller and keeps its traceback.
 A run that fails is no exception at all but a stored row with a status and a sentence.
 """
 

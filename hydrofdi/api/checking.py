@@ -46,7 +46,7 @@ class Check:
         """What makes results wrong."""
         problems = self.inspection.problems
         if self.convergence is not None and self.convergence.good_enough is None:
-            problems.append("no step that was tried is short enough")
+            problems.append("none of the tested steps is short enough")
         return problems
 
     @property

@@ -47,7 +47,7 @@ def evaluate(
     false_alarm_rate : str or float
         That thresholds are set for.
     confidence : str or float
-        Of intervals and bounds.
+        Confidence of intervals and bounds.
     usual_scores : bool
         Whether scores of several numbers are made as well: mahalanobis, lda and the largest change.
     sampling_frequency, channel, unit, label, group
@@ -88,7 +88,9 @@ def evaluate(
     said = Said(sampling_frequency, channel, unit, label, group)
     sources = sources_of(data, used_channels(chosen), said)
     if not any(getattr(source, "is_labelled", True) for source in sources) and has_held(sources):
-        raise ConfigError("label: say what is known of each record, such as label=['healthy', 'leaking', …]")
+        raise ConfigError(
+            "label: state the condition of each record, such as label=['healthy', 'leaking', …]"
+        )
     found = evaluating.evaluate(
         sources,
         chosen,

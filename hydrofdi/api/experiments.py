@@ -26,7 +26,7 @@ def experiment_of(experiment: Experiment | None, settings: Mapping[str, Any]) ->
     """
     if isinstance(experiment, ExperimentConfig):
         if settings:
-            raise ConfigError("the experiment is loaded already; give the settings to load_experiment")
+            raise ConfigError("the experiment is already loaded; pass the settings to load_experiment")
         return experiment
     keys = dotted_keys(settings)
     if experiment is None or isinstance(experiment, Mapping):

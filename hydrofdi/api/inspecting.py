@@ -55,7 +55,7 @@ class Inspection:
         from hydrofdi.report.figures.record import draw_record
 
         if self.overview.example is None:
-            raise ReportError(f"{self.overview.name}: has no record that could be drawn")
+            raise ReportError(f"{self.overview.name}: has no record that can be drawn")
         return shown(draw_record(self.overview.example))
 
     def to_dict(self) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def inspect(
     label: Texts = None,
     group: Texts = None,
 ) -> Inspection:
-    """Look at unknown records: channels, rates, lengths, ranges, and what is wrong with them.
+    """Inspect records: channels, rates, lengths, ranges and defects.
 
     Parameters
     ----------

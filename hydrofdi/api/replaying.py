@@ -38,7 +38,7 @@ def replay(
     rate : str or float, optional
         Samples in a second, such as ``"500 Hz"``; ``"max"``, as fast as they are taken; None, as measured.
     record : str, optional
-        One record, by its number from 1 or its name.
+        Replay only one record: its number, from 1, or its name.
     now : bool
         Whether time starts at the present one, in seconds since 1970.
     settings : sequence of str, optional

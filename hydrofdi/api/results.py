@@ -70,7 +70,7 @@ class Results:
         library = notebook_library("xarray")
         notebook_library("h5netcdf")
         if not self.file.exists():
-            raise StoreError(f"{self.folder}: the sweep has not ended; 'hydrofdi collect' builds the file")
+            raise StoreError(f"{self.folder}: the sweep is not finished; 'hydrofdi collect' builds the file")
         dataset: xarray.Dataset = library.open_dataset(self.file, engine="h5netcdf")
         return dataset
 

@@ -166,7 +166,7 @@ def simulate(
     experiment : path, mapping or ExperimentConfig, optional
         YAML file, or what would stand in one; without it, the nominal actuator. A sweep is left aside.
     solver : {"lsoda", "radau"}, optional
-        Integrate the same equations with SciPy instead: a second opinion.
+        Integrate the same equations with SciPy instead, as an independent check.
     out : path, optional
         Store the run in this experiment file (HDF5); `Run.write` does it later.
     **settings

@@ -39,5 +39,5 @@ def indicator_warnings(distinct: Distinct, choice: IndicatorChoice) -> list[str]
         signals = dict.fromkeys(SIGNAL_OF_CHANNEL, np.broadcast_to(0.0, (1, n_kept)))
         batch = RecordBatch(signals, frequency, ("",), drive_period=period)
         obstacles = {label: each.obstacle(batch) for label, each in choice.made(wavelet).items()}
-        sentences += [f"{label} will have no numbers: {text}" for label, text in obstacles.items() if text]
+        sentences += [f"{label} will have no results: {text}" for label, text in obstacles.items() if text]
     return list(dict.fromkeys(sentences))

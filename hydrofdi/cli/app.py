@@ -58,7 +58,7 @@ app = typer.Typer(
     cls=_Commands,
     help="Detect internal leakage in hydraulic actuators: simulate, study what can be detected, monitor.",
     epilog="Exit codes: 0 done; 1 done, but runs failed; 2 something that you can fix; "
-    "3 a fault of hydrofdi; 130 interrupted.",
+    "3 a bug in hydrofdi; 130 interrupted.",
     context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -108,7 +108,7 @@ def main() -> None:
         code = DONE
     except Exception:
         traceback.print_exc()
-        _complain("this is a fault of hydrofdi; please report it with the lines above")
+        _complain("this is a bug in hydrofdi; please report it with the lines above")
         code = FAULT
     sys.exit(code)
 

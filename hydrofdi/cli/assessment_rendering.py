@@ -27,7 +27,9 @@ def print_inspection(found: Inspection) -> None:
         for part, limit in sorted(found.step_limits.items(), key=lambda item: item[1])
     )
     console.print(Text("Step", style="bold"))
-    console.print(f"{convert(found.step, 'ms'):g} ms; {found.binding} binds; stable up to [ms]: {limits}\n")
+    console.print(
+        f"{convert(found.step, 'ms'):g} ms, limited by {found.binding}; stable up to [ms]: {limits}\n"
+    )
     console.print(Text("Hydraulic mode", style="bold"))
     print_modes(found)
     if found.n_left_out:
@@ -73,9 +75,9 @@ def print_convergence(found: Convergence) -> None:
         shown.add_row(f"{convert(step, 'ms'):g}", *(f"{value:.1e}" for value in change))
     console.print(shown)
     if found.good_enough is None:
-        console.print(f"no step down to {found.steps[-1]:g} s keeps within {found.tolerance:g}")
+        console.print(f"no step down to {found.steps[-1]:g} s stays within {found.tolerance:g}")
     else:
-        console.print(f"a step of {convert(found.good_enough, 'ms'):g} ms keeps within {found.tolerance:g}")
+        console.print(f"a step of {convert(found.good_enough, 'ms'):g} ms stays within {found.tolerance:g}")
 
 
 def print_targets(targets: Sequence[LeakageTarget]) -> None:

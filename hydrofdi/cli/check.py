@@ -19,20 +19,20 @@ def check(
     ] = None,
     settings: Settings = None,
     converge: Annotated[
-        bool, typer.Option("--converge", help="Halve the step until the detail RMS stand still.")
+        bool, typer.Option("--converge", help="Halve the step until the detail RMS no longer change.")
     ] = False,
     tolerance: Annotated[
         float, typer.Option(min=1e-9, help="Relative change of a detail RMS that --converge accepts.")
     ] = 1e-3,
     json: Json = False,
 ) -> int:
-    """Look at an experiment before running it.
+    """Inspect an experiment before running it.
 
     Step, hydraulic mode and bands, record, leakage, stroke, sensor noise; what a healthy record tells of the
     unknowns of model-based indicators.
 
     All runs that differ in more than their sensors are simulated, up to 60; step limits are those of all
-    runs. Exit code 1 where results would be wrong.
+    runs. Exit code 1 if results would be wrong.
     """
     from hydrofdi.api.checking import check as look
     from hydrofdi.api.experiments import experiment_with

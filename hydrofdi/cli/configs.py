@@ -19,8 +19,8 @@ def configs(
 ) -> int:
     """List the ready configurations, or print one to copy.
 
-    Their names work wherever a configuration is asked for: 'hydrofdi sweep table3'. A file of your own with
-    the same name wins.
+    Their names work wherever a command takes a configuration: 'hydrofdi sweep table3'. A file of your own
+    with the same name takes precedence.
     """
     from hydrofdi.cli.terminal import print_json, write_out
     from hydrofdi.errors import ConfigError

@@ -10,11 +10,13 @@ import typer
 from hydrofdi.cli.options import Json
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of an experiment.")]
-Run = Annotated[str, typer.Argument(metavar="RUN", help="Beginning of a run's identity, or its position.")]
+Run = Annotated[
+    str, typer.Argument(metavar="RUN", help="First characters of a run's identity, or its position.")
+]
 
 
 def status(directory: Directory, json: Json = False) -> int:
-    """Show how far a sweep is, and which shards are damaged.
+    """Show sweep progress and damaged shards.
 
     Exit code 1 when runs failed or a shard is damaged.
     """
@@ -40,7 +42,7 @@ def status(directory: Directory, json: Json = False) -> int:
 def verify(directory: Directory, json: Json = False) -> int:
     """Check every shard of a folder against its checksum.
 
-    Also the index and the experiment file. Exit code 1 when anything is wrong.
+    The index and the experiment file are checked as well. Exit code 1 when anything is wrong.
     """
     from hydrofdi.api.folders import verify as find_faults
     from hydrofdi.cli.terminal import print_json, write_out
@@ -64,7 +66,7 @@ def why(
 ) -> int:
     """Explain a run: its settings, verdict and what changed.
 
-    Also its differences from the baseline, how it failed, and what it was computed with.
+    Also shows its differences from the baseline, how it failed, and what computed it.
     """
     from dataclasses import asdict
 
@@ -81,9 +83,9 @@ def why(
 
 
 def rerun(directory: Directory, run: Run, json: Json = False) -> int:
-    """Compute a stored run again and compare the bits.
+    """Recompute a stored run and compare it bit for bit.
 
-    Exit code 1 when they differ.
+    Exit code 1 if they differ.
     """
     from hydrofdi.api.folders import rerun as compute_again
     from hydrofdi.cli.terminal import print_json, write_out
@@ -97,9 +99,9 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
 
 
 def collect(directory: Directory, json: Json = False) -> int:
-    """Build the experiment file from what is stored.
+    """Build the experiment file from the stored runs.
 
-    Runs without a result become holes with a reason.
+    Runs without a result are marked as missing, with the reason.
     """
     from hydrofdi.api.folders import collect as build_file
     from hydrofdi.api.folders import status as look

@@ -32,23 +32,26 @@ def export(
         Path,
         typer.Option(
             metavar="FILE|DIR",
-            help="A file .csv, .parquet or .mat for one record; otherwise a folder with a file for each.",
+            help="A .csv, .parquet or .mat file for one record; otherwise a folder with a file for each.",
         ),
     ],
     form: Annotated[
-        Format | None, typer.Option("--format", help="Form of files in a folder [default: csv].")
+        Format | None, typer.Option("--format", help="Format of files in a folder [default: csv].")
     ] = None,
     channels: Annotated[
         str, typer.Option(metavar="P1,P2,…", help="Channels: P1, P2, Ps, Pr, x, v, xv, u [default: all].")
     ] = "",
     unit: Annotated[
         str,
-        typer.Option(metavar="UNIT,…", help="Such as bar,mm: each for the channels it fits [default: SI]."),
+        typer.Option(
+            metavar="UNIT,…", help="Units such as bar,mm, each for the channels that it fits [default: SI]."
+        ),
     ] = "",
     runs: Annotated[
         str,
         typer.Option(
-            metavar="RUN,…", help="Positions, ranges such as 3-9, or beginnings of identities [default: all]."
+            metavar="RUN,…",
+            help="Positions, ranges such as 3-9, or first characters of identities [default: all].",
         ),
     ] = "",
     sampling_frequency: SamplingFrequency = None,
@@ -56,7 +59,7 @@ def export(
     """Write signals as CSV, Parquet or MAT, one file for each record.
 
     Headers state units, as in time [s], P1 [Pa]; measure, inspect and monitor read such files without a
-    description. Exit code 1 where records are left out.
+    description. Exit code 1 if records are left out.
     """
     from hydrofdi.api.exporting import export as export_signals
     from hydrofdi.cli.terminal import tell

@@ -29,15 +29,15 @@ def init(
         Template,
         typer.Option(
             "--from",
-            help="actuator: which leak is found on your actuator. online: after how long a leak is found that"
-            " sets in. paper: the actuator and the sweep of the paper.",
+            help="actuator: which leak is found on your actuator. online: how long it takes to find a "
+            "leak that sets in. paper: the actuator and the sweep of the paper.",
         ),
     ] = Template.ACTUATOR,
 ) -> int:
     """Write a commented configuration for your own actuator.
 
-    It holds the data sheet, motion, load, sensors and study, with units, and runs as it is. An existing file
-    is never overwritten.
+    It contains the data sheet, motion, load, sensors and study, with units, and runs unchanged. An existing
+    file is never overwritten.
     """
     from hydrofdi.cli.terminal import write_out
     from hydrofdi.settings.ready import ready_copy
@@ -50,7 +50,7 @@ def init(
     file = Path(f"{experiment}.yaml")
     _write(file, _COMMANDS.sub("", text, count=1))
     write_out(
-        f"{file}: put in your numbers, then\n"
+        f"{file}: enter your numbers, then run\n"
         f"  hydrofdi plan {file}\n"
         f"  hydrofdi sweep {file} && hydrofdi report results/{experiment}\n"
     )
@@ -77,6 +77,6 @@ def _write(file: Path, text: str) -> None:
         with open(file, "x", encoding="utf-8") as new:
             new.write(text)
     except FileExistsError:
-        raise ConfigError(f"{file}: exists already; give another name") from None
+        raise ConfigError(f"{file}: already exists; choose another name") from None
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror}") from None

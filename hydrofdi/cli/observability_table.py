@@ -29,11 +29,11 @@ def print_observability(found: Observability) -> None:
         shown.add_row(each.name, *_row(each))
     console.print(shown)
     if not any(found.singular_values):
-        console.print("the record tells nothing of them; does the valve open?")
+        console.print("the record carries no information on them; does the valve open?")
         return
     console.print(_singular_values(found))
-    left = f"{found.weakest_left:.0%} of the deviation beforehand is left"
-    console.print(f"known least: {found.weakest} (in deviations beforehand): {left}")
+    left = f"{found.weakest_left:.0%} of the prior deviation remains"
+    console.print(f"least known: {found.weakest} (in prior deviations): {left}")
     pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
     console.print(f"collinear: {pairs}" if pairs else "no two unknowns are collinear")
 

@@ -12,8 +12,10 @@ Settings = Annotated[
         "--set", metavar="KEY=VALUE", help="Set a parameter, e.g. fluid.bulk_modulus='689 MPa'. Repeatable."
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON on standard output, and nothing else there.")]
+Json = Annotated[bool, typer.Option("--json", help="Print only JSON on standard output.")]
 SamplingFrequency = Annotated[
     str | None,
-    typer.Option(metavar="FREQUENCY", help="Of a data file without a time column, e.g. 1kHz."),
+    typer.Option(
+        metavar="FREQUENCY", help="Sampling frequency of a data file without a time column, e.g. 1kHz."
+    ),
 ]

@@ -22,7 +22,7 @@ def plan(
         Path | None, typer.Option(metavar="DIR", help="Folder of the results [default: results/<name>].")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes [default: the cores that hydrofdi may use].")
+        int | None, typer.Option(min=1, help="Worker processes [default: the cores that hydrofdi may use].")
     ] = None,
     settings: Settings = None,
     retry_failed: Annotated[
@@ -30,7 +30,7 @@ def plan(
     ] = False,
     json: Json = False,
 ) -> int:
-    """Show what 'hydrofdi sweep' would do, why, and for how long.
+    """Show what 'hydrofdi sweep' would do, why, and how long it takes.
 
     Writes nothing.
     """
@@ -82,14 +82,14 @@ def _run_lines(record: dict[str, Any]) -> list[str]:
 
     lines = [
         f"runs         {record['planned']:,}: {record['swept']:,} of the sweep,"
-        f" {record['controls_added']:,} healthy ones added to compare with"
+        f" {record['controls_added']:,} healthy ones added for comparison"
     ]
     for name, values in record["axes"].items():
         shown = shown_parameter(name, values)
         are_numbers = bool(values) and all(isinstance(value, float) for value in values)
         spread = f" from {shown.text(min(values))} to {shown.text(max(values))}" if are_numbers else ""
         header = shown.header if are_numbers else name
-        lines.append(f"  axis       {header}: {len(values):,} values{spread}")
+        lines.append(f"  axis       {header}: {_counted(len(values), 'value')}{spread}")
     if record["axes"]:
         lines += [
             f"first point  {shown_values(record['first_point']) or 'nominal'}",
@@ -112,7 +112,7 @@ def _solution_lines(record: dict[str, Any]) -> list[str]:
     flows, conditions, total = record["solutions"].values()
     if not total:
         return []
-    text = f"{total:,} solutions"
+    text = _counted(total, "solution")
     if flows * conditions == total:
         text = f"{_counted(flows, 'leakage flow')} × {_counted(conditions, 'condition')} = {text}"
     if record["calibrated_at"] == "run" and conditions > 1:

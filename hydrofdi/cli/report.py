@@ -30,14 +30,14 @@ def _format(text: str) -> Format:
     """The form with this name."""
     if text in list(Format):
         return Format(text)
-    raise ReportError(f"--format: '{text}' is none of the forms {', '.join(Format)}")
+    raise ReportError(f"--format: '{text}' is not one of the formats {', '.join(Format)}")
 
 
 _FORMAT = typer.Option(
     "--format",
     parser=_format,
     metavar=f"[{'|'.join(Format)}]",
-    help="Form of the report; html writes a page, as --html does.",
+    help="Format of the report; html writes a page, as --html does.",
 )
 
 
@@ -46,30 +46,33 @@ def report(
         list[Path] | None,
         typer.Argument(
             metavar="[DIR] [PAGE.html]",
-            help="Folder of an experiment [default: the newest below results/]; with --html, the page's file"
+            help="Folder of an experiment [default: the newest in results/]; with --html, the page's file"
             " [default: <name>.html in the folder].",
         ),
     ] = None,
     form: Annotated[Format, _FORMAT] = Format.text,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write all forms and figures to this folder.")
+        Path | None, typer.Option(metavar="DIR", help="Write all formats and figures to this folder.")
     ] = None,
     figure: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Draw a figure (.png, .svg, .pdf), which its name says. Any sweep: responses, sensitivity (a"
+            help="Draw the figure that the file name states (.png, .svg, .pdf). Any sweep: responses, "
+            "sensitivity (a"
             " heat map of δ). A study of detection: ranking, pod, roc, det, false_alarms, densities, tornado,"
             " delays. The study of the paper: figure2, figure3, figure4, spectrum, mode_plane, phases,"
             " scenarios. Any other name draws sensitivity or ranking.",
         ),
     ] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Exit with 1 where a claim that the experiment file lists fails.")
+        bool,
+        typer.Option("--check", help="Exit with code 1 if a claim that the experiment file lists fails."),
     ] = False,
     full: Annotated[
-        bool, typer.Option("--full", help="On the terminal, show all tables and rows, not the first page.")
+        bool,
+        typer.Option("--full", help="On the terminal, show all tables and rows, not only the first page."),
     ] = False,
     json: Json = False,
 ) -> int:
@@ -107,7 +110,7 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
     if len(pages) > 1 or len(folders) > 1:
         raise ReportError("give one folder, and at most one page after --html")
     if pages and not html:
-        raise ReportError(f"{pages[0]}: is a page to write only after --html")
+        raise ReportError(f"{pages[0]}: put the page to write after --html")
     return next(iter(folders), None), next(iter(pages), None)
 
 
@@ -147,7 +150,7 @@ def _check_code(made: ComposedReport) -> int:
     checks = made.checks()
     if not checks:
         raise ReportError(
-            "--check has nothing to check: list claims in the experiment file, like claims: [C1, C2]"
+            "--check has nothing to check: list claims in the experiment file, for example claims: [C1, C2]"
         )
     for sentence in checks:
         tell(sentence)

@@ -32,13 +32,15 @@ def simulate(
     ] = None,
     solver: Annotated[
         SecondOpinion | None,
-        typer.Option("--solver", help="Integrate the same equations with SciPy instead: a second opinion."),
+        typer.Option(
+            "--solver", help="Integrate the same equations with SciPy instead, as an independent check."
+        ),
     ] = None,
     json: Json = False,
 ) -> int:
     """Simulate one actuator and print its features.
 
-    A sweep in the file is left aside.
+    Ignores a sweep in the file.
     """
     from hydrofdi.api.experiments import experiment_with
     from hydrofdi.api.run import simulate as simulate_actuator

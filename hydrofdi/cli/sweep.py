@@ -31,16 +31,17 @@ def sweep(
         Path | None, typer.Option(metavar="DIR", help="Folder of the results [default: results/<name>].")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes [default: the cores that hydrofdi may use].")
+        int | None, typer.Option(min=1, help="Worker processes [default: the cores that hydrofdi may use].")
     ] = None,
     settings: Settings = None,
     retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Try runs again that raised, hung or lost their worker.")
+        bool,
+        typer.Option("--retry-failed", help="Retry runs that raised an error, hung or lost their worker."),
     ] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show what would be done, like 'hydrofdi plan'.")
     ] = False,
-    engine: Annotated[EngineName, typer.Option(help="Where the runs are computed.")] = EngineName.local,
+    engine: Annotated[EngineName, typer.Option(help="Where to compute the runs.")] = EngineName.local,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786.")
     ] = None,
@@ -48,15 +49,15 @@ def sweep(
         bool,
         typer.Option(
             "--shared-directory/--no-shared-directory",
-            help="Whether Dask workers reach the folder of the results; else they send their shards.",
+            help="Whether Dask workers can write to the results folder; otherwise they send their shards.",
         ),
     ] = True,
     json: Json = False,
 ) -> int:
-    """Run whatever is missing and store it.
+    """Compute and store the missing runs of an experiment.
 
-    Ctrl-C once finishes the runs in progress and stores them, twice stops at once; the same command goes on
-    later.
+    Ctrl-C once finishes the runs in progress and stores them, twice stops at once; the same command resumes
+    the sweep.
     """
     from hydrofdi.api.experiments import experiment_with
     from hydrofdi.api.sweeping import sweep as run_missing

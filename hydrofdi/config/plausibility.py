@@ -47,7 +47,8 @@ def distant_baseline(experiment: ExperimentConfig) -> list[str]:
         return []
     place = f"{low:g} MPa of all runs" if low == high else f"{low:g} … {high:g} MPa of the runs"
     return [
-        f"the baseline's {name} = {held:g} MPa lies outside of the {place}: δ against the fixed normal shows"
+        f"the baseline's {name} = {held:g} MPa lies outside of the {place}: δ against the fixed baseline "
+        "shows"
         " that difference too, and K_i is solved there"
     ]
 

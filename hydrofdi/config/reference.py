@@ -22,7 +22,7 @@ class ReferenceCell(Section):
     """Level of the column: d1, d2, …"""
 
     delta: Annotated[float, SI("%")] | None = None
-    """Published δ against the fixed normal [%]."""
+    """Published δ against the fixed baseline [%]."""
 
     rms: Annotated[float, SI("Pa", above=0)] | None = None
     """Published RMS [Pa]."""

@@ -57,7 +57,7 @@ class DaskEngine:
         try:
             self._client = self._distributed.Client(self._scheduler, timeout="10s", set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
-            raise ConfigError(f"{self._named()}: nobody answers ({type(error).__name__})") from None
+            raise ConfigError(f"{self._named()}: no answer ({type(error).__name__})") from None
         self.workers = sum(self._client.nthreads().values())
         if self.workers == 0:
             self._client.close()

@@ -25,8 +25,8 @@ class Ending(StrEnum):
 
     OVER = "the stream is over"
     UNREADABLE = "the stream is over, and no sample of it could be read"
-    STOPPED = "it was asked to end"
-    OUTPUT_CLOSED = "nobody reads its output any more"
+    STOPPED = "it received a request to stop"
+    OUTPUT_CLOSED = "its output is no longer read"
 
 
 def monitor(
@@ -158,9 +158,9 @@ class _Monitor:
     def _note(self, error: StoreError | None) -> None:
         """Say once that a disk is full, and once that it works again."""
         if error is not None and not self._is_unstored:
-            self._pending.append(Event(EventKind.NOT_STORED, f"goes on without storing: {error}"))
+            self._pending.append(Event(EventKind.NOT_STORED, f"continues without storing its state: {error}"))
         if error is None and self._is_unstored:
-            self._pending.append(Event(EventKind.NOT_STORED, "stores again", is_end=True))
+            self._pending.append(Event(EventKind.NOT_STORED, "stores its state again", is_end=True))
         self._is_unstored = error is not None
 
 

@@ -9,8 +9,8 @@ import ssl
 _OF_ERRORS = {
     errno.ECONNREFUSED: "nothing listens there (connection refused)",
     errno.ECONNRESET: "it closed the connection",
-    errno.EHOSTUNREACH: "there is no way to it",
-    errno.ENETUNREACH: "there is no network",
+    errno.EHOSTUNREACH: "it cannot be reached",
+    errno.ENETUNREACH: "there is no network connection",
 }
 
 
@@ -22,7 +22,7 @@ def network_reason(error: OSError) -> str:
         case ssl.SSLError():
             return f"no encrypted connection ({(error.reason or 'unknown').lower().replace('_', ' ')})"
         case socket.gaierror():
-            return "its name is not known"
+            return "its name cannot be resolved"
         case TimeoutError():
             return "it does not answer"
         case _ if error.errno in _OF_ERRORS:

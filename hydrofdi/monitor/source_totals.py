@@ -34,7 +34,7 @@ class SourceTotals:
         return [
             Event(
                 kind,
-                f"{self._count[kind]:,} {_WORDS[kind]} in all, the first: {first.text}",
+                f"{self._count[kind]:,} {_WORDS[kind]} in total, the first: {first.text}",
                 None,
                 self._count[kind],
                 is_end=True,

@@ -88,7 +88,9 @@ class StateFile:
         except OSError as error:
             raise StoreError(f"{self.path}: cannot be read: {reason(error)}") from None
         if checksum != _checksum(content):
-            raise StoreError(f"{self.path}: is damaged, or no state of a monitor; remove it to begin anew")
+            raise StoreError(
+                f"{self.path}: is damaged, or not the state of a monitor; remove it to start from scratch"
+            )
         line, _, body = content.partition(b"\n")
         header = json.loads(line)
         self._require_own(header)
@@ -121,7 +123,9 @@ class StateFile:
         }
         for key, text in words.items():
             if header.get(key) != self._owner[key]:
-                advice = f"give another file with {setting('state')}, or remove this one to begin anew"
+                advice = (
+                    f"give another file with {setting('state')}, or remove this one to start from scratch"
+                )
                 raise StoreError(f"{self.path}: {text}; {advice}")
 
 

@@ -34,5 +34,5 @@ def make_engine(name: str, workers: int | None, scheduler: str | None, *, shared
         return DaskEngine(scheduler, shared_directory=shared_directory)
     if scheduler is not None or not shared_directory:
         dask = setting("engine", "dask")
-        raise ConfigError(f"{setting('scheduler')} and {setting('shared_directory')} belong to {dask}")
+        raise ConfigError(f"{setting('scheduler')} and {setting('shared_directory')} need {dask}")
     return InProcessEngine() if name == "in-process" else LocalPoolEngine(workers or available_cores())

@@ -60,8 +60,8 @@ def conclusion(judgements: Sequence[Judgement], pairs: Pairs) -> str:
         return ""
     if n_not == n_score:
         return (
-            "nothing was detected but the unit or the day: by every score, healthy groups differ from each"
-            " other as much as faults differ from them"
+            "only the unit or the day was detected: in every score, healthy groups differ "
+            "from each other as much as faults differ from them"
         )
     if n_not:
         return (

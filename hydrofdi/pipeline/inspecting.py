@@ -156,7 +156,7 @@ def verify(directory: Path) -> list[str]:
     for run_id in plan.run_ids:
         remembered, found = plan.index.runs.get(run_id), index.runs.get(run_id)
         if remembered and found and (remembered.row, remembered.status) != (found.row, found.status):
-            faults.append(f"run {run_id}: the index does not fit its shard {found.shard.name}")
+            faults.append(f"run {run_id}: the index does not match its shard {found.shard.name}")
     file = plan.file
     if file.exists():
         try:
@@ -236,7 +236,7 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     run, run_id = plan.table.runs[position], plan.run_ids[position]
     stored = plan.index.runs.get(run_id)
     if stored is None:
-        raise StoreError(f"run {run_id} is not stored; there is nothing to compare with")
+        raise StoreError(f"run {run_id} is not stored; there is nothing to compare")
     columns = _computed(run, run_id)
     computed = (*stored_variables(stored.signals, phases=True), *output_variables([run.analysis.indicators]))
     names = held_names(stored.shard)
@@ -311,7 +311,7 @@ def _find(plan: SweepPlan, wanted: str) -> int:
     if len(matches) != 1:
         found = "no run" if not matches else f"{len(matches)} runs"
         rows = f"; there are rows 0 to {n_run - 1}" if wanted.isdigit() and n_run else ""
-        raise StoreError(f"{plan.directory}: has {found} whose identity begins with {wanted!r}{rows}")
+        raise StoreError(f"{plan.directory}: has {found} whose identity starts with {wanted!r}{rows}")
     return matches[0]
 
 

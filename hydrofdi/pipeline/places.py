@@ -29,7 +29,7 @@ def experiment_directory(experiment: ExperimentConfig, out: Path | None = None) 
     if out is None:
         return RESULTS / experiment.name
     if out.resolve() == Path.cwd():
-        raise ConfigError(f"{setting('out')}: name a folder of its own, not the working directory")
+        raise ConfigError(f"{setting('out')}: name a separate folder, not the working directory")
     return out
 
 

@@ -103,13 +103,13 @@ class SweepPlan:
         """Why a stored record cannot be measured as it is stored; empty where it can."""
         store = self.experiment.store
         if not holds_enough(record, store.signals, store.dtype):
-            return "stored without the signals or the precision that are asked for"
+            return "stored without the signals or the precision that the request needs"
         if record.status != "ok":
             return ""
         if lacking := sorted(self._needed_signals - stored_signals(record.signals)):
             return f"no stored signals of {', '.join(lacking)}"
         if record.dtype != "float64":
-            return "stored signals in single precision, which would give other numbers"
+            return "stored signals in single precision, which would give different results"
         return ""
 
     @cached_property
@@ -154,7 +154,7 @@ class SweepPlan:
         """Why a missing run is to be computed."""
         run_id = self.run_ids[position]
         if run_id in self.index.runs:
-            return "stored without the signals or the precision that are asked for"
+            return "stored without the signals or the precision that the request needs"
         if run_id in self.index.lost:
             return "its shard is damaged"
         if (record := self.index.records.get(self.record_ids[position])) is not None:
@@ -166,7 +166,7 @@ class SweepPlan:
 
 
 def _because(obstacle: str) -> str:
-    return f", simulated anew ({obstacle})" if obstacle else ", measured from its signals"
+    return f", simulated again ({obstacle})" if obstacle else ", measured from its stored signals"
 
 
 def plan_sweep(
@@ -198,7 +198,7 @@ def plan_sweep(
     time_grids = {(record.n_sample, record.sampling_frequency) for record in records}
     if experiment.store.signals != "none" and len(time_grids) > 1:
         message = (
-            "signals with different durations or sampling do not fit into one data set;"
+            "signals with different durations or sampling frequencies cannot be stored in one data set;"
             " set store: {signals: none}"
         )
         raise ConfigError([Mistake(message, "store.signals")])

@@ -76,12 +76,13 @@ def _promise(file: DetectorFile) -> Iterator[str]:
     )
     if per_hour := _per_hour(file):
         least, most = per_hour["interval"]
-        overlap = "" if not _overlap(file) else "; they come in rows because windows overlap"
+        overlap = "" if not _overlap(file) else "; they come in runs because windows overlap"
         ends = f"{count_text(least)} to {count_text(most)}"
         yield f"That is {count_text(per_hour['wanted'])} false alarms an hour ({ends}){overlap}."
     if not file.n_sample:
         yield (
-            "Estimates follow each other closely, so false alarms come in rows; a chart counts their times."
+            "Estimates follow each other closely, so false alarms come in runs; a chart accounts for "
+            "the time between them."
         )
 
 
@@ -93,11 +94,11 @@ def _basis(training: Training) -> Iterator[str]:
     yield f"It rests on {basis.n_window:,} {what}, from {source}: {_named(training)}."
     if basis.not_judged:
         faults = ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items())
-        yield f"Healthy {what} that taught nothing: {faults}."
+        yield f"Healthy {what} that were not used: {faults}."
     if left.n_leaking:
-        yield f"Left out, as they are not healthy ones to train on: {left.n_leaking:,}."
+        yield f"Left out because they are not healthy training records: {left.n_leaking:,}."
     if left.n_unlabelled:
-        yield f"Left out, as they have no label: {left.n_unlabelled:,}."
+        yield f"Left out because they have no label: {left.n_unlabelled:,}."
 
 
 def _named(training: Training) -> str:
@@ -110,7 +111,7 @@ def _named(training: Training) -> str:
 def _doubts(training: Training) -> Iterator[str]:
     file, basis = training.file, training.file.basis
     if training.is_unlabelled:
-        yield "No record has a label: all of them are taken as healthy."
+        yield "No record has a label: all are assumed to be healthy."
     if basis.n_record == 1:
         yield "One record: nothing is known of other days or machines."
     elif basis.n_group == 1:
@@ -118,7 +119,7 @@ def _doubts(training: Training) -> Iterator[str]:
     if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
         yield "Windows of one record may depend on each other; then the true interval is wider."
         if not basis.n_group and basis.n_record > 1:
-            yield "Too few windows are left without one of the records: nothing is known of other ones."
+            yield "Without one of the records, too few windows are left: nothing is known of other records."
 
 
 def _chart(file: DetectorFile) -> Iterator[str]:
@@ -134,7 +135,7 @@ def _chart(file: DetectorFile) -> Iterator[str]:
     wanted, lasting = time_text(config.false_alarm_every), time_text(chart.hours * _HOUR)
     yield (
         f"The chart {config.chart} has the limit {plain(chart.limit, 4)} healthy spreads: {mean} ({ends}),"
-        f" set for {wanted}, from {lasting} of healthy scores ({rests} drawn and joined)."
+        f" set for {wanted}, from {lasting} of healthy scores ({rests} resampled and joined)."
     )
 
 

@@ -84,7 +84,7 @@ def _chosen(source: RecordSource, record: str) -> Iterator[tuple[RecordBatch, in
                 _refuse_relative(batch, source.name)
                 yield batch, row
     if not number:
-        raise DataError(f"{source.name}: holds no records{reason}")
+        raise DataError(f"{source.name}: contains no records{reason}")
     if not n_chosen:
         raise DataError(f"{source.name}: has no record {record!r}; it has {number:,}, numbered from 1")
 

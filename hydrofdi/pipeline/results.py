@@ -95,8 +95,8 @@ def _read_shards(
     data = replace(data, physics_version=physics_version)
     if index.runs and index.runs.keys().isdisjoint(run_ids):
         remark = (
-            f"None of the {len(index.runs):,} stored runs is one of this experiment: the request or a default"
-            " has changed since; 'hydrofdi sweep' computes what is asked for now."
+            f"None of the {len(index.runs):,} stored runs is one of this experiment: the request or "
+            "a default has changed since then; 'hydrofdi sweep' computes the current request."
         )
         data = replace(data, remarks=(remark,))
     return data

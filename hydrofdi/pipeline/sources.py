@@ -76,9 +76,9 @@ def _folder(path: Path, channels: Collection[Channel]) -> RecordSource:
         return _stored(path, channels)
     within = sorted(file.parent for file in path.glob(f"*/{REQUEST_FILE}"))
     if within:
-        raise DataError(f"{path}: holds folders of results; name them, such as {within[0]}")
+        raise DataError(f"{path}: contains results folders; name one, for example {within[0]}")
     raise DataError(
-        f"{path}: holds no results of hydrofdi; measured files in a folder are described by a YAML"
+        f"{path}: contains no results of hydrofdi; measured files in a folder are described by a YAML"
         " (docs/measured.md)"
     )
 
@@ -117,14 +117,14 @@ def _described(path: Path, name: str, channels: Collection[Channel], settings: S
 def _refuse_frequency(path: Path, sampling_frequency: float | None) -> None:
     if sampling_frequency is not None:
         raise ConfigError(
-            f"{setting('sampling_frequency')}: {path} has its own; it is for one plain data file"
+            f"{setting('sampling_frequency')}: {path} states its own; the option is for a plain data file"
         )
 
 
 def _refuse_settings(path: Path, settings: Sequence[str]) -> None:
     if settings:
         raise ConfigError(
-            f"{setting('settings')}: {path} is not simulated; they are for the file of an experiment"
+            f"{setting('settings')}: {path} is not simulated; settings are for an experiment file"
         )
 
 

@@ -89,7 +89,7 @@ def require_place(out: Path) -> None:
         raise StoreError(f"{out}: there is no folder {out.resolve().parent}")
     require_regular(out)
     if out.exists() and not is_detector(out):
-        raise StoreError(f"{out}: exists already, is not a detector file and was not changed")
+        raise StoreError(f"{out}: already exists, is not a detector file and was not changed")
 
 
 def write_detector(out: Path, file: DetectorFile) -> None:

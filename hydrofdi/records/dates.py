@@ -56,7 +56,7 @@ def instant(text: str) -> Instant:
     try:
         passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
     except OverflowError:
-        raise ValueError(f"{written[:40]!r} is no date and time such as {_EXAMPLE}") from None
+        raise ValueError(f"{written[:40]!r} is not a date and time such as {_EXAMPLE}") from None
     whole = passed.days * 86_400 + passed.seconds
     return Instant(
         whole * _BILLION + passed.microseconds * 1000 + _beyond_microseconds(written),
@@ -72,7 +72,7 @@ def _pointed(text: str) -> datetime:
         day, month, year, hour, rest = match.groups()
         return datetime.fromisoformat(f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}:{rest}")
     except ValueError:
-        raise ValueError(f"{text[:40]!r} is no date and time such as {_EXAMPLE}") from None
+        raise ValueError(f"{text[:40]!r} is not a date and time such as {_EXAMPLE}") from None
 
 
 def _beyond_microseconds(text: str) -> int:

@@ -28,9 +28,7 @@ if TYPE_CHECKING:
 FEW_AXES = 4
 """Parameters that vary up to which the figure of the responses is the usual one."""
 
-_LEAD = (
-    "Change δ of the RMS of the wavelet details of the chamber-1 pressure with what the experiment varies."
-)
+_LEAD = "Change δ of the RMS of the wavelet details of the chamber-1 pressure over the varied parameters."
 
 _LEAD_WITHOUT_DETAILS = "Indicators of the runs of the experiment."
 

@@ -109,7 +109,7 @@ class ExternalStudy:
         }
 
     def effect_of_bulk_modulus(self) -> Range:
-        """δ of the approximation in runs that do not leak at all, against the fixed normal [%]."""
+        """δ of the approximation in runs that do not leak at all, against the fixed baseline [%]."""
         rows = [row for row in self.states[0].rows if row.is_sealed]
         return range_of([self.approximations(row).fixed[self.level] for row in rows])
 

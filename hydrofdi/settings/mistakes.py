@@ -39,7 +39,7 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
             least = context["min_length"]
             return f"needs {least} entr{'y' if least == 1 else 'ies'} or more; found {len(found)}"
         case "json_invalid":
-            return f"is no JSON: {context['error']}"
+            return f"is not JSON: {context['error']}"
         case "missing":
             return "is missing"
         case "string_pattern_mismatch" if error["loc"][-1] == "level":

@@ -67,7 +67,7 @@ def require_replaceable(path: Path) -> None:
     if path.suffix != ".h5":
         raise StoreError(f"{path}: results are written to a file whose name ends in .h5")
     if path.is_file() and path.stat().st_size and not h5py.is_hdf5(path):
-        raise StoreError(f"{path}: exists already, is not an HDF5 file and was not changed")
+        raise StoreError(f"{path}: already exists, is not an HDF5 file and was not changed")
 
 
 def write_whole_text(path: Path, text: str) -> None:

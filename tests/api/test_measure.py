@@ -145,9 +145,9 @@ FRAME = pandas.DataFrame({"P1": [1.0, 2.0], "P2 [bar]": [1.0, 2.0]})
             "leave the sampling frequency out",
         ),
         (pandas.DataFrame({"t": [0.0, 1.0], "P1 [bar]": [1.0, 2.0]}), {}, "'t' has no unit; name it 't [s]'"),
-        (["a", 1], {}, "the array: holds something else than real numbers"),
+        (["a", 1], {}, "the array: contains something other than real numbers"),
         (np.zeros((2, 2, 2)), {}, "the array: has 3 dimensions"),
-        (np.zeros((0, 2)), {"sampling_frequency": 1}, "the array: holds no records"),
+        (np.zeros((0, 2)), {"sampling_frequency": 1}, "the array: contains no records"),
         (
             {"P1": np.zeros((2, 9)), "P2": np.zeros((3, 9))},
             {"sampling_frequency": 1},

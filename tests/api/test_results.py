@@ -78,7 +78,7 @@ def test_a_sweep_that_has_not_ended_has_a_table_and_no_dataset(small_sweep, tmp_
     [
         ({"workers": 0}, "workers: must be at least 1; found 0"),
         ({"bulk_modulos": 1}, "bulk_modulos: unknown key; did you mean 'bulk_modulus'?"),
-        ({"out": "."}, "name a folder of its own, not the working directory"),
+        ({"out": "."}, "name a separate folder, not the working directory"),
     ],
 )
 def test_mistakes_are_named_and_nothing_is_written(options, sentence, tmp_path, monkeypatch):

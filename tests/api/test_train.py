@@ -151,5 +151,5 @@ def test_an_evaluation_in_memory_is_that_of_the_command(files):
     assert (found.alarms, found.n, found.auc) == (40, 40, 1.0)
     assert found.rate_low < found.rate == 1.0
     assert made.best in made._repr_html_()
-    with pytest.raises(hydrofdi.HydrofdiError, match="label: say what is known of each record"):
+    with pytest.raises(hydrofdi.HydrofdiError, match="label: state the condition of each record"):
         hydrofdi.evaluate(BOTH, sampling_frequency=RATE)

@@ -11,7 +11,7 @@ def warnings_of(*settings):
 
 def test_a_band_above_half_of_the_sampling_frequency_is_warned_of():
     (sentence,) = warnings_of("indicators={dwt: {}, band_power: {bands: [[400 Hz, 900 Hz]]}}")
-    assert sentence.startswith("band_power will have no numbers: ")
+    assert sentence.startswith("band_power will have no results: ")
     assert "900 Hz" in sentence
 
 

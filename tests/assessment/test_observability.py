@@ -77,8 +77,8 @@ def test_check_prints_what_a_record_tells(tmp_path):
     )
     shown = run("check", tmp_path / "estimating.yaml", check=0).stdout
     assert "What 4 s without a leak tell weak_rls" in shown
-    assert "known least: lap" in shown
-    assert "100% of the deviation beforehand is left" in " ".join(shown.split())
+    assert "least known: lap" in shown
+    assert "100% of the prior deviation remains" in " ".join(shown.split())
     (record,) = run_json("check", tmp_path / "estimating.yaml")["observability"]
     assert {each["name"] for each in record["unknowns"]} >= {"leakage", "bulk modulus", "flow gain"}
     assert all(0.0 < each["after"] <= each["before"] for each in record["unknowns"])

@@ -190,7 +190,7 @@ def test_runs_that_fail_are_left_out_and_named(tmp_path) -> None:
 
 def test_one_file_does_not_take_several_records(small_sweep, tmp_path) -> None:
     done = run("export", small_sweep.directory, "--out", tmp_path / "out.csv", check=2)
-    assert "name a folder, which gets a file for each" in done.stderr
+    assert "name a folder to get one file per record" in done.stderr
     assert not files_in(tmp_path)
 
 
@@ -214,7 +214,7 @@ def test_files_of_others_are_left_alone(one, tmp_path) -> None:
         (("--channels", "Pr"), "has no Pr (return_pressure); it has P1, P2"),
         (("--unit", "Bar"), "unknown unit 'Bar'; did you mean 'bar'?"),
         (("--channels", "x", "--unit", "bar"), "unit 'bar' is of none of the channels x"),
-        (("--runs", "3"), "has no runs to choose from"),
+        (("--runs", "3"), "there are no runs to choose"),
         (("--format", "mat"), "the suffix says csv, the format mat"),
     ],
 )

@@ -80,7 +80,7 @@ def test_a_name_that_looks_like_a_number_is_text(name, tmp_path):
 def test_an_existing_file_stays(tmp_path):
     (tmp_path / "mine.yaml").write_text("name: kept\n")
     done = run("init", "mine", cwd=tmp_path, check=2)
-    assert done.stderr == "hydrofdi: mine.yaml: exists already; give another name\n"
+    assert done.stderr == "hydrofdi: mine.yaml: already exists; choose another name\n"
     assert (tmp_path / "mine.yaml").read_text() == "name: kept\n"
 
 

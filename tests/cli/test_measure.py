@@ -172,8 +172,8 @@ def test_content_decides_what_a_source_is(tmp_path: Path) -> None:
 
 MISTAKES: list[tuple[dict[str, str | bytes], tuple[str, ...], str]] = [
     ({}, ("nosuch.csv",), "nosuch.csv: no such file or folder"),
-    ({"results/readme.txt": "x"}, ("results",), "results: holds no results of hydrofdi"),
-    ({"results/a/experiment.json": "{}"}, ("results",), "name them, such as results/a"),
+    ({"results/readme.txt": "x"}, ("results",), "results: contains no results of hydrofdi"),
+    ({"results/a/experiment.json": "{}"}, ("results",), "name one, for example results/a"),
     ({"a.csv": ""}, ("a.csv",), "a.csv: is empty"),
     ({"a.yaml": "# nothing\n"}, ("a.yaml",), "a.yaml: states nothing"),
     ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv",), "no sampling frequency is given (--sampling-frequency 1kHz)"),

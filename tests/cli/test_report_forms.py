@@ -7,4 +7,4 @@ def test_an_unknown_form_is_refused_in_a_plain_sentence(tmp_path):
     done = run_hydrofdi("report", "--format", "pdf", cwd=tmp_path)
     assert done.returncode == 2
     forms = "text, markdown, csv, latex, json, html"
-    assert done.stderr == f"hydrofdi: --format: 'pdf' is none of the forms {forms}\n"
+    assert done.stderr == f"hydrofdi: --format: 'pdf' is not one of the formats {forms}\n"

@@ -70,7 +70,7 @@ def test_another_analysis_simulates_nothing_and_gives_the_bits_of_a_simulation(f
     other = noisy(tmp_path, "all", *OTHER)
     plan = plan_sweep(other, directory)
     assert (len(plan.missing), plan.n_simulated, len(plan.measurable)) == (4, 0, 4)
-    assert plan.reasons() == {"another analysis of a stored record, measured from its signals": 4}
+    assert plan.reasons() == {"another analysis of a stored record, measured from its stored signals": 4}
     summary = swept(other, directory)
     assert (summary.completed, summary.measured, summary.failed) == (4, 4, 0)
     swept(other, tmp_path / "anew")
@@ -90,7 +90,7 @@ def test_why_tells_what_is_not_stored(first, tmp_path):
     directory = copied(first, tmp_path)
     (directory / "experiment.json").write_text(noisy(tmp_path, "all", *OTHER).model_dump_json())
     again = explain(directory, "0")
-    assert again.reason == "another analysis of a stored record, measured from its signals"
+    assert again.reason == "another analysis of a stored record, measured from its stored signals"
     assert again.record_id != again.run_id
     other_plant = noisy(tmp_path, "all", "friction.viscous=60")
     (directory / "experiment.json").write_text(other_plant.model_dump_json())

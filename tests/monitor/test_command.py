@@ -151,7 +151,7 @@ def test_a_reader_that_leaves_early_is_no_fault(machine):
         ("file:///data/x.csv", (), "did you mean '/data/x.csv'?"),
         ("results.h5", (), "'hydrofdi detect' judges it"),
         ("nothing.csv", ("--no-follow",), "no such file"),
-        ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), "is for text"),
+        ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), "applies only to text"),
         ("-", ("--sampling-frequency", "1 kg"), "--sampling-frequency"),
         ("-", ("--config", "absent.yaml"), "absent.yaml: No such file"),
         ("-", ("--events", "ftp://host/x"), "--events: 'ftp': give mqtt://"),
@@ -194,7 +194,7 @@ def test_a_number_beyond_all_pressures_is_no_warning_with_a_source_path(machine,
         lines[place] = f"{lines[place].split(',')[0]},{value}\n"
     done = run_process("monitor", machine.detector, "-", input="".join(lines))
     assert done.returncode == 0
-    assert done.stderr.splitlines() == ["no --state: after a restart, it begins anew"]
+    assert done.stderr.splitlines() == ["no --state: after a restart, the monitor starts from scratch"]
 
 
 def test_what_is_no_detector_is_refused_with_its_name(machine, tmp_path):

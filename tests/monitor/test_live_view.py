@@ -109,7 +109,7 @@ def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were():
 
 def test_a_server_that_was_never_there_is_no_disconnection():
     seen = Watched(FILE, "-")
-    seen.take(None, [Event(EventKind.DISCONNECTED, "nothing listens there; tries again")])
+    seen.take(None, [Event(EventKind.DISCONNECTED, "nothing listens there; trying again")])
     assert "disconnection" not in text_of(seen)
     seen.take(None, [Event(EventKind.CONNECTED, "connected"), Event(EventKind.DISCONNECTED, "it is gone")])
     assert "1 disconnection\n" in text_of(seen)

@@ -168,7 +168,7 @@ def test_what_was_counted_in_silence_is_summed_up_at_the_end(tmp_path):
     said = [Event(EventKind.MALFORMED, "no JSON", is_silent=bool(n)) for n in range(3)]
     run(tmp_path, Samples(MADE, events={1400: said}))
     assert [each["text"] for each in logged(tmp_path) if each.get("is_end")][-1:] == [
-        "3 malformed in all, the first: no JSON"
+        "3 malformed in total, the first: no JSON"
     ]
 
 
@@ -179,7 +179,7 @@ def test_a_stream_without_a_readable_sample_ends_so(tmp_path):
     ending = monitor(Watch(FILE), GrowingFile(text, follow=False), [kept])
     assert ending is Ending.UNREADABLE
     *_, total, last = kept.lines
-    assert total.text.startswith("60,000 malformed in all, the first: malformed line '0.0;1': has 1 cells")
+    assert total.text.startswith("60,000 malformed in total, the first: malformed line '0.0;1': has 1 cells")
     assert last.text == "stopped: the stream is over, and no sample of it could be read"
 
 

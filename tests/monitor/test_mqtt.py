@@ -179,7 +179,7 @@ def test_a_broker_that_is_absent_is_waited_for_and_said_once(tmp_path, closing):
     assert said.kind == "disconnected"
     assert (
         said.text
-        == f"no connection to {broker.address()}: nothing listens there (connection refused); tries again"
+        == f"no connection to {broker.address()}: nothing listens there (connection refused); trying again"
     )
     assert [event.kind for event in events(present)] == ["connected"]
 
@@ -195,7 +195,7 @@ def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing)
     source.confirm()
     malformed = events(readings, EventKind.MALFORMED)
     assert sum(event.count for event in malformed) == 5
-    assert malformed[0].text == "malformed message 'no JSON': is no JSON"
+    assert malformed[0].text == "malformed message 'no JSON': is not JSON"
     assert [event.is_silent for event in malformed] == [False, *[True] * (len(malformed) - 1)]
     source.close()
     wait_for(lambda: f"{source._connection._session.client_id} disconnected" in broker.log)

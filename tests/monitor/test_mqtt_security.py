@@ -69,7 +69,7 @@ def test_a_wrong_password_is_said_without_the_password(guarded, closing, tmp_pat
     if password:
         config = MqttConfig(username="press", password_file=password_file(tmp_path, password))
     said = reason(closing, guarded.address(), config)
-    assert said == f"no connection to {guarded.address()}: it refuses the user or the password; tries again"
+    assert said == f"no connection to {guarded.address()}: it refuses the user or the password; trying again"
 
 
 @needs_mosquitto

@@ -123,7 +123,7 @@ def test_a_password_that_others_can_read_is_said_so(server, config, tmp_path):
 
 
 def test_another_server_certificate_than_the_given_one_is_refused(server, config):
-    assert "another certificate" in reason(server, config(pinned="stranger"))
+    assert "its certificate is not 'server_certificate'" in reason(server, config(pinned="stranger"))
 
 
 def test_a_server_that_does_not_trust_the_monitor_is_said_so(server, config):
@@ -152,7 +152,7 @@ def test_files_that_cannot_be_used_are_named(config, tmp_path):
     refused(config(certificate=tmp_path / "none"), "none: No such file")
     empty = tmp_path / "empty"
     empty.write_bytes(b"")
-    refused(config(server_certificate=empty), "empty is no certificate")
+    refused(config(server_certificate=empty), "empty is not a certificate")
     refused(config(key="stranger"), "does not belong to the certificate")
 
 

@@ -137,8 +137,8 @@ def test_a_line_without_end_is_left_out_with_bounded_memory():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (b"1,2\n", "the stream: begins with '1,2', which is no header"),
-        (b"hello\n1\n", "the stream: nothing is named like a channel; found 'hello'"),
+        (b"1,2\n", "the stream: begins with '1,2', which is not a header"),
+        (b"hello\n1\n", "the stream: no column is named like a channel; found 'hello'"),
         (b"time [s],P1\n1,2\n", "the stream: 'P1': has no unit; write it like 'P1 [bar]'"),
         (b"time [s],P1 [counts]\n1,2\n", "the stream: 'P1 [counts]': is in counts"),
         (
@@ -196,8 +196,8 @@ def test_lines_above_the_limit_are_counted_and_left_out(cuts):
     ("text", "encoding", "message"),
     [
         (CSV.decode(), "utf-16", "the stream: is in UTF-16; streams are in UTF-8, as 'iconv"),
-        (CSV.decode(), "utf-16-le", "the stream: is no text in UTF-8; is it a binary file, or in UTF-16?"),
-        ("time [s],P1 [bar],u [V],T [\u00b0C]\n1,2,3,4\n", "utf-16-be", "is no text in UTF-8"),
+        (CSV.decode(), "utf-16-le", "the stream: is not text in UTF-8; is it a binary file, or in UTF-16?"),
+        ("time [s],P1 [bar],u [V],T [\u00b0C]\n1,2,3,4\n", "utf-16-be", "is not text in UTF-8"),
     ],
 )
 def test_another_encoding_is_refused_by_its_name_in_one_plain_line(text, encoding, message):
@@ -210,7 +210,7 @@ def test_another_encoding_is_refused_by_its_name_in_one_plain_line(text, encodin
 def test_no_word_of_the_csv_library_is_passed_on():
     long = b'"' + b"1" * 200_000
     _, [event] = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3," + long + b"\n5,6\n")
-    assert event.text.endswith(": cannot be divided into cells")
+    assert event.text.endswith(": cannot be split into cells")
 
 
 def test_a_needed_channel_in_a_unit_of_something_else_is_refused_at_once():

@@ -78,7 +78,7 @@ def test_runs_that_share_neither_leakage_nor_bulk_modulus_are_no_grid(tmp_path, 
     analysis = study_experiment(made(tmp_path, text))
     assert analysis.grid.positions.size == 1
     assert sentences(analysis, "claims") == (
-        f"Leakage and EBM form no grid of modes ({reason}), so the claims are not evaluated.",
+        f"Leakage and EBM do not form a grid of modes ({reason}), so the claims are not evaluated.",
     )
     assert [result.reproduced for result in analysis.claims] == [None] * len(CLAIMS)
 

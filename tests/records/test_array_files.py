@@ -111,7 +111,7 @@ def test_numbers_that_netcdf_packs_are_unpacked(tmp_path):
 
 @pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
 @pytest.mark.parametrize(("values", "sentence"), [
-    (BAR + 1j, "P1: holds complex numbers"),
+    (BAR + 1j, "P1: contains complex numbers"),
     (np.array([1, 2**53 + 1, 3]), r"P1: contains integers beyond 2\^53"),
     (np.array([b"a", b"b", b"c"]), "P1: holds .*, not numbers"),
 ])  # fmt: skip
@@ -189,7 +189,7 @@ def test_names_of_datasets_that_are_no_utf_8_do_no_harm(tmp_path):
 @pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
 def test_a_file_without_columns_is_named(tmp_path, suffix):
     WRITERS[suffix](tmp_path / f"run.{suffix}", {})
-    with pytest.raises(DataError, match="holds no columns"):
+    with pytest.raises(DataError, match="contains no columns"):
         plain_file_source(tmp_path / f"run.{suffix}", 1e3)
     with pytest.raises(DataError, match="has no column 'P1'; it has none"):
         one(tmp_path, description(f"run.{suffix}"))

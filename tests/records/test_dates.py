@@ -55,8 +55,8 @@ def test_the_rate_that_is_given_wins_over_dates(tmp_path):
 
 
 @pytest.mark.parametrize(("text", "sentence"), [
-    (text_of("12:00:00.{:03}"), r"run.csv:2: column 'time': '12:00:00.000' is no date and time such as"),
-    (text_of("01/31/2026 12:00:00.{:03}"), "is no date and time such as 2026-01-31T12:00:00.25Z"),
+    (text_of("12:00:00.{:03}"), r"run.csv:2: column 'time': '12:00:00.000' is not a date and time such as"),
+    (text_of("01/31/2026 12:00:00.{:03}"), "is not a date and time such as 2026-01-31T12:00:00.25Z"),
     (text_of(FORMS[0]) + "soon;7\n", r"run.csv:8: column 'time': 'soon' is no date"),
     (text_of(FORMS[0]) + "2026-01-31T12:00:00.024;7\n", "some dates have a zone and others have none"),
     (text_of(FORMS[0]).replace(" [bar]", ""), "'P1' has no unit; .*, time: {column: 'time'}"),
@@ -73,7 +73,7 @@ def test_a_missing_date_rejects_the_record(tmp_path):
 
 def test_dates_need_no_unit_and_a_wrong_one_says_so(tmp_path):
     description = "files: run.csv\ntime: {column: time, unit: ISO}\nchannels: {chamber_1_pressure: P1}\n"
-    with pytest.raises(ConfigError, match="'ISO' is no unit of time; dates need none"):
+    with pytest.raises(ConfigError, match="'ISO' is not a unit of time; dates need no unit"):
         measured_source(described(tmp_path, description, run_csv=text_of(FORMS[0])))
 
 

@@ -134,7 +134,7 @@ def test_cycles_from_reversals_of_the_position(tmp_path):
 def test_cycles_that_are_too_short_and_files_without_any_are_listed(tmp_path):
     batch = one(tmp_path, DRIVEN + "cycles: {by: edges, length: 3 s}\n", run_csv=driven())
     assert [record.record_id for record in batch.rejected] == [f"run.csv#{n}" for n in range(1, 5)]
-    assert batch.rejected[0].remark.text == "the cycle lasts 2 s; asked for are 3 s"
+    assert batch.rejected[0].remark.text == "the cycle lasts 2 s; the description requires 3 s"
     still = csv_of(("P1", [1, 2, 3]), ("x", [1, 1, 1]), ("u", [0, 0, 0]))
     batch = one(tmp_path, DRIVEN + "cycles: {by: edges}\n", run_csv=still)
     assert batch.rejected[0].remark.kind == "no_cycle"

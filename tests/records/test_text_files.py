@@ -144,7 +144,7 @@ def test_numbers_without_header_are_found_by_their_column(tmp_path):
     description = USUAL.replace("column: P1, unit: bar", "column: 2, unit: Pa")
     batch = one(tmp_path, description, run_csv="0.5,1\n1.5,2\n")
     np.testing.assert_array_equal(batch[P1], [[1.0, 2.0]])
-    with pytest.raises(DataError, match=r"run.csv:1: do commas divide columns, or are they decimal signs"):
+    with pytest.raises(DataError, match=r"run.csv:1: do commas separate columns, or are they decimal signs"):
         one(tmp_path, description, run_csv="1,5,2,5\n3,5,4,5\n")
     for form, expected in (('delimiter: ","', [5.0, 5.0]), ('decimal: ",", delimiter: tab', [2.5, 4.5])):
         text = "1,5\t2,5\n3,5\t4,5\n" if "tab" in form else "1,5,2,5\n3,5,4,5\n"
@@ -211,7 +211,7 @@ format: {delimiter: "\\n", encoding: latin-0}
         ":5: channels.supply_pressure.range: the first value must be below the second",
         ":6: segment: needs the channel piston_position",
         ":7: group: unknown name {untit}; did you mean 'unit'?",
-        ":9: format.delimiter: '\\n' cannot stand between columns",
+        ":9: format.delimiter: '\\n' cannot separate columns",
         ":9: format.encoding: unknown encoding 'latin-0'",
         "sampling_frequency: is missing",
     ):
@@ -234,7 +234,7 @@ def test_a_plain_file_is_read_by_its_column_names(tmp_path):
 
 @pytest.mark.parametrize(("text", "sentence"), [
     ("P1 [bar]\n1\n2\n", "no sampling frequency is given.*sampling_frequency: …"),
-    ("time,P1 [bar]\n1,1\n2,2\n", "'time' counts the samples and is no time; .*sampling_frequency: …"),
+    ("time,P1 [bar]\n1,1\n2,2\n", "'time' counts the samples and is not a time; .*sampling_frequency: …"),
     ("Time,P1 [bar]\n0,1\n0.5,2\n", "no sampling frequency is given.*time: {column: 'Time', unit: …}"),
     ("t [s],P1\n1,1\n2,2\n", "column 'P1' has no unit; describe it in a YAML: .*column: 'P1', unit: …"),
     ("t [s],foo [bar]\n1,1\n2,2\n", "no column is named like a channel; found"),
@@ -254,7 +254,7 @@ files: run.csv
 time: {column: Time}
 channels: {chamber_1_pressure: {column: P1, unit: bar}}
 """
-    with pytest.raises(DataError, match="counts the samples and is no time; give the sampling frequency"):
+    with pytest.raises(DataError, match="counts the samples and is not a time; give the sampling frequency"):
         batches(tmp_path, description, run_csv="Time,P1\n1,1\n2,2\n3,3\n")
     with pytest.raises(DataError, match="has no unit; write 'time:"):
         batches(tmp_path, description, run_csv="Time,P1\n0.1,1\n0.2,2\n0.3,3\n")

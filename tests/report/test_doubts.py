@@ -25,7 +25,7 @@ def test_a_report_of_sound_runs_says_nothing_of_verdicts(small_sweep):
 
 def test_each_verdict_is_reported_with_its_count_and_the_largest_number_behind_it(made_up):
     lead, *lines = blocks(made_up)["doubts"].paragraphs
-    assert lead.startswith("2 of 6 runs have numbers that are to be read with care")
+    assert lead.startswith("2 of 6 runs have results to read with care")
     assert [line.split(",")[0] for line in lines] == ["cavitating (C)", "above_supply (A)", "unsettled (U)"]
     assert "15 %" in lines[1]
     assert "0.12 L/min at 689 MPa" in lines[1]
@@ -58,7 +58,7 @@ def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
     assert {line["verdict"] for line in csv.DictReader(io.StringIO(printed("csv")))} == {"cavitating"}
     for form in ("text", "markdown", "latex"):
         assert "C cavitating" in printed(form)
-    assert "4 of 4 runs have numbers" in printed("text")
+    assert "4 of 4 runs have results" in printed("text")
 
 
 STILL = SMALL.replace("sweep:", "paper: maddahi2015\nvalve: {lap: 1 mm}\nsweep:")

@@ -135,7 +135,7 @@ def test_a_leak_is_separated_where_no_other_run_reaches_its_delta(data, loss, ga
 
 
 def test_the_title_of_table_3_says_that_the_normal_does_not_leak_outside(printed):
-    assert "against the fixed normal (sealed inside and out, EBM 551 MPa)" in printed["markdown"]
+    assert "against the fixed baseline (sealed internally and externally, EBM 551 MPa)" in printed["markdown"]
 
 
 def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small_sweep):

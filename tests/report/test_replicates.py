@@ -143,4 +143,7 @@ def test_a_replicate_that_has_not_settled_is_counted_as_left_out(tmp_path):
     settled[-1] = np.nan
     data = replace(data, columns=data.columns | {names.SETTLED_DETAIL_RMS: settled})
     (block,) = [block for block in make_report(data).document().blocks if block.key == "replicates"]
-    assert any("Left out, failed or not settled: 1 of 6 replicates" in text for text in block.paragraphs)
+    assert any(
+        "Left out because they failed or have not settled: 1 of 6 replicates" in text
+        for text in block.paragraphs
+    )

@@ -59,7 +59,7 @@ def test_the_spelling_of_a_quantity_makes_no_other_run(swept):
 def test_runs_without_signals_are_computed_again_when_signals_are_wanted(swept):
     file = write_grid(swept, 5, signals="pressures")
     plan = run_json("plan", file, "--out", swept / "out")
-    assert plan["reasons"] == {"stored without the signals or the precision that are asked for": 25}
+    assert plan["reasons"] == {"stored without the signals or the precision that the request needs": 25}
     assert run_json("sweep", file, "--out", swept / "out")["completed"] == 25
     assert run_json("sweep", write_grid(swept, 5), "--out", swept / "out")["completed"] == 0
 

@@ -121,7 +121,7 @@ def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
 def test_estimates_that_state_no_deviation_are_named(data):
     told = with_columns(data, **{"observer.bulk_modulus": data.columns["balance.bulk_modulus"]})
     (sheet,) = estimates_block(judge_estimates(told)[0]).sheets
-    assert "Not listed, as they state no deviation: observer.bulk_modulus." in sheet.note
+    assert "Not listed because they state no deviation: observer.bulk_modulus." in sheet.note
     (sheet,) = estimates_block(judge_estimates(data)[0]).sheets
     assert "Not listed" not in sheet.note
 

@@ -90,6 +90,6 @@ def test_a_file_that_is_extended_and_not_there_is_told_with_its_line(tmp_path):
 def test_a_stored_request_that_is_cut_off_is_told_in_a_short_line(tmp_path):
     text = load_experiment().model_dump_json()
     (tmp_path / REQUEST_FILE).write_text(text[: len(text) // 2])
-    with pytest.raises(StoreError, match="is no JSON") as error:
+    with pytest.raises(StoreError, match="is not JSON") as error:
         read_request(tmp_path)
     assert len(str(error.value)) < len(str(tmp_path)) + 200

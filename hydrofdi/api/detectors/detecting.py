@@ -18,7 +18,7 @@ def detect(
     channel: Names = None,
     unit: Names = None,
 ) -> Table:
-    """Judge records by a trained detector, window by window, as ``hydrofdi detect`` does.
+    """Judge records with a trained detector, window by window, as ``hydrofdi detect`` does.
 
     Parameters
     ----------

@@ -275,7 +275,7 @@ class Detector:
         from hydrofdi.api.monitoring.running import calls, run_monitor
 
         if self.path is None and "://" in str(source):
-            raise ConfigError("save the detector first: a broker knows it by the path of its file")
+            raise ConfigError("save the detector first: the broker identifies it by the path of its file")
         return run_monitor(
             self.file,
             self.path or Path("detector.json"),

@@ -63,7 +63,7 @@ def train(
     false_alarm_rate : str or float, optional
         Share of healthy windows that may raise an alarm; ``"1 %"`` where left out.
     confidence : str or float, optional
-        Of the interval of the rate; ``"95 %"`` where left out.
+        Confidence of the interval of the rate; ``"95 %"`` where left out.
     threshold : {"quantile", "tolerance"}, optional
         Keep the rate on average, or with the confidence.
     healthy : str or sequence of str, optional

@@ -75,7 +75,7 @@ def held(data: Any, number: int | None = None) -> Held:
     Raises
     ------
     DataError
-        It holds something else than real numbers, or has too many dimensions.
+        It contains something other than real numbers, or has too many dimensions.
     """
     xarray, pandas = sys.modules.get("xarray"), sys.modules.get("pandas")
     if xarray is not None and isinstance(data, xarray.DataArray):
@@ -177,7 +177,7 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
         return Column(name, passed, "s", float(since))
     if array.dtype.kind not in "fiu":
         raise DataError(
-            f"{kind}: {f'column {title!r} ' if title else ''}holds something else than real numbers"
+            f"{kind}: {f'column {title!r} ' if title else ''}contains something other than real numbers"
         )
     if array.ndim not in (1, 2):
         raise DataError(f"{kind}: has {array.ndim} dimensions; give samples, or records × samples")

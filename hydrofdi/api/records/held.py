@@ -49,7 +49,7 @@ def records_of(data: Held, frequency: float | None, channel: Names, unit: Names)
         titles, units, values = [*titles, "time"], [*units, ""], [*values, data.time.values]
     n_record = max((len(array) for array in values if array.ndim > 1), default=1)
     if n_record == 0:
-        raise DataError(f"{data.kind}: holds no records")
+        raise DataError(f"{data.kind}: contains no records")
     named = (data.record_ids or [*map(str, range(n_record))], data.groups, data.labels)
     record_ids, groups, labels = (texts or [""] * n_record for texts in named)
     tables = [

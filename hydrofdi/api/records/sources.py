@@ -86,7 +86,7 @@ def has_held(sources: Sequence[RecordSource]) -> bool:
 def _refuse_names(said: Said) -> None:
     for name in ("channel", "unit", "label", "group"):
         if getattr(said, name) is not None:
-            raise ConfigError(f"{name}: is for arrays; files are described by a YAML (docs/measured.md)")
+            raise ConfigError(f"{name}: is for arrays; describe files in a YAML file (docs/measured.md)")
 
 
 def joined(sources: Sequence[RecordSource]) -> RecordSource:

@@ -23,7 +23,9 @@ class Format(StrEnum):
 
 
 def detect(
-    detector: Annotated[Path, typer.Argument(metavar="DETECTOR", help="A file that 'hydrofdi train' wrote.")],
+    detector: Annotated[
+        Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
+    ],
     sources: Annotated[
         list[Path],
         typer.Argument(
@@ -32,14 +34,14 @@ def detect(
             " measured files, or one data file.",
         ),
     ],
-    form: Annotated[Format, typer.Option("--format", help="Form of the output.")] = Format.table,
+    form: Annotated[Format, typer.Option("--format", help="Output format.")] = Format.table,
     json: Json = False,
     fail_on_alarm: Annotated[bool, typer.Option("--fail-on-alarm", help="Exit code 1 on an alarm.")] = False,
     sampling_frequency: SamplingFrequency = None,
 ) -> int:
-    """Judge records by a trained detector, window by window, as 'hydrofdi monitor' does.
+    """Judge records with a trained detector, window by window, as 'hydrofdi monitor' does.
 
-    Exit code 1 where nothing of a record could be judged; and on an alarm, with --fail-on-alarm.
+    Exit code 1 if no window of a record could be judged, and on an alarm with --fail-on-alarm.
     """
     from hydrofdi.api.detectors.detector import Detector
 
@@ -78,7 +80,7 @@ def _tell(tally: Tally) -> None:
         tell(f"not judged: {tally.faults.total():,} ({kinds}){beyond}")
     for (_, record), reason in list(tally.unjudged.items())[:1]:
         more = f"; {len(tally.unjudged):,} records in all" if len(tally.unjudged) > 1 else ""
-        tell(f"nothing was judged of {record}: {reason}{more}")
+        tell(f"no window was judged of {record}: {reason}{more}")
 
 
 def _share(tally: Tally) -> str:

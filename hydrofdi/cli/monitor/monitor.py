@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 
 def monitor(
-    detector: Annotated[Path, typer.Argument(metavar="DETECTOR.json", help="File of 'hydrofdi train'.")],
+    detector: Annotated[
+        Path, typer.Argument(metavar="DETECTOR.json", help="Detector file written by 'hydrofdi train'.")
+    ],
     source: Annotated[
         str,
         typer.Argument(
@@ -31,14 +33,18 @@ def monitor(
     ],
     config: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.yaml", help="Channels of the source, and how it is reached."),
+        typer.Option(
+            metavar="FILE.yaml", help="YAML file with the channels and the connection of the source."
+        ),
     ] = None,
     state: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Where to go on after a restart; nothing is kept without."),
+        typer.Option(
+            metavar="FILE", help="State file to resume from after a restart; without it, nothing is kept."
+        ),
     ] = None,
     log: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Also append all lines to this file, each once.")
+        Path | None, typer.Option(metavar="FILE", help="Also append every line to this file, once.")
     ] = None,
     metrics: Annotated[
         str | None,
@@ -49,17 +55,17 @@ def monitor(
         typer.Option(metavar="URL", help="Send events to mqtt(s)://HOST/TOPIC or https://… Repeatable."),
     ] = None,
     follow: Annotated[
-        bool, typer.Option("--follow/--no-follow", help="Wait for more at the end of a file, or end there.")
+        bool, typer.Option("--follow/--no-follow", help="At the end of a file, wait for more or stop.")
     ] = True,
     sampling_frequency: SamplingFrequency = None,
     json: Json = False,
 ) -> int:
-    """Judge a stream with a trained detector, for as long as it lasts.
+    """Judge a stream with a trained detector until it ends.
 
     A line of JSON for each window and for each event goes to standard output; on a terminal, a live view is
-    shown instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples that it has read, and
-    with --state it goes on from there. Exit code 0 at the end of the stream and after SIGTERM, 1
-    where the stream is over and no sample of it could be read, 130 after Ctrl-C.
+    shown instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples already read; with
+    --state it resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1
+    where the stream ends and no sample of it could be read, 130 after Ctrl-C.
     """
     from hydrofdi.cli.monitor.stopping import StopSignals
 
@@ -93,7 +99,7 @@ def _shown(json: bool, *, has_state: bool) -> Shown:
 
     def shown(file: DetectorFile, source: str) -> Sink:
         if not has_state:
-            tell("no --state: after a restart, it begins anew")
+            tell("no --state: after a restart, the monitor starts from scratch")
         return _view(json)(file, source)
 
     return shown

@@ -31,7 +31,7 @@ def replay(
         str | None,
         typer.Option(
             metavar="FREQUENCY|max",
-            help="Samples sent in a second, e.g. 500Hz, or 'max': as fast as they are taken"
+            help="Samples per second, e.g. 500Hz, or 'max': as fast as the reader takes them"
             " [default: as measured].",
         ),
     ] = None,
@@ -39,24 +39,27 @@ def replay(
         str, typer.Option(metavar="-|mqtt://HOST/TOPIC", help="Standard output, or a topic of a broker.")
     ] = "-",
     form: Annotated[
-        Form | None, typer.Option("--format", help="Form on standard output [default: csv].")
+        Form | None, typer.Option("--format", help="Format on standard output [default: csv].")
     ] = None,
     record: Annotated[
-        str, typer.Option(metavar="N|NAME", help="One record, by its number from 1 or its name.")
+        str, typer.Option(metavar="N|NAME", help="Replay only one record: its number, from 1, or its name.")
     ] = "",
     now: Annotated[
-        bool, typer.Option("--now", help="Time starts at the present one, in seconds since 1970.")
+        bool, typer.Option("--now", help="Start time at the present, in seconds since 1970.")
     ] = False,
     config: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.yaml", help="How the broker is reached: the file of 'hydrofdi monitor'."),
+        typer.Option(
+            metavar="FILE.yaml",
+            help="YAML file with the connection to the broker, as for 'hydrofdi monitor'.",
+        ),
     ] = None,
     settings: Settings = None,
     sampling_frequency: SamplingFrequency = None,
 ) -> int:
-    """Play records as a stream, for trying a monitor out.
+    """Replay records as a stream, to try out a monitor.
 
-    Samples are in SI, written so that they are read again to the bit. Several records follow each other with
+    Samples are in SI; reading them gives the same bits. Several records follow each other with
     a short gap.
     """
     from hydrofdi.api.monitoring.sending import sample_target

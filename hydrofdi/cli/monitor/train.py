@@ -49,11 +49,11 @@ def train(
             " description of measured files, or one data file.",
         ),
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="Where the detector is written, as JSON.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="JSON file to write the detector to.")],
     indicator: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="What is measured [default: dwt]; a label, where --config has several."
+            metavar="NAME", help="Indicator to measure [default: dwt]; its label if --config has several."
         ),
     ] = None,
     false_alarm_rate: Annotated[
@@ -61,22 +61,23 @@ def train(
         typer.Option(metavar="RATE", help="Share of healthy windows that may raise an alarm [default: 1 %]."),
     ] = None,
     output: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Which number of the indicator is the score.")
+        str | None, typer.Option(metavar="NAME", help="Output of the indicator that is the score.")
     ] = None,
     direction: Annotated[
         Departure | None,
-        typer.Option(help="Which departure raises an alarm; that of the output if left out."),
+        typer.Option(help="Direction of change that raises an alarm [default: that of the output]."),
     ] = None,
     window: Annotated[
         str | None,
         typer.Option(
-            metavar="TIME", help="Duration of a window, e.g. '20 s'; that of the records if left out."
+            metavar="TIME", help="Duration of a window, e.g. '20 s' [default: that of the records]."
         ),
     ] = None,
     every: Annotated[
         str | None,
         typer.Option(
-            metavar="TIME", help="From the start of one window to the next; less makes them overlap."
+            metavar="TIME",
+            help="Time from the start of one window to the next; if shorter than a window, they overlap.",
         ),
     ] = None,
     by: Annotated[
@@ -86,7 +87,8 @@ def train(
         ),
     ] = None,
     confidence: Annotated[
-        str | None, typer.Option(metavar="SHARE", help="Of the interval of the rate [default: 95 %].")
+        str | None,
+        typer.Option(metavar="SHARE", help="Confidence of the interval of the rate [default: 95 %]."),
     ] = None,
     threshold: Annotated[
         Rule | None,
@@ -94,22 +96,25 @@ def train(
     ] = None,
     healthy: Annotated[
         list[str] | None,
-        typer.Option(metavar="LABEL", help="Label of healthy records, beside 'healthy:'. Repeatable."),
+        typer.Option(
+            metavar="LABEL", help="Label of healthy records, in addition to 'healthy:'. Repeatable."
+        ),
     ] = None,
     config: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="YAML with the same settings, options and a chart; options here win."
+            metavar="FILE",
+            help="YAML file with the same settings, options and a chart; the command line takes precedence.",
         ),
     ] = None,
     sampling_frequency: SamplingFrequency = None,
     json: Json = False,
 ) -> int:
-    """Train a detector on healthy records, and say what its promise rests on.
+    """Train a detector on healthy records and show the evidence for its false-alarm rate.
 
     Of labelled records those with a healthy label are used, of a sweep the runs without a leak, of a study
     its healthy fit records; of other records all. Too few records are refused with the number that is needed.
-    Exit code 1 where records are rejected or repeat the samples of another.
+    Exit code 1 if records are rejected or repeat the samples of another.
     """
     from hydrofdi.api.detectors.training import train as train_detector
     from hydrofdi.cli.terminal import print_json, terminal

@@ -24,33 +24,39 @@ def evaluate(
         str,
         typer.Option(
             metavar="NAME,…|FILE",
-            help="Indicators, 'all', or a YAML file with their options, and 'scores:' made of their numbers.",
+            help="Indicators, 'all', or a YAML file with their options, and 'scores:' that combine "
+            "their outputs.",
         ),
     ] = "dwt",
     healthy: Annotated[
         list[str] | None,
-        typer.Option(metavar="LABEL", help="Label of healthy records, beside 'healthy:'. Repeatable."),
+        typer.Option(
+            metavar="LABEL", help="Label of healthy records, in addition to 'healthy:'. Repeatable."
+        ),
     ] = None,
     false_alarm_rate: Annotated[
-        str, typer.Option(metavar="RATE", help="That thresholds are set for, e.g. 5%.")
+        str, typer.Option(metavar="RATE", help="False-alarm rate that thresholds are set for, e.g. 5%.")
     ] = "1%",
-    confidence: Annotated[str, typer.Option(metavar="SHARE", help="Of intervals and bounds.")] = "95%",
+    confidence: Annotated[
+        str, typer.Option(metavar="SHARE", help="Confidence of intervals and bounds.")
+    ] = "95%",
     usual_scores: Annotated[
         bool,
         typer.Option(
             "--usual-scores",
-            help="Also make mahalanobis and lda of all numbers of each set of sensors, and the largest change"
+            help="Also evaluate mahalanobis and lda of all outputs for each set of sensors, and the "
+            "largest change"
             " of dwt.d1 … d5.",
         ),
     ] = False,
     json: Json = False,
 ) -> int:
-    """Judge indicators on labelled records: what each finds, and what healthy groups say of it.
+    """Evaluate indicators on labelled records: what each detects, and its alarms on healthy groups.
 
     Labels and groups come from the descriptions. Healthy groups are tested at the threshold of the other
     healthy groups, and set against each other as if they were faulty. What the records do not carry is
     refused with the number that would. Scores made of several numbers are cross-fitted: no record is scored
-    by a model that saw it or its group. Exit code 1 where records are rejected, repeat the samples of
+    by a model that saw it or its group. Exit code 1 if records are rejected, repeat the samples of
     another or have no number of any indicator, or an indicator fails.
     """
     from hydrofdi.api.evaluating import evaluate as evaluate_records
@@ -82,7 +88,7 @@ def _tell(left: Left) -> int:
     if left.n_repeated:
         tell(
             f"left out: {left.n_repeated:,} of {left.n_record:,} records have the samples of another, e.g."
-            f" {left.first_repeat}; no threshold may be tested on what it was set on"
+            f" {left.first_repeat}; a threshold must not be tested on the records that set it"
         )
     if left.n_empty:
         tell(f"without any number: {left.n_empty:,} of {left.n_record:,} records")

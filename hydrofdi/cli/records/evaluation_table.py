@@ -32,7 +32,7 @@ def print_evaluation(evaluation: Evaluation) -> None:
     console, detection = terminal(), evaluation.detection
     _print_records(console, evaluation)
     if not detection.judgements:
-        console.print("no indicator gave a number of any record")
+        console.print("no indicator could measure any record")
         return
     if evaluation.conclusion:
         console.print(Text(f"{capitalized(evaluation.conclusion)}.", style="bold"))

@@ -23,7 +23,7 @@ def indicators(
     name: Annotated[str | None, typer.Argument(help="One indicator, with its options.")] = None,
     json: Json = False,
 ) -> int:
-    """List what can be measured of a record, or describe one indicator."""
+    """List the indicators, or describe one."""
     from hydrofdi.api.listing import describe_indicator
     from hydrofdi.cli.terminal import print_json
 
@@ -117,7 +117,7 @@ def _print_one(indicator: Description) -> None:
         facts.add_row("if there", ", ".join(indicator.optional_channels))
     facts.add_row("cost", indicator.cost)
     if indicator.needs_scale:
-        facts.add_row("scale", "needs channels in SI; counts are of no use to it")
+        facts.add_row("scale", "needs channels in SI, not raw counts")
     console.print(facts)
     console.print(Text("\nOptions", style="bold"))
     options = _table("option", "default", "meaning")

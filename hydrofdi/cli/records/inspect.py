@@ -30,9 +30,9 @@ def inspect(
     sampling_frequency: SamplingFrequency = None,
     json: Json = False,
 ) -> int:
-    """Look at unknown records: channels, rates, lengths, ranges, and what is wrong with them.
+    """Inspect records: channels, rates, lengths, ranges and defects.
 
-    Exit code 1 where records are rejected.
+    Exit code 1 if records are rejected.
     """
     from hydrofdi.api.inspecting import inspect as look_at
     from hydrofdi.cli.records.overview_table import print_overview

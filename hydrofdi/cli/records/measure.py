@@ -39,17 +39,15 @@ def measure(
         typer.Option(metavar="NAME,…|FILE", help="Indicators, 'all', or a YAML file with their options."),
     ] = "dwt",
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write to a file; its suffix says the form.")
+        Path | None, typer.Option(metavar="FILE", help="Write to a file; its suffix sets the format.")
     ] = None,
-    form: Annotated[
-        Format | None, typer.Option("--format", help="Form of the output [default: table].")
-    ] = None,
+    form: Annotated[Format | None, typer.Option("--format", help="Output format [default: table].")] = None,
     sampling_frequency: SamplingFrequency = None,
     json: Json = False,
 ) -> int:
     """Measure indicators of any records, simulated or measured.
 
-    Exit code 1 where records are rejected or have no number of any indicator, or an indicator fails.
+    Exit code 1 if records are rejected or have no number of any indicator, or an indicator fails.
     'hydrofdi indicators' lists what can be measured.
     """
     from hydrofdi.api.measuring import measured_records

@@ -41,7 +41,7 @@ def print_measures(columns: Sequence[Column], records: Iterable[RecordMeasures])
     marked = Counter(record.status for record in shown if record.status != "ok" and not record.is_rejected)
     if marked:
         remarks = ", ".join(f"{status.replace(',', ' + ')} ({count})" for status, count in marked.items())
-        console.print(f"* {remarks}; 'hydrofdi inspect' says more")
+        console.print(f"* {remarks}; 'hydrofdi inspect' shows more")
     if n_record > len(shown):
         console.print(f"… the first {len(shown)} of {n_record:,} records; --out FILE.csv writes all")
     elif n_record != 1:

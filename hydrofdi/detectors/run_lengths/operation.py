@@ -1,4 +1,4 @@
-"""Healthy operation as it might have gone on: records drawn and joined."""
+"""Healthy operation as it might have gone on: records resampled and joined."""
 
 from __future__ import annotations
 

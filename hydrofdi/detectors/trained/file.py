@@ -102,7 +102,7 @@ class ChartLimit(Section):
     """Hours of healthy operation that it rests on."""
 
     rests_on: Literal["pieces", "records", "groups"] = "records"
-    """What was drawn and joined: groups, records, or pieces of records where those are few."""
+    """What was resampled and joined: groups, records, or pieces of records where those are few."""
 
 
 class ChannelRange(Section):

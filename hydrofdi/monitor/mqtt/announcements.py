@@ -44,16 +44,16 @@ class Announcements:
         """There is none, or still none."""
         if reason not in self._reasons:
             self._reasons.add(reason)
-            again = "; this goes on, and is said again when it is over" if self._n_short == _MOST_SAID else ""
+            again = "; this continues; the end of it is reported" if self._n_short == _MOST_SAID else ""
             self._say(
-                EventKind.DISCONNECTED, f"no connection to {self._address}: {reason}; tries again{again}"
+                EventKind.DISCONNECTED, f"no connection to {self._address}: {reason}; trying again{again}"
             )
 
     def steady(self) -> None:
         """The connection holds."""
         if self._n_short > _MOST_SAID:
             self._n_short = 0
-            self._say(EventKind.CONNECTED, f"connected to {self._address}, and it holds")
+            self._say(EventKind.CONNECTED, f"connected to {self._address}, and the connection is stable")
         self._n_short = 0
 
     def _say(self, kind: EventKind, text: str) -> None:

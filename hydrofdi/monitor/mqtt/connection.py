@@ -168,9 +168,9 @@ class MqttConnection:
             return
         remark = ""
         if self._is_forgotten:
-            remark += "; the broker kept nothing of what was sent meanwhile"
+            remark += "; the broker kept no messages in the meantime"
         if codes[0].value == 0:
-            remark += "; it grants quality of service 0 alone, so that messages can be lost"
+            remark += "; it grants only quality of service 0, so messages can be lost"
         self._announcements.connected(remark)
 
     def _on_disconnect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:

@@ -12,7 +12,7 @@ _OF_CODES = {
     "Client identifier not valid": "it refuses the client id",
     "Session taken over": "another client connected under the same client id",
     "Server shutting down": "it shuts down",
-    "Keep alive timeout": "it heard nothing for too long",
+    "Keep alive timeout": "it received nothing for too long",
     "Packet too large": "a message is too large for it",
     "Banned": "it bans this client",
 }

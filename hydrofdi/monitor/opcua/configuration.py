@@ -86,7 +86,8 @@ def server_url(source: str) -> str:
         raise ConfigError(f"an OPC UA server is written {SCHEME}://host:port/path")
     if "@" in source:
         raise ConfigError(
-            f"no user or password in an address, which others can read: set {_USERNAME} and {_PASSWORD}"
+            f"do not put a user or password in an address, which others can read; set {_USERNAME} and "
+            f"{_PASSWORD}"
         )
     host = f"[{host}]" if ":" in host else host
     return f"{SCHEME}://{host}:{port}{parts.path}"

@@ -29,7 +29,7 @@ def key_files(config: OpcUaConfig) -> KeyFiles | None:
     Raises
     ------
     ConfigError
-        One cannot be read, is no certificate or key, or they do not fit.
+        One cannot be read, is not a certificate or key, or they do not fit.
     """
     if config.certificate is None or config.key is None or config.server_certificate is None:
         return None
@@ -59,7 +59,7 @@ def _certificate(path: Path) -> x509.Certificate:
         load = x509.load_pem_x509_certificate if _is_pem(content) else x509.load_der_x509_certificate
         return load(content)
     except ValueError:
-        raise ConfigError(f"opcua: {path} is no certificate") from None
+        raise ConfigError(f"opcua: {path} is not a certificate") from None
 
 
 def _private_key(path: Path, certificate: x509.Certificate) -> CertProperties:
@@ -68,7 +68,7 @@ def _private_key(path: Path, certificate: x509.Certificate) -> CertProperties:
         load = load_pem_private_key if _is_pem(content) else load_der_private_key
         key = load(content, password=None)
     except (ValueError, TypeError):
-        raise ConfigError(f"opcua: {path} is no private key without a passphrase") from None
+        raise ConfigError(f"opcua: {path} is not a private key without a passphrase") from None
     if key.public_key() != certificate.public_key():
         raise ConfigError(f"opcua: the private key {path} does not belong to the certificate")
     return CertProperties(content, "pem" if _is_pem(content) else "der")
@@ -80,4 +80,4 @@ def _application_uri(certificate: x509.Certificate, path: Path) -> str:
         names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
         return str(names.get_values_for_type(x509.UniformResourceIdentifier)[0])
     except (x509.ExtensionNotFound, IndexError):
-        raise ConfigError(f"opcua: {path} has no application URI; servers ask for it") from None
+        raise ConfigError(f"opcua: {path} has no application URI; servers require it") from None

@@ -117,7 +117,7 @@ class ServerFollower:
             n_overflow += has_overflowed(change.Value)
             values += self._values(change, now)
         if n_overflow:
-            text = f"{self._server.url}: its queue was full; samples are lost before they were sent"
+            text = f"{self._server.url}: its queue was full; samples were lost before they were sent"
             self._say(Event(EventKind.DROPPED, text, count=n_overflow))
         self._put(*self._joiner.add(values, now))
 

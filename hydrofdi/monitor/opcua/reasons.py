@@ -16,7 +16,7 @@ _REASONS = {
     "BadIdentityTokenInvalid": "it refuses the user name or password, or wants one",
     "BadSecurityChecksFailed": "it does not trust the certificate of this monitor, or not the policy",
     "BadCertificateUntrusted": "it does not trust the certificate of this monitor",
-    "BadCertificateUriInvalid": "it misses its application URI in the certificate of this monitor",
+    "BadCertificateUriInvalid": "the certificate of this monitor lacks its application URI",
     "BadCertificateTimeInvalid": "it says that the certificate of this monitor has expired",
     "BadTooManySessions": "it has too many sessions",
     "BadTooManySubscriptions": "it has too many subscriptions",
@@ -57,5 +57,5 @@ def reason_of(error: BaseException) -> str:
     if "No matching endpoints" in text:
         return "it does not offer this security policy with signing and encrypting"
     if "certificate mismatch" in text:
-        return "it has another certificate than 'server_certificate'"
+        return "its certificate is not 'server_certificate'"
     return f"{text or type(error).__name__} ({type(error).__name__})"

@@ -99,4 +99,4 @@ def _check(endpoints: Sequence[ua.EndpointDescription], policy: str, files: KeyF
     if not offered:
         raise LostError("it does not offer this security policy with signing and encrypting")
     if not any((each.ServerCertificate or b"").startswith(files.server_certificate) for each in offered):
-        raise LostError("it has another certificate than 'server_certificate'")
+        raise LostError("its certificate is not 'server_certificate'")

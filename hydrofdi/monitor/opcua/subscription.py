@@ -37,7 +37,9 @@ def node_id(text: str) -> ua.NodeId:
     try:
         return ua.NodeId.from_string(text)
     except (UaError, ValueError):
-        raise ConfigError(f"{text!r} is no node id; write such as 'ns=2;s=P1' or 'ns=2;i=1001'") from None
+        raise ConfigError(
+            f"{text!r} is not a node id; write, for example, 'ns=2;s=P1' or 'ns=2;i=1001'"
+        ) from None
 
 
 class Subscription:

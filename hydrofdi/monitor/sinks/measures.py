@@ -39,7 +39,7 @@ class Measures:
         self._events = self._counter("events", "Events, each repetition counted", ["kind"])
         self._condition = Enum(
             "hydrofdi_condition",
-            "What the actuator is taken for",
+            "Condition of the actuator",
             states=[condition.value for condition in Condition],
             registry=self.registry,
         )

@@ -68,5 +68,7 @@ def _host_and_port(address: str) -> tuple[str, int]:
     if ":" in host and not (host.startswith("[") and host.endswith("]")):
         is_port = False
     if not (host and colon and is_port):
-        raise ConfigError(f"{setting('metrics')}: {address!r} is not host:port; write such as 127.0.0.1:9464")
+        raise ConfigError(
+            f"{setting('metrics')}: {address!r} is not host:port; write, for example, 127.0.0.1:9464"
+        )
     return host.strip("[]"), int(port)

@@ -76,7 +76,7 @@ class MqttSink:
             self._is_full = False
             return []
         was_full, self._is_full = self._is_full, True
-        text = f"lines for {self._place} are lost: the broker takes them too slowly, or is away for too long"
+        text = f"lines for {self._place} are lost: the broker is too slow, or was unreachable for too long"
         return [Event(EventKind.DROPPED, text, None, n_lost, is_silent=was_full)]
 
     def _refusals(self) -> list[Line]:

@@ -74,7 +74,7 @@ class Poster:
         except OSError as error:
             raise NotReachedError(network_reason(error)) from None
         except http.client.HTTPException:
-            raise NotReachedError("its answer is not HTTP") from None
+            raise NotReachedError("its response is not HTTP") from None
 
 
 class _NoRedirect(urllib.request.HTTPRedirectHandler):
@@ -93,6 +93,6 @@ def _tls_context(config: WebhookConfig) -> ssl.SSLContext:
     try:
         return ssl.create_default_context(cafile=config.ca_file)
     except ssl.SSLError:
-        raise ConfigError(f"webhook.ca_file: {config.ca_file}: is no certificate in PEM") from None
+        raise ConfigError(f"webhook.ca_file: {config.ca_file}: is not a certificate in PEM") from None
     except OSError as error:
         raise ConfigError(f"webhook.ca_file: {config.ca_file}: {error.strerror}") from None

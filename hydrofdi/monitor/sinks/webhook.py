@@ -81,7 +81,7 @@ class WebhookSink:
             self._is_full = self._is_full and not n_wanted
             return []
         was_full, self._is_full = self._is_full, True
-        text = f"events for {self._place} are lost: {self._capacity} wait already"
+        text = f"events for {self._place} are lost: {self._capacity} are already waiting"
         return [Event(EventKind.DROPPED, text, None, n_lost, is_silent=was_full)]
 
     def _run(self) -> None:
@@ -100,7 +100,7 @@ class WebhookSink:
             except NotTakenError as error:
                 self._say(EventKind.DROPPED, f"{self._place}: an event is lost: {error}")
             if not is_reached:
-                self._say(EventKind.CONNECTED, f"{self._place} takes events again")
+                self._say(EventKind.CONNECTED, f"{self._place} accepts events again")
             wait, is_reached = self._first_wait, True
             self._waiting.popleft()
 

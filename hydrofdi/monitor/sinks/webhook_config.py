@@ -81,7 +81,7 @@ def bearer_token(config: WebhookConfig) -> str:
     file = config.token_file
     token = os.environ.get(TOKEN, "") if file is None else secret_in(file, "webhook.token_file", "secret")
     if not token.isascii() or not token.isprintable():
-        raise ConfigError("webhook: the secret has letters that a header cannot hold")
+        raise ConfigError("webhook: the secret contains characters that are not allowed in a header")
     return token
 
 

@@ -110,7 +110,7 @@ def columns_of(
         _refuse_other_dimensions(titles, stated, {*needed} - {*channels}, place)
     if not channels:
         shown = ", ".join(map(shortened, titles[:12]))
-        raise DataError(f"{place}: nothing is named like a channel; found {shown[:200]!r}")
+        raise DataError(f"{place}: no column is named like a channel; found {shown[:200]!r}")
     return Columns(_time(titles, stated, time, place), channels)
 
 

@@ -56,7 +56,7 @@ class OpcUaSource(StreamSource):
     ) -> None:
         self._name, self._config = server_url(url), config
         if not channels:
-            raise ConfigError("an OPC UA server needs 'channels': which node is which channel")
+            raise ConfigError("an OPC UA server needs 'channels': the node of each channel")
         self._columns = [_column(*item, position) for position, item in enumerate(channels.items())]
         self._queue = SampleQueue(tuple(channels), max(2, round(config.queue * sampling_frequency)))
         self._follower = self._made_follower(config, sampling_frequency, first_wait)

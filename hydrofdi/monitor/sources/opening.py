@@ -61,7 +61,8 @@ def open_stream(
         raise ConfigError(f"{text}: unknown kind of source {kind!r}{_hint(kind, text)}")
     if sampling_frequency is not None:
         raise ConfigError(
-            f"{setting('sampling_frequency')}: is for text; other samples need a time of their own"
+            f"{setting('sampling_frequency')}: applies only to text; other sources need a time for each "
+            "sample"
         )
     return _opcua(text, config, file) if kind == "opc.tcp" else _mqtt(text, config, file, detector)
 
@@ -95,7 +96,7 @@ def _text(
     path = Path(text)
     if text != "-" and (path.is_dir() or path.suffix.lower() in _RECORDS):
         raise ConfigError(
-            f"{text}: is no stream of text; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
+            f"{text}: is not a text stream; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
         )
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")

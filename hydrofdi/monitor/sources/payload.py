@@ -144,9 +144,9 @@ def parsed(text: bytes | str) -> dict[str, Any]:
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
-        raise PayloadError("is no JSON") from None
+        raise PayloadError("is not JSON") from None
     if not isinstance(found, dict):
-        raise PayloadError("is no JSON object")
+        raise PayloadError("is not a JSON object")
     return found
 
 
@@ -156,7 +156,7 @@ def _numbers(key: str, value: Any) -> Array:
     kinds = set(map(type, values))
     if not kinds <= {float, int, type(None)}:
         found = ", ".join(sorted(kind.__name__ for kind in kinds - {float, int, type(None)}))
-        raise PayloadError(f"{key[:60]!r}: is no number ({_WORDS.get(found, found)})")
+        raise PayloadError(f"{key[:60]!r}: is not a number ({_WORDS.get(found, found)})")
     try:
         return np.array(values, dtype=np.float64)
     except OverflowError:

@@ -56,7 +56,7 @@ class SampleQueue:
             self._changed.notify()
 
     def fail(self, failure: BaseException) -> None:
-        """The connection ended by a fault of hydrofdi, which the monitor raises."""
+        """The connection ended by a bug in hydrofdi, which the monitor raises."""
         with self._changed:
             self._failure = failure
             self._changed.notify()

@@ -25,8 +25,8 @@ from hydrofdi.report.sections.replicates import replicates_block
 
 _LEAD = (
     "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with the"
-    " effective bulk modulus (EBM) of the fluid. After Maddahi et al., CDSR 2015, paper 181; all numbers are"
-    " computed, none is printed in the paper."
+    " effective bulk modulus (EBM) of the fluid. After Maddahi et al., CDSR 2015, paper 181; all "
+    "numbers are computed; none comes from the paper."
 )
 
 

@@ -28,7 +28,7 @@ class SealedAlarm:
     bulk_modulus : float
         β [Pa].
     delta_fixed : tuple of float
-        δ of all levels against the fixed normal [%].
+        δ of all levels against the fixed baseline [%].
     alarm : bool or None
         Whether δd3 is positive and the largest; None where the run is missing or failed.
     """

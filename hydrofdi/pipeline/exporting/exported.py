@@ -83,7 +83,9 @@ def exported(
             continue
         batch, row, file = record
         if file.resolve() in taken:
-            raise DataError(f"{file}: holds or gets another of these records; choose another folder or name")
+            raise DataError(
+                f"{file}: would hold more than one of these records; choose another folder or name"
+            )
         taken.add(file.resolve())
         require_own(file, target.form)
         with whole_file(file) as aside:
@@ -105,7 +107,7 @@ def require_own(path: Path, form: str) -> None:
     with path.open("rb") as file:
         beginning = file.read(len(BEGINNINGS[form]))
     if beginning and beginning != BEGINNINGS[form]:
-        raise DataError(f"{path}: exists already, is not an export in this format and was not changed")
+        raise DataError(f"{path}: already exists, is not an export in this format and was not changed")
 
 
 def _records(
@@ -125,8 +127,9 @@ def _records(
                     continue
                 if held is not None:
                     raise ConfigError(
-                        f"{target.path}: there is more than one record (healthy baselines count); name a"
-                        f" folder, which gets a file for each, or choose one run ({setting('runs')})"
+                        f"{target.path}: there is more than one record (including healthy baselines); "
+                        "name a folder to get one file per record, or choose one run "
+                        f"({setting('runs')})"
                     )
                 held = batch.rows([row]), 0, target.path
     if held is not None:

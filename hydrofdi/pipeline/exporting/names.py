@@ -64,7 +64,7 @@ def with_runs(source: RecordSource, wanted: Sequence[str]) -> tuple[RecordSource
             [True] * len(runs),
         )
     elif wanted:
-        raise ConfigError(f"{source.name}: has no runs to choose from; they are measured records")
+        raise ConfigError(f"{source.name}: contains measured records, so there are no runs to choose")
     else:
         return source, RecordNames({})
     only = _positions(run_ids, wanted, source.name)

@@ -51,7 +51,7 @@ class HeldTable(Table):
 
     def text(self, position: int) -> str:
         """No column of numbers is a name."""
-        raise DataError(f"{self.place}: column {self.titles[position]!r} is no text")
+        raise DataError(f"{self.place}: column {self.titles[position]!r} is not text")
 
 
 @dataclass(frozen=True)

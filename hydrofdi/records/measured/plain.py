@@ -50,7 +50,7 @@ def plain_file_source(path: Path | str, sampling_frequency: float | None = None)
 
 def _description(table: Table, file: Path, sampling_frequency: float | None) -> dict[str, Any]:
     if not table.titles:
-        raise DataError(f"{file}: holds no columns")
+        raise DataError(f"{file}: contains no columns")
     channels: dict[str, dict[str, str]] = {}
     for position, title in enumerate(table.titles):
         channel = channel_of(table, position)
@@ -83,7 +83,7 @@ def _sampling(table: Table, file: Path, sampling_frequency: float | None) -> dic
             table,
         )
     if is_counter(table, table.find(times[0])):
-        raise refusal(file, f"column {times[0]!r} counts the samples and is no time", table)
+        raise refusal(file, f"column {times[0]!r} counts the samples and is not a time", table)
     return {"time": {"column": times[0]}}
 
 

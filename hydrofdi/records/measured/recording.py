@@ -191,7 +191,7 @@ def _no_unit_of_time(where: str, values: Array) -> DataError:
     """What to say of a time column without a unit."""
     if counts_samples(values):
         return DataError(
-            f"{where}: counts the samples and is no time; give the sampling frequency instead,"
+            f"{where}: counts the samples and is not a time; give the sampling frequency instead,"
             " such as 'sampling_frequency: 1 kHz'"
         )
     return DataError(f"{where}: has no unit; write 'time: {{column: …, unit: s}}'")

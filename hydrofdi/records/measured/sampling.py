@@ -104,7 +104,7 @@ def folding(sampling: Sampling, frequency: float) -> tuple[Remark, ...]:
         return ()
     text = (
         f"resampled from {sampling.frequency:g} Hz to {frequency:g} Hz without a filter:"
-        f" what lies above {frequency / 2:g} Hz folds down"
+        f" frequencies above {frequency / 2:g} Hz are aliased"
     )
     return (Remark("folded", text),)
 

@@ -111,7 +111,7 @@ def time_ran_back(stamp: float, before: float) -> str:
 
 def set_back(stamp: float, before: float) -> str:
     """Earlier instants, and nothing but them."""
-    return f"the clock was set back from {_seconds(before)}; the stream begins anew at {_seconds(stamp)}"
+    return f"the clock was set back from {_seconds(before)}; the stream restarts at {_seconds(stamp)}"
 
 
 def malformed(stamp: float, before: float) -> str:

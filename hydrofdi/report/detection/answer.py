@@ -33,10 +33,10 @@ _MOST = 6
 _TITLE = "The best with each set of sensors, and wavelet rules"
 
 _KINDS = {
-    (Kind.HEALTHY, True): "healthy ones that set the thresholds",
-    (Kind.HEALTHY, False): "healthy ones that test them",
-    (Kind.FAULT, True): "leaking ones to learn from",
-    (Kind.FAULT, False): "leaking ones to find",
+    (Kind.HEALTHY, True): "healthy to set the thresholds",
+    (Kind.HEALTHY, False): "healthy to test them",
+    (Kind.FAULT, True): "leaking to train on",
+    (Kind.FAULT, False): "leaking to detect",
     (Kind.SHIFT, False): "in shifts",
     (Kind.CONFUSION, False): "with another fault",
     (Kind.ALONE, False): "with a single nuisance",
@@ -140,7 +140,7 @@ def _too_few_to_know(detection: Detection) -> str:
     if not few:
         return f"no healthy test records show a false-alarm rate; {needed}"
     there = joined([f"{total:,} of '{name}'" for name, total in few.items()])
-    return f"there are too few records without a fault to know any false-alarm rate: {there}; {needed}"
+    return f"there are too few fault-free records to state a false-alarm rate: {there}; {needed}"
 
 
 def _comparison(detection: Detection, rules: Sequence[Judgement]) -> str:

@@ -30,8 +30,8 @@ def caveats_block(detection: Detection) -> Block | None:
     ]
     if not said:
         return None
-    more = [f"… and {len(said) - _MOST} more; JSON holds all."] if len(said) > _MOST else []
-    return Block("caveats", "What is not stated, and what has to be known", (*said[:_MOST], *more))
+    more = [f"… and {len(said) - _MOST} more; JSON has all."] if len(said) > _MOST else []
+    return Block("caveats", "Limitations and remarks", (*said[:_MOST], *more))
 
 
 def _collected(pairs: Iterable[tuple[str, str]]) -> list[str]:

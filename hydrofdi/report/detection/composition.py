@@ -79,5 +79,8 @@ def holes_block(data: ExperimentData) -> Block | None:
     rest = len(reasons) - _MOST
     more = [f"… and {counted(rest, 'more reason')}."] if rest > 0 else []
     n_computed = int((statuses != MISSING).sum())
-    first = f"{rows.size:,} of {counted(n_computed, 'run')} have no numbers and are in no rate: {kinds}."
+    first = (
+        f"{rows.size:,} of {counted(n_computed, 'run')} have no results and are not counted in any "
+        f"rate:  {kinds}."
+    )
     return Block("holes", "What is missing", (first, *lines, *more))

@@ -1,4 +1,4 @@
-"""What must be bought: designs of a study side by side."""
+"""Comparison of designs: designs of a study side by side."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     )
     note = (
         "↑ and ↓: detects more or fewer of the same leaking actuators than the first design, averaged over"
-        " all tested leaks; =: no difference shown, which is no proof that there is none"
-        f" ({confidence} confidence for a column, thresholds drawn again)."
+        " all tested leaks; =: no difference shown, which does not prove that there is none"
+        f" ({confidence} confidence for a column, thresholds resampled)."
     )
     found = _sheet("designs", f"q{share}/{100.0 * rules.confidence:g}{shown}", detections, _found_cell, note)
     alarms = _sheet(
         "designs-false-alarms", "False alarms [%] of healthy test records", detections, _alarm_cell, ""
     )
-    return Block("designs", "What must be bought", (sentence,), (found, alarms))
+    return Block("designs", "Comparison of designs", (sentence,), (found, alarms))
 
 
 @lru_cache(maxsize=4)

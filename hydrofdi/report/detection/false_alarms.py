@@ -49,4 +49,4 @@ def _cell(judgement: Judgement, population: Population) -> Cell:
 def _note(detection: Detection, n_shown: int) -> str:
     interval = f"In parentheses the {100.0 * detection.rules.confidence:g} % interval (Clopper and Pearson)."
     total = len(detection.judgements)
-    return interval if n_shown == total else f"{interval} {n_shown} of {total} scores; CSV and JSON hold all."
+    return interval if n_shown == total else f"{interval} {n_shown} of {total} scores; CSV and JSON have all."

@@ -28,9 +28,8 @@ def levels_block(detection: Detection) -> Block | None:
     note = f"Bold (in plain text *): {100.0 * asked.probability:g} % or more. JSON and CSV hold all scores."
     sheet = Sheet("levels", title, headers, Rows(shown, row), text_columns=(0,), note=note)
     paragraph = (
-        "Points are the tested levels, curves are fitted over the true severity of each record. What is"
-        " stated comes from the curve where it describes the points, and from the levels alone where it does"
-        " not."
+        "Points are the tested levels, curves are fitted over the true severity of each record. "
+        "Results come from the curve if it describes the points, otherwise only from the levels."
     )
     return Block("levels", "Probability of detection", (paragraph,), (sheet,), ("pod", "roc", "det"))
 

@@ -15,10 +15,10 @@ from hydrofdi.report.wording import HOLE
 from hydrofdi.studies.judgement import Detection
 
 _KINDS = {
-    (Kind.HEALTHY, True): "healthy, sets thresholds",
-    (Kind.HEALTHY, False): "healthy, tests them",
-    (Kind.FAULT, True): "leaking, to learn from",
-    (Kind.FAULT, False): "leaking, to find",
+    (Kind.HEALTHY, True): "healthy, for thresholds",
+    (Kind.HEALTHY, False): "healthy, for testing",
+    (Kind.FAULT, True): "leaking, for training",
+    (Kind.FAULT, False): "leaking, for testing",
     (Kind.SHIFT, False): "healthy, shifted",
     (Kind.CONFUSION, False): "another fault",
 }
@@ -34,8 +34,8 @@ def populations_block(detection: Detection, varied: Varied, sensors: Sequence[Se
     question = (
         f"Which {unit.quantity} is found {probability_in_words(asked.probability)}, with"
         f" {100.0 * asked.confidence:g} % confidence, at {false_alarms_in_words(asked.false_alarm_rate)},"
-        " and with which score? Thresholds are set on healthy fit records alone; what is stated comes from"
-        " records that nothing was fitted to."
+        " and with which score? Thresholds are set only on healthy fit records; all results come from "
+        "records that nothing was fitted to."
     )
     sheets = (_populations_sheet(detection, varied), sensors_sheet(sensors), _varied_sheet(varied))
     return Block("populations", "The question", (question,), sheets)
@@ -81,11 +81,11 @@ def _nuisance_rows(detection: Detection, kind: Kind) -> Sequence[tuple[Cell, ...
     own = [each for each in detection.records.populations if each.kind is kind]
     count = sum(len(detection.records.rows(each)) for each in own)
     empty = Cell("")
-    row = (Cell(_NUISANCES[kind]), Cell("healthy, tells why"), Cell(f"{count:,}", value=float(count)))
+    row = (Cell(_NUISANCES[kind]), Cell("healthy, for explanation"), Cell(f"{count:,}", value=float(count)))
     return [(*row, empty, empty, empty)] if own else []
 
 
 def _varied_sheet(varied: Varied) -> Sheet:
     rows = tuple((Cell(name), Cell(text)) for name, text in varied.common.items())
-    title = "What varies in all populations without a fault"
+    title = "What varies in all fault-free populations"
     return Sheet("varied", title, ("Parameter", "Values"), rows, text_columns=(0, 1))

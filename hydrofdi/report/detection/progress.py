@@ -30,6 +30,6 @@ class Progress:
             return None
         sentence = (
             f"{self.n_computed:,} of {self.n_planned:,} runs; 'hydrofdi sweep CONFIG' goes on."
-            " The tables hold what is there, and nothing is concluded from it."
+            " The tables show the runs so far; no conclusions are drawn from them."
         )
         return Block("progress", "Not finished", (sentence,))

@@ -71,8 +71,9 @@ def _sentences(detection: Detection, shown: Shown) -> Iterator[str]:
         " actuator (noise, start phase, seeds) differs in all of them and has a row of its own."
     )
     yield (
-        "Alone: inner 90 % range of the score while this alone varies, relative to that while all vary. First"
-        " order and total: Sobol indices, by itself and with interactions. In parentheses the intervals."
+        "Alone: central 90 % range of the score while only this varies, relative to the range while all "
+        "vary. First"
+        " order and total: Sobol indices, without and with interactions. In parentheses: intervals."
     )
     if any(found.together for _, found in shown):
         quantity = severity_unit(detection).quantity

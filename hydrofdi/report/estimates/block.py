@@ -18,7 +18,7 @@ REFERENCE_PRESSURE = 8e6
 
 _NAMES = {"internal_coefficient": "leakage [L/min]", "bulk_modulus": "β [% of the truth]"}
 _ORDER = (
-    "The truth is known of simulated records alone, and no indicator sees it. Error: estimate less truth."
+    "The truth is known only for simulated records, and no indicator sees it. Error: estimate minus truth."
 )
 
 
@@ -38,7 +38,7 @@ def estimates_block(estimates: Estimates) -> Block | None:
     )
     note = (
         f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. 1σ stated: root mean square. Covered:"
-        f" records whose stated {level} interval holds the truth, with the {level} interval of that share."
+        f" records whose stated {level} interval contains the truth, with the {level} interval of that share."
         f"{_left_out(estimates)}"
     )
     sheet = Sheet(
@@ -57,9 +57,9 @@ def _left_out(estimates: Estimates) -> str:
     """Sentences on what the table does not list, and why."""
     sentences = ""
     if not estimates.has_constant_leaks:
-        sentences += " Faults are left out: leaks set in during the record, and no one plant is behind it."
+        sentences += " Faults are left out: leaks set in during the record, so there is no single true value."
     if estimates.without_deviation:
-        sentences += f" Not listed, as they state no deviation: {joined(estimates.without_deviation)}."
+        sentences += f" Not listed because they state no deviation: {joined(estimates.without_deviation)}."
     return sentences
 
 

@@ -13,8 +13,8 @@ from hydrofdi.report.wording import HOLE, flow_text, joined
 from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay, RunLengths
 
 _ORDER = (
-    "Charts leave out the transient of the estimator and start anew after each alarm. Healthy fit records,"
-    " drawn whole and joined, set the limits; all that is stated comes from other records. A delay is the"
+    "Charts leave out the transient of the estimator and restart after each alarm. Healthy fit records, "
+    "resampled whole and joined, set the limits; all results come from other records. A delay is the"
     " time from the onset of a leak to the first alarm after it; alarms before it are false ones (early)."
 )
 

@@ -36,18 +36,20 @@ SETTLED: dict[str, Callable[[TableRow], Levels]] = {
 """The same of the settled record."""
 
 
-_CIRCLES = "From the undecimated transform of whole periods that agree with the last one, taken as a circle."
+_CIRCLES = (
+    "From the undecimated transform of whole periods that agree with the last one, extended periodically."
+)
 _RECORDS = (
     "The input has no period, so whether a record has settled is not judged, and its start is in it: from"
     " the undecimated transform of what analysis.discard leaves, less the coefficients that look beyond its"
     " start."
 )
-_NO_PHASE = "It does not depend on the sample that the record starts at, nor on an extension."
+_NO_PHASE = "It depends neither on the start sample of the record nor on an extension."
 
 
 def baseline_title(table: SensitivityTable, baseline: str) -> str:
     """What δ is taken against, as a title."""
-    name = "matched baseline" if baseline == "matched" else "fixed normal"
+    name = "matched baseline" if baseline == "matched" else "fixed baseline"
     return f"δ [%] against the {name} ({baseline_words(table, baseline)})"
 
 
@@ -55,7 +57,7 @@ def baseline_words(table: SensitivityTable, baseline: str) -> str:
     """The conditions of the fixed or the matched baseline."""
     held = {name: table.baseline[name] for name in table.label_names if name in table.baseline}
     outside = {name: held.pop(name) for name in list(held) if name.startswith(EXTERNAL)}
-    sealed = "sealed inside and out" if outside and not any(outside.values()) else "sealed"
+    sealed = "sealed internally and externally" if outside and not any(outside.values()) else "sealed"
     if baseline == "matched":
         return f"{sealed}, the row's own EBM"
     state = [sealed, f"EBM {megapascal(table.normal_bulk_modulus)} MPa"]
@@ -65,7 +67,7 @@ def baseline_words(table: SensitivityTable, baseline: str) -> str:
 
 
 def changes_block(
-    analysis: Analysis, title: str = "Change of the details with what varies", key: str = "changes"
+    analysis: Analysis, title: str = "Change of the details over the varied parameters", key: str = "changes"
 ) -> Block:
     """The table of all runs, once per baseline; the RMS alone where no run is healthy."""
     table = analysis.table
@@ -75,7 +77,7 @@ def changes_block(
     sealed = "have no internal leakage" if table.varies_external else "are controls"
     legend = (
         f"Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed {sealed}; a sealed"
-        " row is its own matched baseline, so that its zeros there are no test."
+        " row is its own matched baseline, so its zeros there test nothing."
     )
     return Block(
         key,
@@ -128,7 +130,8 @@ def settled_block(analysis: Analysis) -> Block | None:
     is_periodic = samples_per_period(analysis.data.experiment.nominal_parameters) is not None
     return Block(
         "settled",
-        f"The same, {'settled: no start' if is_periodic else 'undecimated'}, all start phases, no boundaries",
+        f"The same, {'settled: no start-up transient' if is_periodic else 'undecimated'}, all start "
+        "phases, no boundaries",
         (_CIRCLES if is_periodic else _RECORDS, _NO_PHASE),
         _sheets(analysis, "settled", "Settled: ", SETTLED),
     )

@@ -17,9 +17,9 @@ def doubts_block(analysis: Analysis) -> Block | None:
     if not doubtful:
         return None
     verb = "has" if len(doubtful) == 1 else "have"
-    lead = f"{len(doubtful)} of {counted(len(rows), 'run')} {verb} numbers that are to be read with care:"
+    lead = f"{len(doubtful)} of {counted(len(rows), 'run')} {verb} results to read with care:"
     lines = [_line(doubt, [row for row in doubtful if doubt in row.doubts]) for doubt in DOUBTS.values()]
-    return Block("doubts", "How far the runs can be believed", (lead, *filter(None, lines)))
+    return Block("doubts", "How reliable the runs are", (lead, *filter(None, lines)))
 
 
 def _line(doubt: Doubt, rows: list[TableRow]) -> str:

@@ -44,7 +44,8 @@ def external_block(analysis: Analysis) -> Block | None:
 
 def _legend(study: ExternalStudy) -> str:
     return (
-        f"δ against the fixed normal, δ′ against the matched baseline. {study.name} holds the low frequencies"
+        f"δ against the fixed baseline, δ′ against the matched baseline. {study.name} holds the low "
+        "frequencies"
         f" of P_1, its mean included; its RMS over {study.gain:.4g}, its gain for a constant, is a pressure."
         " The verdicts and controls below look at the runs without external leakage."
         f" {_window_sentence(study)}"
@@ -60,8 +61,8 @@ def _window_sentence(study: ExternalStudy) -> str:
 def _other_causes(study: ExternalStudy) -> str:
     inside, modulus = study.effect_of_internal_leakage(), study.effect_of_bulk_modulus()
     return (
-        f"Without any leak the EBM alone makes δ{study.name} {_span(modulus)} %; internal leakage alone makes"
-        f" δ′{study.name} {_span(inside)} %."
+        f"Without any leak, the EBM alone gives δ{study.name} {_span(modulus)} %; internal leakage "
+        f"alone gives δ′{study.name} {_span(inside)} %."
     )
 
 
@@ -69,8 +70,9 @@ def _separations(table: SensitivityTable, study: ExternalStudy) -> list[str]:
     if any(name.startswith(EXTERNAL) for name in table.baseline):
         return [_separation(study, state) for state in study.states[1:]]
     return [
-        "The baseline names no external leakage, so each healthy run leaks out as the run that it is compared"
-        f" with does, and δ does not show it: put {EXTERNAL}_1: 0 and _2: 0 into the baseline."
+        "The baseline names no external leakage, so each healthy run has the external leakage of the "
+        f"run that it is compared with, and δ does not show it: put {EXTERNAL}_1: 0 and _2: 0 into "
+        "the baseline."
     ]
 
 
@@ -91,11 +93,11 @@ def _separation(study: ExternalStudy, state: ExternalState) -> str:
 def _mean_sentence(study: ExternalStudy) -> str:
     shares, name = study.mean_shares(), study.name
     if not any(row.status == "ok" for row in study.rows):
-        return f"No run has a mean of P_1 to hold {name} against."
+        return f"No run has a mean of P_1 to compare {name} with."
     if math.isnan(shares.low):
         return f"{name} is not stored: these runs were made by an earlier version; sweep into a new folder."
     return (
-        f"The mean of P_1 makes {100.0 * shares.low:.0f} to {100.0 * shares.high:.0f} % of the square of"
+        f"The mean of P_1 makes up {100.0 * shares.low:.0f} to {100.0 * shares.high:.0f} % of the square of"
         f" the RMS of {name}: whatever moves the mean pressure moves {name}."
     )
 

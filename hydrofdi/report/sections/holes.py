@@ -31,11 +31,11 @@ def holes_block(analysis: Analysis) -> Block | None:
     if not holes:
         return None
     kinds = ", ".join(f"{count} {status}" for status, count in Counter(row.status for row in holes).items())
-    sentences = [f"{len(holes)} of {counted(len(analysis.table.rows), 'run')} have no numbers: {kinds}."]
+    sentences = [f"{len(holes)} of {counted(len(analysis.table.rows), 'run')} have no results: {kinds}."]
     for row in holes[:_MOST]:
         labels = f", {labels_text(row.labels)}" if row.labels else ""
         mode = mode_name(row.leakage_flow, row.bulk_modulus)
         sentences.append(f"{mode}{labels}: {row.status}: {row.message}")
     if len(holes) > _MOST:
-        sentences.append(f"… and {len(holes) - _MOST} more; the CSV form has them all.")
+        sentences.append(f"… and {len(holes) - _MOST} more; the CSV file has all of them.")
     return Block("holes", "What is missing", tuple(sentences))

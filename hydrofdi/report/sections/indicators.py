@@ -86,7 +86,7 @@ def _sealed_outside(analysis: Analysis, study: IndicatorStudy) -> Iterator[str]:
         is_outside = np.isfinite(output.matched.low) & ~output.matched.is_healthy
         outside = [row_name(row) for row, _ in _conditions(analysis, output) if is_outside[row.position]]
         if outside:
-            yield f"Outside of its healthy range without a leak, {output.measured.title}: {some(outside)}."
+            yield f"Outside its healthy range without a leak, {output.measured.title}: {some(outside)}."
 
 
 def _conditions(analysis: Analysis, output: OutputStudy) -> list[tuple[TableRow, int]]:
@@ -117,8 +117,9 @@ def _ranges_sheet(analysis: Analysis, key: str, study: IndicatorStudy) -> Sheet:
         tuple(cells),
         breaks=tuple(breaks[1:]),
         text_columns=(0, 1),
-        note="Each replicate against the mean of the others, in the unit of the output. A further draw lies"
-        f" outside of a range of n replicates in at most about 2 of n+1 cases: 2 of {most + 1} here.",
+        note="Each replicate against the mean of the others, in the unit of the output. Another draw "
+        "lies outside the range of n replicates in at most about 2 of n+1 cases: "
+        f"2 of {most + 1} here.",
     )
 
 

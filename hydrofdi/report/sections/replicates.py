@@ -37,7 +37,7 @@ def replicates_block(analysis: Analysis, levels: Sequence[int] | None = None) ->
         (
             _ranges_sheet(analysis, study.ranges),
             _rows_sheet(analysis, "matched", "the matched baseline", study.matched),
-            _rows_sheet(analysis, "fixed", "the fixed normal", study.fixed),
+            _rows_sheet(analysis, "fixed", "the fixed baseline", study.fixed),
         ),
     )
 
@@ -49,20 +49,21 @@ def _sentences(analysis: Analysis, study: ReplicateStudy, levels: Sequence[int])
     records = "settled records" if study.is_settled else "records as configured"
     yield (
         f"Each healthy run has {counted(n, 'independent replicate')} ({over}; {records}). δ is taken against"
-        " their mean; their own range is that of each against the mean of the others. A further healthy"
-        f" actuator would lie outside of the range of a level in about 2 of {n + 1} cases."
+        " their mean; their own range is that of each against the mean of the others. Another healthy "
+        f"actuator would lie outside the range of a level in about 2 of {n + 1} cases."
     )
     lost = sum(config.count - healthy.n_replicate for healthy in study.ranges)
     if lost:
         yield (
-            f"Left out, failed or not settled: {lost} of {config.count * len(study.ranges):,} replicates. The"
+            f"Left out because they failed or have not settled: {lost} of "
+            f"{config.count * len(study.ranges):,} replicates. The"
             " ranges lack what these would add."
         )
     for level in levels:
         yield _outside_sentence(study, level)
     for level in levels:
         share = share_text(study.alarms(level), with_interval=True)
-        yield f"“δd{level + 1} is the largest positive” is true of {share} of the healthy replicates."
+        yield f"“δd{level + 1} is the largest positive” holds for {share} of the healthy replicates."
 
 
 def _outside_sentence(study: ReplicateStudy, level: int) -> str:
@@ -72,8 +73,8 @@ def _outside_sentence(study: ReplicateStudy, level: int) -> str:
     alarmed = sum(entry.outside[level] for entry in sealed)
     return (
         f"δd{level + 1} lies outside of the healthy range in {found} of {counted(len(leaky), 'leaky run')}"
-        f" against the matched baseline, and in {alarmed} of {counted(len(sealed), 'sealed run')} against the"
-        " fixed normal."
+        f" against the matched baseline, and in {alarmed} of {counted(len(sealed), 'sealed run')} "
+        "against the fixed baseline."
     )
 
 
@@ -118,5 +119,5 @@ def _rows_sheet(analysis: Analysis, key: str, baseline: str, entries: Sequence[R
         (*lead_headers(analysis.table), *_level_headers(analysis.table.n_level)),
         tuple(rows),
         breaks=group_breaks([entry.row.leakage_request for entry in entries]),
-        note="Marked: outside of the range of the healthy replicates.",
+        note="Marked: outside the range of the healthy replicates.",
     )

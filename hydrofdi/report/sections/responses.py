@@ -39,11 +39,11 @@ def _blocks(key: str, title: str, axes: list[AxisResponses]) -> Iterator[Block]:
 
 def _legend(axes: list[AxisResponses]) -> Iterator[str]:
     yield (
-        "Each cell: the median over the runs with that value, and in brackets their range over all else that"
-        " varies."
+        "Each cell: the median of the runs with that value and, in brackets, their range over all other "
+        "parameters."
     )
     if any(response.feature.is_change for found in axes for response in found.responses):
-        yield "δ: the fall of the RMS of a detail in percent of the healthy RMS, above zero where it fell."
+        yield "δ: the fall of the RMS of a detail in percent of the healthy RMS, positive if it fell."
 
 
 def _axis_sheet(key: str, found: AxisResponses) -> Sheet:
@@ -55,7 +55,7 @@ def _axis_sheet(key: str, found: AxisResponses) -> Sheet:
         (_runs_row(found), *(_cells(response, _known(found)) for response in found.responses)),
         breaks=(1,),
         text_columns=(0,),
-        note="Brackets: 5 to 95 % of the runs." if found.has_quantiles else "Brackets: least and largest.",
+        note="Brackets: 5 to 95 % of the runs." if found.has_quantiles else "Brackets: minimum and maximum.",
     )
 
 
@@ -121,10 +121,11 @@ def _rank_sheets(key: str, axes: list[AxisResponses]) -> Iterator[Sheet]:
             ("Feature", "Parameter", "ρ", "95 % interval", "By chance up to", "Runs"),
             tuple(rows),
             text_columns=(0, 1),
-            note="Spearman's ρ: +1 where a feature always rises with the parameter, −1 where it always falls."
-            " By chance: where a feature does not depend on the parameter, abs(ρ) is below that in 95 % of"
-            " cases; marked where it is above. The interval is for independent draws; for a Sobol sequence"
-            " or a Latin hypercube it is wider than need be.",
+            note="Spearman's ρ: +1 if a feature always rises with the parameter, −1 if it always falls. "
+            "By chance: if a feature does not depend on the parameter, abs(ρ) is below this in 95 % "
+            "of cases; larger ones are marked. The interval is for independent draws; for a Sobol "
+            "sequence"
+            " or a Latin hypercube it is wider than necessary.",
         )
 
 

@@ -26,9 +26,9 @@ def varied_block(analysis: Analysis) -> Block:
 def _runs(analysis: Analysis) -> Iterator[str]:
     n_swept = int(analysis.responses.runs.sum())
     n_added = len(analysis.table.rows) - n_swept
-    added = f", and {counted(n_added, 'healthy run')} to compare with" if n_added > 0 else ""
+    added = f", and {counted(n_added, 'healthy run')} for comparison" if n_added > 0 else ""
     failed = sum(row.status != "ok" for row in analysis.table.rows)
-    ended = f"{counted(failed, 'run')} without numbers" if failed else "all have numbers"
+    ended = f"{counted(failed, 'run')} without results" if failed else "all have results"
     yield f"{counted(n_swept, 'run')}{added}; {ended}."
 
 

@@ -47,7 +47,7 @@ class EstimateJudgement:
         Mean error, standard deviation of the errors, and root mean square of the stated deviations, in SI; of
         the bulk modulus as shares of the truth.
     covered : Rate
-        Share of the records whose stated interval holds the truth.
+        Share of the records whose stated interval contains the truth.
     """
 
     indicator: str

@@ -82,7 +82,7 @@ class ChartJudgement:
     def keeps(self, population: Population) -> bool | None:
         """Whether records are not shown to alarm more often than the limit is set for.
 
-        None if they are watched for too short a time to tell, or not at all.
+        None if they are not watched long enough to tell, or not at all.
         """
         found = self.false_alarms.get(population)
         if found is None:

@@ -105,7 +105,7 @@ def test_two_short_records_say_that_nothing_is_known_of_others(hydrofdi, tmp_pat
     assert done.returncode == 0, done.stderr
     told = " ".join(done.stdout.split())
     assert "windows taken as independent" in told
-    assert "Too few windows are left without one of the records: nothing is known of other ones." in told
+    assert "Without one of the records, too few windows are left: nothing is known of other records." in told
 
 
 def test_healthy_windows_that_are_all_at_fault_are_not_called_too_short(hydrofdi, tmp_path):
@@ -126,7 +126,7 @@ def test_one_record_says_what_its_promise_rests_on(hydrofdi, tmp_path):
     assert "It judges windows of 1 s, one every 0.5 s, at 100 Hz and needs P1 (chamber_1_pressure)." in told
     assert "One record: nothing is known of other days or machines." in told
     assert "windows taken as independent" in told
-    assert "No record has a label: all of them are taken as healthy." in told
+    assert "No record has a label: all are assumed to be healthy." in told
     assert load_detector(tmp_path / "detector.json").limits.interval_rests_on == "windows"
     refused = hydrofdi("train", "run.csv", *DETECTOR, "--window", "1 s", "--out", "detector.json")
     assert "needs 99 healthy windows that do not overlap (1.65 min), and there are 40;" in refused.stderr
@@ -245,7 +245,7 @@ def test_nothing_but_a_detector_is_overwritten(hydrofdi, tmp_path):
     before = (tmp_path / "run.csv").read_bytes()
     refused = hydrofdi("train", "run.csv", *TRAIN[:-1], "run.csv", "--window", "1 s")
     assert refused.returncode == 2
-    assert "run.csv: exists already, is not a detector file and was not changed" in refused.stderr
+    assert "run.csv: already exists, is not a detector file and was not changed" in refused.stderr
     assert (tmp_path / "run.csv").read_bytes() == before
     for _ in range(2):
         assert hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s").returncode == 0
@@ -260,7 +260,7 @@ def test_only_a_detector_or_nothing_stands_where_a_detector_is_written(hydrofdi,
         ("pipe", "pipe: is not a regular file and was not changed"),
         ("link", "link: is not a regular file and was not changed"),
         (".", "is not a regular file and was not changed"),
-        ("empty.json", "empty.json: exists already, is not a detector file and was not changed"),
+        ("empty.json", "empty.json: already exists, is not a detector file and was not changed"),
         ("absent/x.json", "absent/x.json: there is no folder "),
     ):
         refused = hydrofdi("train", "run.csv", *TRAIN[:-1], out, "--window", "1 s")

@@ -87,7 +87,7 @@ def test_a_clock_that_was_set_back_is_believed_after_a_minute():
     _, pieces, findings = _stream(np.concatenate([before, after]))
     assert pieces[1].begins_anew
     assert pieces[1].time.tolist() == after[599:].tolist()
-    assert findings[-1].text == "the clock was set back from 7209.9 s; the stream begins anew at 3659.9 s"
+    assert findings[-1].text == "the clock was set back from 7209.9 s; the stream restarts at 3659.9 s"
 
 
 def test_each_clock_that_was_set_back_is_news():
@@ -132,7 +132,7 @@ def test_a_clock_that_began_anew_while_the_monitor_was_down_is_believed_after_a_
     _, pieces, findings = _stream(time, state=stream.resumed(state, may_repeat=may_repeat))
     assert [piece.time[0] for piece in pieces] == [time[599]]
     assert [each.text for each in findings] == [
-        "the clock was set back from 7299.9 s; the stream begins anew at 59.9 s"
+        "the clock was set back from 7299.9 s; the stream restarts at 59.9 s"
     ]
 
 

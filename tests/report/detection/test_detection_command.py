@@ -38,7 +38,7 @@ def report(swept, *arguments):
 def test_a_study_is_reported_as_one(swept):
     text = report(swept, "--full")
     assert "What is found" in text
-    assert "From 110 records: 30 healthy ones that set the thresholds" in text
+    assert "From 110 records: 30 healthy to set the thresholds" in text
     words = " ".join(text.split())
     assert "fluid.bulk_modulus 440.8 … 661.2 MPa" in words
     assert "supply.pressure 17.2 ± 0.1 MPa (normal)" in words

@@ -83,7 +83,7 @@ def test_scores_that_never_overlap_are_called_apart():
         return [made_up_score(records, "easy", gain=1e4)]
 
     detection = judged(scores=easy, n_healthy=120, n_other=20, severities=(0.1, 1.0))
-    assert "all apart" in texts(draw_figure(report_of(detection), "det"))
+    assert "do not overlap" in texts(draw_figure(report_of(detection), "det"))
 
 
 def one_score(records):

@@ -85,7 +85,7 @@ def test_wavelet_rules_are_answered_by_name_without_the_paper(detection):
 
 def test_the_counts_are_those_of_the_records(detection):
     text = " ".join(answer_block(detection).paragraphs)
-    assert "From 2,080 records: 400 healthy ones that set the thresholds" in text
+    assert "From 2,080 records: 400 healthy to set the thresholds" in text
     assert f"{len(detection.judgements)} scores were tried" in text
 
 

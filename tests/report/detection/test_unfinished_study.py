@@ -40,8 +40,8 @@ def test_an_unfinished_study_says_so_first_and_concludes_nothing(report):
     assert document.blocks[0].paragraphs[0].startswith(sentence)
     answer = next(block for block in document.blocks if block.key == "answer")
     assert answer.paragraphs == (
-        "From 90 records: 30 healthy ones that set the thresholds, 20 healthy ones that test them,"
-        " 10 leaking ones to learn from and 30 leaking ones to find.",
+        "From 90 records: 30 healthy to set the thresholds, 20 healthy to test them,"
+        " 10 leaking to train on and 30 leaking to detect.",
     )
     assert {"why", "designs", "holes"}.isdisjoint(block.key for block in document.blocks)
 

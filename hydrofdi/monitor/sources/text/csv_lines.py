@@ -151,7 +151,7 @@ class CsvLines:
         titles = self._titles_in(text)
         if any(self._is_number(title) for title in titles if title):
             raise DataError(
-                f"{self._name}: begins with {text[:60]!r}, which is no header; write the names"
+                f"{self._name}: begins with {text[:60]!r}, which is not a header; write the names"
                 " and units of the columns first, such as 'time [s],P1 [bar]'"
             )
         self._titles, self.header, self._columns = titles, [text], None
@@ -202,7 +202,7 @@ class CsvLines:
 
 def _reason(error: Exception) -> str:
     """Why a line is no row; the library for CSV says it in its own words."""
-    return "cannot be divided into cells" if isinstance(error, csv.Error) else str(error)
+    return "cannot be split into cells" if isinstance(error, csv.Error) else str(error)
 
 
 def _only(numbers: set[int]) -> int:

@@ -75,9 +75,11 @@ class GrowingFile(StreamSource):
             It is a folder, packed, not readable, or not there and nobody waits for it.
         """
         if self._path.suffix.lower() == ".gz":
-            raise DataError(f"{self._path}: is packed and cannot be read as a stream; unpack it first")
+            raise DataError(
+                f"{self._path}: is compressed and cannot be read as a stream; decompress it first"
+            )
         if self._path.exists() and not self._path.is_file():
-            raise DataError(f"{self._path}: is no file; what is no file can be read as standard input, '-'")
+            raise DataError(f"{self._path}: is not a regular file; read it from standard input, '-'")
         self._stored = dict(position)
         try:
             self._go_on()
@@ -136,7 +138,7 @@ class GrowingFile(StreamSource):
         if self._trouble:
             self._say("is there now")
         if "inode" in stored and found is None:
-            self._say("the file that was read before is gone; this one is read from its beginning")
+            self._say("the previous file is gone; this one is read from the start")
             stored = {key: value for key, value in stored.items() if key == "n_sample"}
         self._file, self._text, self._trouble = file, self._lines(stored), ""
 
@@ -144,7 +146,7 @@ class GrowingFile(StreamSource):
         if data := file.read(BLOCK):
             return self._parsed(data)
         if file.was_truncated():
-            self._say("became shorter; it is read from its beginning")
+            self._say("became shorter; it is read from the start")
             self._text.forget_unfinished()
             file.begin_anew()
         elif self._is_replaced(file):

@@ -113,7 +113,7 @@ class TextLines:
         return chunk, self._malformed.events(n_time, time)
 
     def _require_text(self, data: bytes) -> None:
-        """Refuse what is no text in UTF-8, as far as it is seen before the first line."""
+        """Refuse what is not text in UTF-8, as far as it is seen before the first line."""
         if self._lines is not None:
             return
         if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
@@ -121,7 +121,7 @@ class TextLines:
                 f"{self._name}: is in UTF-16; streams are in UTF-8, as 'iconv -f UTF-16 -t UTF-8' writes it"
             )
         if b"\0" in data.partition(b"\n")[0]:
-            raise DataError(f"{self._name}: is no text in UTF-8; is it a binary file, or in UTF-16?")
+            raise DataError(f"{self._name}: is not text in UTF-8; is it a binary file, or in UTF-16?")
 
     def _fits(self, line: str) -> bool:
         """Whether a line is short enough; counts it where it is not."""

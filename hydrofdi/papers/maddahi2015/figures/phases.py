@@ -39,7 +39,7 @@ def draw_phases(study: Study) -> Figure:
     top.set_xlabel("margin [percentage points]")
     names = [_alarm_name(study, k) for k in range(n_alarm)]
     _draw(bottom, standings, names, lambda standing, k: (standing.alarms[k], standing.alarm_deltas[k][2]))
-    bottom.set_title("the sealed actuator against the fixed normal: no leak, and an alarm")
+    bottom.set_title("the sealed actuator against the fixed baseline: no leak, and an alarm")
     bottom.set_xlabel("δd3 [%]")
     figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure

@@ -50,7 +50,7 @@ def missing_grid(experiment: ExperimentConfig, shape: tuple[int, int, int], n_ru
 
 
 def _sentence(reason: str) -> str:
-    return f"Leakage and EBM form no grid of modes ({reason}), so the claims are not evaluated."
+    return f"Leakage and EBM do not form a grid of modes ({reason}), so the claims are not evaluated."
 
 
 def _drawn(block: SweepConfig) -> list[str]:

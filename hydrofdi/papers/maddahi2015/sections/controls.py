@@ -37,10 +37,10 @@ def controls_block(study: Study) -> Block:
 def _alarm_sentence(alarms: tuple[SealedAlarm, ...]) -> str:
     decided = [alarm for alarm in alarms if alarm.alarm is not None]
     if not decided:
-        return "The d3 rule could not be tried: there is no sealed run above the normal EBM that ended well."
+        return "The d3 rule could not be tested: no sealed run above the normal EBM has succeeded."
     raised = [alarm for alarm in decided if alarm.alarm]
     if not raised:
-        return f"The d3 rule stays silent in all {len(decided):,} sealed cases above the normal EBM."
+        return f"The d3 rule raises no alarm in all {len(decided):,} sealed cases above the normal EBM."
     places = list(dict.fromkeys(f"{megapascal(alarm.bulk_modulus)} MPa" for alarm in raised))
     return (
         f"The d3 rule raises an alarm on the sealed actuator in {len(raised):,} of {len(decided):,} cases"
@@ -51,7 +51,7 @@ def _alarm_sentence(alarms: tuple[SealedAlarm, ...]) -> str:
 def _best_level_sentence(best: tuple[BestLevel, ...]) -> str:
     counts = Counter("open" if mode.is_open else level_name(mode.level) or "no level" for mode in best)
     if not best:
-        return "There is no leaky mode to look at under the matched baseline."
+        return "No leaky mode can be compared with the matched baseline."
     parts = [f"{level} in {count:,}" for level, count in sorted(counts.items())]
     return (
         f"Against the matched baseline the largest positive δ of the {counted(len(best), 'leaky mode')}"
@@ -68,7 +68,7 @@ def _alarm_sheet(study: Study) -> Sheet:
     n_label = len(_label_header(study.sealed_alarms))
     return Sheet(
         "sealed-alarms",
-        "The d3 rule on the sealed actuator: δ [%] against the fixed normal",
+        "The d3 rule on the sealed actuator: δ [%] against the fixed baseline",
         headers,
         Rows(study.sealed_alarms, _alarm_cells),
         text_columns=(*range(n_label), n_label + 1),

@@ -9,7 +9,8 @@ from hydrofdi.report.wording import HOLE, counted, kilopascal, mode_name, signed
 
 NONE_GIVEN = (
     "No published value is compared: the digits of the paper's Tables 2 and 3 are lost in the only text that"
-    " hydrofdi was made from. Whoever owns the printed paper can put its numbers under reference: in the"
+    " hydrofdi was made from. If you have the printed paper, you can enter its numbers under reference: "
+    "in the"
     " experiment file."
 )
 
@@ -27,7 +28,7 @@ def reference_block(study: Study) -> Block:
         f"{f'; source: {source}' if source else ''}."
     )
     holes = len(deviations) - len(decided)
-    absent = f"{counted(holes, 'value')} could not be compared: no such run, or it did not end well."
+    absent = f"{counted(holes, 'value')} could not be compared: there is no such run, or it failed."
     return Block(
         "reference", "Published values", (sentence, absent) if holes else (sentence,), (_sheet(deviations),)
     )

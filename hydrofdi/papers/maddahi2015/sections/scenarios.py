@@ -111,7 +111,7 @@ def _values_sheet(study: ScenarioStudy) -> Sheet:
     rows = [row if position in (0, *breaks) else (Cell(""), *row[1:]) for position, row in enumerate(rows)]
     return Sheet(
         "scenarios-values",
-        "Which values carry it",
+        "Which values decide it",
         ("Parameter", "Value", "Scenarios", "Feasible", "C1–C4", "Share", "C1–C6", "Share"),
         tuple(rows),
         breaks=breaks,

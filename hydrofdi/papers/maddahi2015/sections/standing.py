@@ -14,7 +14,7 @@ from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.wording import HOLE, labels_text, megapascal, signed, some
 
 _ONE_PHASE = (
-    "Only one start phase was measured. The decimated transform depends on it, so this is no finding yet:"
+    "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
     " set wavelet: {phase: all}."
 )
 _UNSETTLED = (

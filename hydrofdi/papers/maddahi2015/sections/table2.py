@@ -20,7 +20,7 @@ def table2_block(study: Study) -> Block | None:
     requests = sorted({row.leakage_request for row in table.rows})[:2]
     sheets = tuple(_sheet(table, [row for row in table.rows if row.leakage_request == q]) for q in requests)
     legend = (
-        "RMS of the detail coefficients of the chamber-1 pressure; δ against the fixed normal,"
+        "RMS of the detail coefficients of the chamber-1 pressure; δ against the fixed baseline,"
         " δ′ against the matched baseline."
     )
     return Block("table2", "Table 2: the small leakage over the EBM", (legend,), sheets[::-1])

@@ -28,13 +28,13 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
     try:
         codecs.lookup(config.format.encoding)
     except LookupError:
-        message = f"unknown encoding {config.format.encoding!r}; such as utf-8 or latin-1"
+        message = f"unknown encoding {config.format.encoding!r}; for example utf-8 or latin-1"
         yield source.mistake(("format", "encoding"), message)
     delimiter = config.format.delimiter
     if delimiter is not None and len(delimiter) > 1 and delimiter not in ("tab", "\\t", "space"):
         yield source.mistake(("format", "delimiter"), f"one character, tab or space; found {delimiter!r}")
     if delimiter in ('"', "\n", "\r"):
-        yield source.mistake(("format", "delimiter"), f"{delimiter!r} cannot stand between columns")
+        yield source.mistake(("format", "delimiter"), f"{delimiter!r} cannot separate columns")
     if delimiter == config.format.decimal:
         yield source.mistake(("format", "delimiter"), f"{delimiter!r} is the decimal sign as well")
 
@@ -70,7 +70,7 @@ def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
         unit = known_unit(config.time.unit)
         if unit is None or unit.exponents != parse_unit("s").exponents:
             yield source.mistake(
-                ("time", "unit"), f"{config.time.unit!r} is no unit of time; dates need none"
+                ("time", "unit"), f"{config.time.unit!r} is not a unit of time; dates need no unit"
             )
 
 
@@ -100,17 +100,17 @@ def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Mistake
 def _labels(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
     for key in ("healthy", "severity"):
         if getattr(config, key) and not config.label:
-            yield source.mistake((key,), "needs 'label', which says what is known of each record")
+            yield source.mistake((key,), "needs 'label', which states the condition of each record")
     for label in config.severity:
         if label in config.healthy:
-            yield source.mistake(("severity", label), "is healthy, and has no severity")
+            yield source.mistake(("severity", label), "is a healthy label and cannot have a severity")
 
 
 def _names(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
     try:
         pattern = path_pattern(config.path)
     except re.error as error:
-        yield source.mistake(("path",), f"is no regular expression: {error}")
+        yield source.mistake(("path",), f"is not a regular expression: {error}")
         return
     known = [*pattern.groupindex, *config.columns, *OWN_NAMES]
     for key in ("group", "label"):

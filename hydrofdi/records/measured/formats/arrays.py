@@ -58,7 +58,7 @@ class ArrayTable(Table):
         if values.dtype.kind in "iu" and values.size and _magnitude(values) > _EXACT:
             raise DataError(f"{where}: contains integers beyond 2^53, which are not exact")
         if values.dtype.kind == "c":
-            raise DataError(f"{where}: holds complex numbers")
+            raise DataError(f"{where}: contains complex numbers")
         if values.dtype.kind not in "biuf":
             raise DataError(f"{where}: holds {values.dtype.name}, not numbers")
         return np.asarray(values, dtype=np.float64)

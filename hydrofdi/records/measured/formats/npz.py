@@ -19,7 +19,7 @@ def npz_table(place: str, content: Content) -> Iterator[ArrayTable]:
     with damage_named("NPZ"):
         archive: Any = np.load(content, allow_pickle=False)
         if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise RejectionError("damaged", "cannot be read as NPZ: it is no archive of arrays")
+            raise RejectionError("damaged", "cannot be read as NPZ: it is not an archive of arrays")
     with archive:
         with damage_named("NPZ"):
             arrays = {name: np.asarray(archive[name]) for name in archive.files}

@@ -88,11 +88,11 @@ def _decoded(path: Path, place: str, encoding: str) -> str:
         text = data.decode("utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding)
     except UnicodeError:
         raise DataError(
-            f"{place}: is no text in {encoding}; write 'format: {{encoding: …}}', such as latin-1, in the"
+            f"{place}: is not text in {encoding}; write 'format: {{encoding: …}}', such as latin-1, in the"
             " YAML that describes the file (docs/measured.md)"
         ) from None
     if "\0" in text:
-        raise DataError(f"{place}: is no text in {encoding}; is it a binary file, or in utf-16?")
+        raise DataError(f"{place}: is not text in {encoding}; is it a binary file, or in utf-16?")
     return text
 
 

@@ -92,7 +92,7 @@ class Table(ABC):
         Raises
         ------
         DataError
-            It holds something else than real numbers.
+            It contains something other than real numbers.
         """
 
     def dates(self, position: int) -> Array | None:

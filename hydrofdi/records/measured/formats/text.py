@@ -40,7 +40,7 @@ class TextTable(Table):
         self.place, self._form = place, form
         self._cells = Cells(place, text, form)
         if not self._cells.n_row:
-            raise DataError(f"{place}: holds no rows")
+            raise DataError(f"{place}: contains no rows")
         self._first_row, self._units = 0, [""]
         self.titles = self._take_header() if self._has_header() else self._numbered()
         self._check_widths()
@@ -117,7 +117,7 @@ class TextTable(Table):
     def _numbered(self) -> list[str]:
         if self._cells.is_comma_doubtful:
             raise DataError(
-                f"{self._cells.place(0)}: do commas divide columns, or are they decimal signs? Write"
+                f"{self._cells.place(0)}: do commas separate columns, or are they decimal signs? Write"
                 " 'format: {delimiter: \",\"}' or 'format: {decimal: \",\"}'"
             )
         return [str(number + 1) for number in range(self._cells.width)]
@@ -155,8 +155,9 @@ class TextTable(Table):
     def _check_blanks(self, found: int, width: int) -> None:
         if found != width:
             raise DataError(
-                f"{self._cells.place(self._first_row)}: has {found} cells under {width} column names; where"
-                " names hold blanks, write 'format: {header: false, skip: …}' and give columns by number"
+                f"{self._cells.place(self._first_row)}: has {found} cells under {width} column names; if "
+                "names contain spaces, write 'format: {header: false, skip: …}' and give columns by "
+                "number"
             )
 
     def _irregularities(self, is_ended: bool) -> Iterator[Remark]:

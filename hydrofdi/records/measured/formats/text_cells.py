@@ -122,7 +122,7 @@ class Cells:
         try:
             rows = list(reader)
         except csv.Error:
-            raise DataError(f"{self.place(reader.line_num - 1)}: cannot be divided into cells") from None
+            raise DataError(f"{self.place(reader.line_num - 1)}: cannot be split into cells") from None
         if len(rows) != len(self._lines):
             raise DataError(f"{self._place}: a quoted cell goes over more than one line")
         return rows

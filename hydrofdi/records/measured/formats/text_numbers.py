@@ -112,5 +112,5 @@ def _hint(text: str, decimal: str, is_decimal_comma: bool) -> str:
             " the file (docs/measured.md)"
         )
     if decimal == "," and "." in text:
-        return "; its point is no decimal sign here, because 'decimal' is ','"
+        return "; its point is not a decimal sign here, because 'decimal' is ','"
     return ""

@@ -52,7 +52,7 @@ def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording 
     """
     spans = _spans(recording, cycles)
     if not spans:
-        raise RejectionError("no_cycle", f"holds no whole cycle between {cycles.by}")
+        raise RejectionError("no_cycle", f"contains no whole cycle between {cycles.by}")
     left_out = _left_out(recording, spans)
     for number, (first, stop) in enumerate(spans):
         cycle = part(recording, first, stop, start_time=0.0)
@@ -72,10 +72,10 @@ def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConf
         The piston does not move, or the part is too short.
     """
     if stroke is None:
-        raise RejectionError("no_motion", "the piston does not move from one place to another")
+        raise RejectionError("no_motion", "the piston does not move")
     first, stop = _segment_span(stroke, segment, recording)
     if first < 0 or stop - first < 2:
-        raise RejectionError("short", f"holds no {segment.part} of the stroke")
+        raise RejectionError("short", f"contains no {segment.part} of the stroke")
     return of_length(part(recording, first, stop, start_time=0.0), segment.length, f"the {segment.part}")
 
 
@@ -91,7 +91,7 @@ def of_length(recording: Recording, length: float | None, what: str) -> Recordin
     n_time = recording.n_time if length is None else _samples(length, frequency)
     if not 2 <= n_time <= recording.n_time:
         lasts = recording.n_time / frequency
-        raise RejectionError("short", f"{what} lasts {lasts:g} s; asked for are {length or 0:g} s")
+        raise RejectionError("short", f"{what} lasts {lasts:g} s; the description requires {length or 0:g} s")
     return recording if n_time == recording.n_time else part(recording, 0, n_time, recording.sampling.start)
 
 

@@ -37,7 +37,9 @@ def reference_pressure(recording: Recording, kind: str) -> float:
         chambers = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE)
         pressure = max(float(recording.channels[chamber][last:].mean()) for chamber in chambers)
     if not pressure > 0.0:
-        raise RejectionError("no_reference", f"the {kind} pressure is {pressure:g}; nothing is divided by it")
+        raise RejectionError(
+            "no_reference", f"the {kind} pressure is {pressure:g}; pressures were not divided by it"
+        )
     return pressure
 
 

@@ -62,7 +62,8 @@ def _captions(detection: Detection) -> dict[str, str]:
         " too few records for a rate",
         "densities": "Scores of healthy, shifted and leaking records, each scaled to its own largest density,"
         " those beyond the axis in its last bin; vertical lines: thresholds",
-        "tornado": f"What each nuisance alone does to a healthy score, told as the {quantity} that would do"
+        "tornado": f"What each nuisance alone does to a healthy score, expressed as the {quantity} that "
+        "would do"
         " the same. Right: what a healthy record in twenty looks like; left: what another one hides. Lines:"
         f" {confidence} intervals; dotted: the smallest and the largest tested, beyond which nothing is said",
         "answer": f"The smallest {quantity} that is found {probability_in_words(asked.probability)}, with"

@@ -100,7 +100,7 @@ def draw_det(detection: Detection) -> Any:
 def _why_no_line(judgement: Judgement) -> str:
     areas = [level.area.value for level in judgement.levels if level.area is not None]
     if areas and min(areas) == 1.0:
-        return "healthy and leaking records\nare all apart"
+        return "healthy and leaking records\ndo not overlap"
     return "too few different scores"
 
 

@@ -1,4 +1,4 @@
-"""Tornado: what each nuisance moves a healthy score by, told as the leak that would do the same."""
+"""Tornado: what each nuisance moves a healthy score by, expressed as the leak that would do the same."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def draw_tornado(detection: Detection) -> Any:
         :_MOST_PANELS
     ]
     if tested is None or not shown:
-        raise ReportError("no nuisance can be told as a leak: give study.sensitivity.alone, and leaks")
+        raise ReportError("no nuisance can be expressed as a leak: set study.sensitivity.alone, and leaks")
     height = 0.9 + 0.2 * max(len(rows) for _, rows in shown)
     figure, axes = panels(len(shown), 2, width=4.4, height=height)
     for axis, (name, rows) in zip(axes, shown, strict=True):

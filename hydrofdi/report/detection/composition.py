@@ -81,6 +81,6 @@ def holes_block(data: ExperimentData) -> Block | None:
     n_computed = int((statuses != MISSING).sum())
     first = (
         f"{rows.size:,} of {counted(n_computed, 'run')} have no results and are not counted in any "
-        f"rate:  {kinds}."
+        f"rate: {kinds}."
     )
     return Block("holes", "What is missing", (first, *lines, *more))

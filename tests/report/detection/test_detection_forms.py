@@ -118,7 +118,7 @@ def test_what_is_found_at_an_unknown_false_alarm_rate_is_said_with_its_reservati
     assert f"{first.scored.name} finds 0.0" in sentence
     assert "Nothing is found" not in sentence
     assert sentence.endswith(
-        "but there are too few records without a fault to know any false-alarm rate: 200 of 'healthy test';"
+        "but there are too few fault-free records to state a false-alarm rate: 200 of 'healthy test';"
         " 299 records of each are needed."
     )
 

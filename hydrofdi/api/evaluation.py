@@ -93,7 +93,7 @@ class Evaluation:
         return evaluation_record(self.found)
 
     def _sentences(self) -> list[str]:
-        first = f"best score: {self.best}" if self.best else "no indicator gave a number of any record"
+        first = f"best score: {self.best}" if self.best else "no indicator could measure any record"
         return [first, *filter(None, [self.conclusion]), *self.remarks]
 
     def __repr__(self) -> str:

@@ -74,7 +74,7 @@ def test_labelled_records_teach_where_their_label_is_healthy(hydrofdi, measured)
         "It rests on 120 windows that do not overlap, from 30 healthy records in 3 groups: sound (120)."
         in told
     )
-    assert "Left out, as they are not healthy ones to train on: 12." in told
+    assert "Left out because they are not healthy training records: 12." in told
     assert "leave-one-group-out" in told
     assert "That is 360 false alarms an hour" in told
 

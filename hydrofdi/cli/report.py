@@ -37,7 +37,7 @@ _FORMAT = typer.Option(
     "--format",
     parser=_format,
     metavar=f"[{'|'.join(Format)}]",
-    help="Format of the report; html writes a page, as --html does.",
+    help="Form of the report [default: text]; html writes a page, as --html does.",
 )
 
 
@@ -50,7 +50,7 @@ def report(
             " [default: <name>.html in the folder].",
         ),
     ] = None,
-    form: Annotated[Format, _FORMAT] = Format.text,
+    form: Annotated[Format | None, _FORMAT] = None,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write all formats and figures to this folder.")
@@ -99,8 +99,8 @@ def report(
 
         for line in write_all_forms(made, out):
             tell(line)
-    if json or form not in (Format.text, Format.html) or not (html or out or check):
-        _print(made, Format.json if json else form, full)
+    if json or form not in (None, Format.html) or not (html or out or check or figure):
+        _print(made, Format.json if json else form or Format.text, full)
     return _check_code(made) if check else 0
 
 

@@ -105,4 +105,4 @@ def _shown_cell(cell: Cell, is_text: bool) -> Text | Folded:
 
 def _marked(cell: Cell) -> str:
     """A cell with a mark that also stands where there is no bold type."""
-    return cell.text + ("*" if cell.is_strong else " ")
+    return cell.text + (cell.mark if cell.is_strong else " ")

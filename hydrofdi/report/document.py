@@ -23,11 +23,14 @@ class Cell:
         Whether it stands out in its row.
     value : float, str or None
         What the text was made from, for programs.
+    mark : str
+        What follows a cell that stands out where there is no bold type.
     """
 
     text: str
     is_strong: bool = False
     value: float | str | None = None
+    mark: str = "*"
 
 
 class Rows(Sequence[tuple[Cell, ...]]):

@@ -76,7 +76,12 @@ def signed(value: float, decimals: int = 1) -> str:
     if math.isnan(value):
         return HOLE
     text = f"{value:+.{decimals}f}"
-    return text[1:] if float(text) == 0.0 else text
+    return with_minus(text[1:] if float(text) == 0.0 else text)
+
+
+def with_minus(number: str) -> str:
+    """A number as people print it, with the minus sign of the field and not a hyphen."""
+    return number.replace("-", "\N{MINUS SIGN}")
 
 
 def kilopascal(pressure: float) -> str:

@@ -30,11 +30,12 @@ SIGNIFICANCE = 0.05
 
 @dataclass(frozen=True)
 class Detectability:
-    """The curve, whether it holds, and the severities found (``q50``, ``q90``, ``q90_95``)."""
+    """The curve, whether it holds, the severities found (``q50``, ``q90``, ``q90_95``), and their curves."""
 
     curve: PodCurve | None = None
     lack_of_fit: LackOfFit | None = None
     smallest: Mapping[str, DetectableSeverity] = field(default_factory=dict)
+    bounding: tuple[PodCurve, ...] = ()
 
 
 def detectability(
@@ -75,7 +76,24 @@ def detectability(
         return Detectability()
     curves = _curves(tested, tested.outcomes, floor, rules)
     fit = lack_of_fit(curves[0])
-    return Detectability(curves[0], fit, _smallest(curves, fit, tested, rules, notes))
+    is_described = not fit.p_value < SIGNIFICANCE
+    has_curve = is_described and tested.lie_on_the_rise(curves[0])
+    used: Sequence[PodCurve] = ()
+    if not tested.is_grouped and is_described:
+        used = curves if has_curve else _with_one_miss_more(curves[0], tested, rules)
+    if not has_curve:
+        notes.remarks.append(_why_levels(fit, is_described))
+    smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes)
+    return Detectability(curves[0], fit, smallest, tuple(_plausible(used, rules.confidence)))
+
+
+def _why_levels(fit: LackOfFit, is_described: bool) -> str:
+    why = (
+        "only one tested level, or none, lies on the rise of the probability of detection"
+        if is_described
+        else f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g})"
+    )
+    return f"{why}: what is found is stated from the tested levels"
 
 
 def _curves(tested: TestedLevels, outcomes: Array, floor: float, rules: Rules) -> list[PodCurve]:
@@ -99,30 +117,19 @@ def _with_severity(level: Part) -> Part:
 
 
 def _smallest(
-    curves: Sequence[PodCurve], fit: LackOfFit, tested: TestedLevels, rules: Rules, notes: Notes
+    curve: PodCurve | None, used: Sequence[PodCurve], tested: TestedLevels, rules: Rules, notes: Notes
 ) -> dict[str, DetectableSeverity]:
-    is_described = not fit.p_value < SIGNIFICANCE
-    has_curve = is_described and tested.lie_on_the_rise(curves[0])
-    if not has_curve:
-        why = (
-            "only one tested level, or none, lies on the rise of the probability of detection"
-            if is_described
-            else f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g})"
-        )
-        notes.remarks.append(f"{why}: what is found is stated from the tested levels")
+    """Estimates of the curve, or of the levels without one; bounds of the curves that are used."""
     confidences = {"q90_95": rules.confidence}
     if rules.n_tried > 1:
         confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, rules.n_tried)
-    used: Sequence[PodCurve] = ()
-    if not tested.is_grouped and is_described:
-        used = curves if has_curve else _with_one_miss_more(curves[0], tested, rules)
     bounds: dict[str, DetectableSeverity] = {}
     for name, confidence in confidences.items():
         bound = notes.unless_refused(
-            partial(_bound, used, tested, rules.probability, confidence, is_sure=has_curve)
+            partial(_bound, used, tested, rules.probability, confidence, is_sure=curve is not None)
         )
         bounds |= {} if bound is None else {name: bound}
-    estimates = _estimates(curves[0] if has_curve else None, tested, rules)
+    estimates = _estimates(curve, tested, rules)
     bound = bounds.get("q90_95")
     if bound is not None and _upper(estimates["q90"]) > _upper(bound):
         estimates = _estimates(used[0] if bound.source == "curve" else None, tested, rules)

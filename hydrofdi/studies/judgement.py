@@ -69,6 +69,8 @@ class Judgement:
         What could not be stated, and why.
     remarks : tuple of str
         What has to be known of what is stated.
+    bounding : tuple of PodCurve
+        The curves that bounds are taken from, the likeliest first; all are held against its likelihood.
     """
 
     scored: Scored
@@ -83,6 +85,7 @@ class Judgement:
     counted: Mapping[Population, int] = field(default_factory=dict)
     refusals: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    bounding: tuple[PodCurve, ...] = ()
 
     @property
     def keeps_its_rate(self) -> bool | None:

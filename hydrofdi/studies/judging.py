@@ -65,6 +65,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
         levels=levels,
         curve=found.curve,
         lack_of_fit=found.lack_of_fit,
+        bounding=found.bounding,
         smallest=found.smallest,
         partial_area=suspicion.partial_area(case.part(list(faulty))),
         counted=_counted(false_alarms, levels, rules),

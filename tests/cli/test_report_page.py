@@ -45,7 +45,7 @@ def printed(sweep, *arguments, **options):
 def test_the_first_page_says_what_was_varied_and_how_features_respond(own):
     page = printed(own)
     assert len(page.splitlines()) < 70
-    order = ["What was varied", "12 runs; all have results", "Stated baseline: sealed", "Responses"]
+    order = ["What was varied", "12 runs; all complete", "Fixed baseline: sealed", "Responses"]
     places = [page.index(each) for each in order]
     assert places == sorted(places)
     assert "supply.pressure [MPa]" in page

@@ -90,7 +90,7 @@ def test_every_form_shows_delta_of_a4_against_both_baselines(printed, leaking):
         assert float(line["approximation_delta_fixed_percent"]) == row["approximation_delta_fixed_percent"][3]
         shown = f"{delta:+.1f}"
         for form in ("text", "markdown", "latex"):
-            text = printed[form].replace("$+$", "+").replace("$-$", "-")
+            text = printed[form].replace("$+$", "+").replace("$-$", "-").replace("−", "-")
             assert shown in text or float(shown) == 0.0, form
     for form in ("text", "markdown"):
         assert "External leakage by the approximation a4" in printed[form]

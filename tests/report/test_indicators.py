@@ -73,7 +73,7 @@ def test_changes_stand_over_each_axis_against_both_baselines(with_ring):
     span = "{}\N{NO-BREAK SPACE}…\N{NO-BREAK SPACE}{}".format
     assert changes_of(report, "internal_flow") == [
         ("sealed", "2", span("60", "66"), span("0.0", "+10.0"), "0.0"),
-        ("0.12", "2", span("59.4", "66"), span("-1.0", "+10.0"), span("-1.0", "0.0")),
+        ("0.12", "2", span("59.4", "66"), span("−1.0", "+10.0"), span("−1.0", "0.0")),
         ("2", "0", "–", "–", "–"),
     ]
     assert [row[0] for row in changes_of(report, "bulk_modulus")[:2]] == ["551", "689"]
@@ -104,7 +104,7 @@ def test_changes_within_those_of_healthy_replicates_are_marked(with_ring, made_u
     frequencies = [*FREQUENCIES, 59.0, 61.0, 60.0, 60.0]
     report = with_ring(replicated(made_up), frequencies)
     _, two, _ = changes_of(report, "internal_flow")
-    assert two[4] == "(-1.0)"
+    assert two[4] == "(−1.0)"
     assert not two[3].startswith("("), "+10 % at 689 MPa is more than the replicates differ by"
     assert "no sign of a leak" in " ".join(block_of(report).paragraphs)
     (output, *_) = report.record()["indicators"][0]["outputs"]

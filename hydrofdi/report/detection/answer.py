@@ -75,7 +75,7 @@ def answer_sentence(detection: Detection) -> str:
         first = f"{_with(unsure[0])} {found_sentence(unsure[0].smallest['q90_95'], unit)}"
         return f"{capitalized(first)} {terms}, but {_why_unsure(detection)}."
     if not found:
-        keeping = " that is not shown to exceed its false-alarm rate" if unsure else ""
+        keeping = " that kept to its false-alarm rate" if unsure else ""
         return f"Nothing is found {terms}: {_why_nothing(detection, best)}{keeping}."
     parts = [
         f"{_with(each)} {found_sentence(each.smallest['q90_95'], unit)}"
@@ -124,7 +124,7 @@ def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
 def _why_unsure(detection: Detection) -> str:
     """Why no score is known to keep its false-alarm rate."""
     if all(judgement.keeps_its_rate is False for judgement in detection.judgements):
-        return "every score is shown to exceed its false-alarm rate"
+        return "every score exceeds its false-alarm rate"
     return _too_few_to_know(detection)
 
 
@@ -148,7 +148,7 @@ def _comparison(detection: Detection, rules: Sequence[Judgement]) -> str:
     unit = severity_unit(detection)
     found = [
         f"{each.scored.name} {found_sentence(each.smallest.get('q90_95'), unit)}"
-        f"{' (and is shown to exceed its false-alarm rate)' if each.keeps_its_rate is False else ''}"
+        f"{' (and exceeds its false-alarm rate)' if each.keeps_its_rate is False else ''}"
         for each in rules
     ]
     return f"Wavelet rules for comparison: {'; '.join(found)}." if found else ""
@@ -183,6 +183,7 @@ def _counts(detection: Detection) -> str:
     n_found = sum(judgement.keeps_its_rate is True and _has_bound(judgement) for judgement in judgements)
     return (
         f"{_records_sentence(detection)} {counted(len(judgements), 'score')} were tried;"
-        f" {n_kept} of them are not shown to exceed the false-alarm rate on healthy test records and in"
-        f" shifts, and {n_found} of these find a tested leak."
+        f" {n_kept} kept to the false-alarm rate as far as the data can show (healthy test records and"
+        f" shifts); {n_found} of these {'detects' if n_found == 1 else 'detect'} at least one of the tested"
+        " leaks."
     )

@@ -22,7 +22,8 @@ def false_alarms_block(detection: Detection) -> Block | None:
     sheets = [_sheet(detection, key, title, kinds) for key, (title, kinds) in groups.items()]
     sentence = (
         f"Thresholds are set for {100.0 * detection.rules.false_alarm_rate:g} % on healthy fit records."
-        " Bold (in plain text *): more alarms than the threshold allows, with its confidence."
+        " Bold (in plain text !): significantly more alarms than the threshold allows"
+        f" ({100.0 * detection.rules.confidence:g} % confidence)."
         " A score without false alarms in a shift is of use only where it finds leaks as well."
     )
     kept = tuple(sheet for sheet in sheets if len(sheet.headers) > 1)

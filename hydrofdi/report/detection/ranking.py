@@ -25,8 +25,9 @@ _MARKS = {"rising": "↑", "falling": "↓", "both": "↕"}
 def ranking_block(detection: Detection) -> Block:
     """Every score that was tried."""
     order = (
-        "Scores not shown to exceed their false-alarm rate on healthy test records and in shifts come first,"
-        " by q90/95; the others, marked with !, follow. The bold ones are the Pareto set."
+        "Scores that kept to their false-alarm rate on healthy test records and in shifts come first,"
+        " by q90/95; the others, marked with !, follow. A bold q90/95 (in plain text *) is"
+        " Pareto-optimal: no other score detects a smaller leak with the same or fewer sensors."
     )
     return Block(
         "ranking",
@@ -96,10 +97,11 @@ def ranking_note(detection: Detection) -> str:
     rate, confidence = f"{100.0 * asked.false_alarm_rate:g} %", f"{100.0 * asked.confidence:g} %"
     return (
         f"q90/95: {unit.quantity} found with {100.0 * asked.probability:g} % probability, with {confidence}"
-        " confidence; q90 and q50 are the estimates. ≤: at most the smallest tested; >: not detectable up to"
-        f" the largest. {FROM_LEVELS}: from the tested levels, without a curve; estimates are interpolated"
+        " confidence; q90 and q50 are the estimates. ≤: at most the smallest tested; >: no leak detected up"
+        f" to the largest. {FROM_LEVELS}: from the tested levels, without a curve, each taken at the largest"
+        " true severity of its records, which may exceed the nominal one; estimates are interpolated"
         f" between them. False alarms of healthy test records, with {confidence} interval, at thresholds for"
-        f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: is shown to exceed its rate;"
-        f" ?: too few records to know. Bold (in plain text *): no score with the same or fewer sensors finds"
-        f" a smaller one.{area} Cost: CPU time per record."
+        f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: exceeds its false-alarm rate;"
+        f" ?: too few records to know.{area} Cost:"
+        " CPU time per record."
     )

@@ -113,12 +113,12 @@ def found_cell(found: DetectableSeverity | None, unit: SeverityUnit) -> Cell:
 
 
 def found_sentence(found: DetectableSeverity | None, unit: SeverityUnit) -> str:
-    """The same in a sentence: ``finds 0.012 L/min``, ``is not detectable up to 1 L/min``."""
+    """The same in a sentence: ``finds 0.012 L/min``, ``detects no leak up to 1 L/min``."""
     if found is None:
         return "has no severity that can be stated"
     number = f"{unit.found(found)} {unit.name}".rstrip()
     words = {"below": f"finds {number} or less", "within": f"finds {number}"}
-    return words.get(found.place, f"is not detectable up to {number}")
+    return words.get(found.place, f"detects no leak up to {number}")
 
 
 def two_digits(value: float) -> str:
@@ -136,10 +136,11 @@ def rate_text(rate: Rate | None, *, is_counted: bool = False) -> str:
 
 
 def rate_cell(judgement: Judgement, population: Population, *, is_strong: bool = False) -> Cell:
-    """The rate of alarms of a population that is judged."""
+    """The rate of alarms of a population that is judged; marked with ! where it is too large."""
     rate = judgement.false_alarms.get(population)
     text = rate_text(rate, is_counted=population in judgement.counted)
-    return Cell(text, is_strong, None if rate is None or math.isnan(rate.value) else 100.0 * rate.value)
+    value = None if rate is None or math.isnan(rate.value) else 100.0 * rate.value
+    return Cell(text, is_strong, value, mark="!")
 
 
 def percent(share: float) -> str:

@@ -168,7 +168,7 @@ def _median(deltas: Any) -> Levels:
 
 def _note(n_run: int, sealed: Any, n_kept: int, n_column: int) -> str:
     of = "runs" if sealed.all() else "leaking runs"
-    note = f"{n_run:,} runs in one picture: each line is the median δ of the {of} with this value"
+    note = f"{n_run:,} runs in one picture: each row is the median δ of the {of} with this value"
     if sealed.any() and not sealed.all():
         note += "; 'sealed' is the median of the runs without a leak"
     if n_kept < n_column:

@@ -25,7 +25,7 @@ _LIMITS = (10.0, 30.0, 60.0)
 _CELL, _LETTER, _FONT = 0.62, 0.066, 8
 """Widths of a cell and of a letter beside it [in], and its size [pt]."""
 
-_FRAMED = "Framed: largest positive δ of the line"
+_FRAMED = "Framed: largest positive δ of the row"
 
 
 def draw_sensitivity(analysis: Analysis) -> Figure:

@@ -57,7 +57,7 @@ def _columns(sheet: Sheet) -> str:
 
 def _cell(cell: Cell) -> str:
     text = cell.text
-    is_signed = text[:1] in "+-" and text[1:2].isdigit()
+    is_signed = text[:1] == "+" and text[1:2].isdigit()
     text = f"${text[0]}${_escaped(text[1:])}" if is_signed else _escaped(text)
     return rf"\textbf{{{text}}}" if cell.is_strong else text
 

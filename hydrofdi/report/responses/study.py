@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 MANY_RUNS = 40
 """Runs of a group from which on its range is that from 5 to 95 %; below, the least and the largest."""
 
-FIXED = "the stated baseline"
+FIXED = "the fixed baseline"
 MATCHED = "the sealed actuator under the same conditions"
 NOTHING = ""
 
@@ -103,7 +103,7 @@ def study_responses(data: ExperimentData) -> ResponseStudy:
     """The responses of an experiment.
 
     Leakage is compared with the sealed actuator under the same conditions, so that the leak alone is seen;
-    all else with the stated baseline. Where every run is its own baseline, the RMS stand in place of δ.
+    all else with the fixed baseline. Where every run is its own baseline, the RMS stand in place of δ.
     """
     runs = swept_runs(data)
     fixed, matched = (detail_changes(data, matched=is_matched) for is_matched in (False, True))

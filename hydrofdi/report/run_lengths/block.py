@@ -117,7 +117,7 @@ def _note(lengths: RunLengths, charts: Sequence[ChartJudgement], populations: Se
     ]
     return (
         f"In parentheses the {100.0 * lengths.confidence:g} % interval, in the unit before it; > without an"
-        " alarm. Bold (in plain text *): shown to alarm more often than the limit is set for; ?:"
+        " alarm. Bold (in plain text !): shown to alarm more often than the limit is set for; ?:"
         " watched for too short a time to tell."
         f" Watched: {', '.join(watched) or HOLE}."
     )

@@ -59,10 +59,14 @@ def baseline_words(table: SensitivityTable, baseline: str) -> str:
     outside = {name: held.pop(name) for name in list(held) if name.startswith(EXTERNAL)}
     sealed = "sealed internally and externally" if outside and not any(outside.values()) else "sealed"
     if baseline == "matched":
-        return f"{sealed}, the row's own EBM"
+        return f"{sealed}, the same conditions as the run"
     state = [sealed, f"EBM {megapascal(table.normal_bulk_modulus)} MPa"]
     state += [labels_text(held)] if held else []
-    state += ["else the row's own parameters"] if len(held) + len(outside) < len(table.label_names) else []
+    state += (
+        ["otherwise the same parameters as the run"]
+        if len(held) + len(outside) < len(table.label_names)
+        else []
+    )
     return ", ".join(state)
 
 

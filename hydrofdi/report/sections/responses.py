@@ -9,7 +9,7 @@ from dataclasses import replace
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.report.responses import AxisResponses, RankCorrelation, Response, Spread
-from hydrofdi.report.wording import HOLE, signed
+from hydrofdi.report.wording import HOLE, signed, with_minus
 
 _GAP = "\N{NO-BREAK SPACE}"
 
@@ -53,7 +53,6 @@ def _axis_sheet(key: str, found: AxisResponses) -> Sheet:
         f"Over {found.axis.header}{against}",
         ("Feature", *(group.text for group in found.axis.groups)),
         (_runs_row(found), *(_cells(response, _known(found)) for response in found.responses)),
-        breaks=(1,),
         text_columns=(0,),
         note="Brackets: 5 to 95 % of the runs." if found.has_quantiles else "Brackets: minimum and maximum.",
     )
@@ -102,7 +101,7 @@ def _spread_text(spread: Spread, is_change: bool) -> str:
 
 
 def _number(value: float, is_change: bool) -> str:
-    return signed(value) if is_change else f"{value:.4g}"
+    return signed(value) if is_change else with_minus(f"{value:.4g}")
 
 
 def _rank_sheets(key: str, axes: list[AxisResponses]) -> Iterator[Sheet]:
@@ -133,8 +132,8 @@ def _rank_cells(rank: RankCorrelation) -> tuple[Cell, ...]:
     if math.isnan(rank.value):
         return Cell(HOLE), Cell(HOLE), Cell(HOLE), Cell(f"{rank.n_run:,}", value=rank.n_run)
     return (
-        Cell(f"{rank.value:+.2f}", rank.is_clear, rank.value),
-        Cell(f"{rank.low:+.2f}…{rank.high:+.2f}"),
+        Cell(signed(rank.value, 2), rank.is_clear, rank.value),
+        Cell(f"{signed(rank.low, 2)}…{signed(rank.high, 2)}"),
         Cell(f"{rank.chance:.2f}", value=rank.chance),
         Cell(f"{rank.n_run:,}", value=rank.n_run),
     )

@@ -80,7 +80,7 @@ def test_a_score_that_does_not_keep_its_rate_is_no_answer(detection):
 def test_wavelet_rules_are_answered_by_name_without_the_paper(detection):
     text = " ".join(answer_block(detection).paragraphs)
     assert "paper" not in render_markdown(report_of(detection).document())
-    assert "dwt.d2 is not detectable up to 1 L/min" in text
+    assert "dwt.d2 detects no leak up to 1 L/min" in text
 
 
 def test_the_counts_are_those_of_the_records(detection):
@@ -126,7 +126,7 @@ def test_what_is_found_at_an_unknown_false_alarm_rate_is_said_with_its_reservati
 def test_what_is_found_at_an_exceeded_false_alarm_rate_is_said_with_its_reservation():
     sentence = answer_sentence(judged(scores=alarming))
     assert sentence.startswith("With P1 and u, noise finds ")
-    assert sentence.endswith("but every score is shown to exceed its false-alarm rate.")
+    assert sentence.endswith("but every score exceeds its false-alarm rate.")
 
 
 def test_what_is_asked_is_said_in_its_own_numbers():

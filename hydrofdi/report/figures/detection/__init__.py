@@ -53,9 +53,10 @@ def _captions(detection: Detection) -> dict[str, str]:
         " where nothing is found up to the largest tested; in brackets where the score is shown to"
         " exceed its rate",
         "pod": f"Share of records detected over their {quantity}: tested levels with {confidence} intervals,"
-        f" the fitted curve with {confidence} bounds (dashed, without bounds: it does not describe the"
-        f" levels; none: hits and misses are apart), q90/95 (vertical line), {share} (horizontal line), and"
-        " the share of false alarms that the threshold is set for (dotted)",
+        f" the fitted curve and its one-sided {confidence} lower bound (dashed), which reaches {share}"
+        " (horizontal line) at q90/95 (vertical line), and the share of false alarms that the threshold is"
+        " set for (dotted). No curve: hits and misses are perfectly separated, or it does not describe them;"
+        " what is found then comes from the tested levels",
         "roc": f"Detections against false alarms over all thresholds, {on_axes}; dots: the threshold in use",
         "det": f"Misses against false alarms over all thresholds, for each tested {quantity}, {on_axes}",
         "false_alarms": f"Alarms of records whose seal is sound, with {confidence} intervals; {ends}; open:"

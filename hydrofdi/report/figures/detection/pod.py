@@ -16,7 +16,6 @@ from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_un
 from hydrofdi.report.figures.detection.marks import panels, sensor_marks, titled, with_threshold
 from hydrofdi.report.figures.style import INK, LINES
 from hydrofdi.report.figures.ticks import log_axis
-from hydrofdi.studies.detectability import SIGNIFICANCE
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST, _POINTS, _BOUNDS, _SEVERITIES = 6, 101, 21, 60
@@ -24,7 +23,7 @@ _MOST, _POINTS, _BOUNDS, _SEVERITIES = 6, 101, 21, 60
 
 
 def draw_pod(detection: Detection) -> Any:
-    """Levels, curve and bounds of each, a panel each.
+    """Levels, curve and bound of each, a panel each.
 
     Raises
     ------
@@ -51,10 +50,8 @@ def draw_pod(detection: Detection) -> Any:
 
 
 def _draw_one(axis: Any, judgement: Judgement, unit: SeverityUnit, mark: dict[str, Any]) -> None:
-    curve = judgement.curve
-    if curve is not None and not curve.is_step and curve.tally.severity.size > 1:
-        is_described = judgement.lack_of_fit is None or not judgement.lack_of_fit.p_value < SIGNIFICANCE
-        _draw_curve(axis, curve, unit, mark["color"], _confidence(judgement) if is_described else None)
+    _draw_curve(axis, judgement, unit, mark["color"])
+    _draw_bound(axis, judgement, unit, mark["color"])
     for level in judgement.levels:
         rate = level.detected
         if rate is not None and rate.total:
@@ -67,23 +64,30 @@ def _draw_one(axis: Any, judgement: Judgement, unit: SeverityUnit, mark: dict[st
         axis.axvline(unit.value(found.value), color=mark["color"], linewidth=1.2)
 
 
-def _draw_curve(axis: Any, curve: PodCurve, unit: SeverityUnit, color: str, confidence: float | None) -> None:
-    """The curve with its bounds; dashed and without them where it does not describe the levels."""
-    fine, coarse = (np.geomspace(*curve.tally.span, count) for count in (_POINTS, _BOUNDS))
-    line = LINES[1] if confidence is None else LINES[0]
-    axis.plot(_in_unit(fine, unit), 100.0 * curve.probability(fine), color=color, linestyle=line)
-    if confidence is not None:
-        low, high = curve_bounds(_drawn(curve), coarse, confidence=confidence)
-        shown = {"color": color, "alpha": 0.2, "linewidth": 0}
-        axis.fill_between(_in_unit(coarse, unit), 100.0 * low, 100.0 * high, **shown)
+def _draw_curve(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str) -> None:
+    """The curve where q90 is taken from it."""
+    curve = next(iter(judgement.bounding), judgement.curve)
+    estimate = judgement.smallest.get("q90")
+    if curve is None or estimate is None or estimate.source == "levels" or curve.tally.severity.size < 2:
+        return
+    severities = np.geomspace(*curve.tally.span, _POINTS)
+    axis.plot(_in_unit(severities, unit), 100.0 * curve.probability(severities), color=color)
+
+
+def _draw_bound(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str) -> None:
+    """The one-sided lower bound where q90/95 is taken from it: they meet at the probability asked for."""
+    found, curves = judgement.smallest.get("q90_95"), judgement.bounding
+    if not curves or found is None or found.source == "levels" or found.confidence is None:
+        return
+    severities = np.unique([*np.geomspace(*curves[0].tally.span, _BOUNDS), found.severity])
+    two_sided = 2.0 * found.confidence - 1.0
+    lows = [curve_bounds(_drawn(curve), severities, confidence=two_sided)[0] for curve in curves]
+    low = 100.0 * np.min(lows, axis=0)
+    axis.plot(_in_unit(severities, unit), low, color=color, linestyle=LINES[1], linewidth=0.8)
 
 
 def _in_unit(severities: Array, unit: SeverityUnit) -> list[float]:
     return [unit.value(severity) for severity in severities.tolist()]
-
-
-def _confidence(judgement: Judgement) -> float:
-    return next(level.detected.confidence for level in judgement.levels if level.detected is not None)
 
 
 def _drawn(curve: PodCurve) -> PodCurve:
@@ -91,5 +95,8 @@ def _drawn(curve: PodCurve) -> PodCurve:
     counted = curve.tally.pooled(_SEVERITIES)
     if counted is curve.tally:
         return curve
-    best = log_likelihood(curve.predictor(counted.severity), counted, curve.false_alarm_rate, curve.link)
-    return replace(curve, tally=counted, log_likelihood=best)
+    pooled, own = (
+        log_likelihood(curve.predictor(each.severity), each, curve.false_alarm_rate, curve.link)
+        for each in (counted, curve.tally)
+    )
+    return replace(curve, tally=counted, log_likelihood=curve.log_likelihood + pooled - own)

@@ -63,7 +63,7 @@ def test_the_study_is_swept_and_reported(tmp_path):
     run("init", "mine", cwd=tmp_path, check=0)
     less = [part for setting in (*SMALL, "study.faults.fit=2") for part in ("--set", setting)]
     run("sweep", "mine", *less, "--engine", "in-process", cwd=tmp_path, check=0)
-    assert "flow_balance" in run("report", "results/mine", cwd=tmp_path, check=0).stdout
+    assert "flow_balance" in run("report", "results/mine", "--full", cwd=tmp_path, check=0).stdout
 
 
 def test_the_name_has_a_default(tmp_path):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
+from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.assessment import (
     Convergence,
@@ -98,18 +100,19 @@ def check(
     >>> found.problems[0]
     'the step of 0.001 s is too long for the friction zone: ...'
     """
+    accepted = positive_of("tolerance", tolerance, "1", "a relative change such as 0.001")
     loaded = experiment_of(experiment, settings)
     selection = select_runs(loaded)
     doubtful = unusual_values(loaded) + distant_baseline(loaded) + study_warnings(loaded)
     return Check(
         inspect_experiment(selection),
-        converge(selection.jobs, tolerance) if halve_step else None,
+        converge(selection.jobs, accepted) if halve_step else None,
         tuple(doubtful + idle_parameters(loaded)),
     )
 
 
 def calibrate(
-    experiment: Experiment | None = None, /, *, flows: Sequence[str | float], **settings: Any
+    experiment: Experiment | None = None, /, *, flows: str | float | Sequence[str | float], **settings: Any
 ) -> list[LeakageTarget]:
     """The leakage coefficients of mean leakage flows, under the conditions of the baseline.
 
@@ -117,7 +120,7 @@ def calibrate(
     ----------
     experiment : path, mapping or ExperimentConfig, optional
         The nominal actuator where it is left out.
-    flows : sequence of str or float
+    flows : str, float, or sequence of them
         Mean leakage flows such as ``"0.12 L/min"``, or numbers in SI [m³/s].
     **settings
         As `hydrofdi.simulate` has them.
@@ -134,7 +137,7 @@ def calibrate(
     >>> f"{target.coefficient:.1e} m³/s/√Pa"
     '...e-10 m³/s/√Pa'
     """
-    if isinstance(flows, str):
+    if isinstance(flows, str | Real) or not isinstance(flows, Iterable):
         flows = [flows]
     return calibrate_flows(experiment_of(experiment, settings), _in_si(flows))
 
@@ -142,6 +145,8 @@ def calibrate(
 def _in_si(flows: Sequence[str | float]) -> list[float]:
     values, mistakes = [], []
     for flow in flows:
+        if isinstance(flow, bool) or not isinstance(flow, str | Real):
+            raise refusal("flows", "flows such as '0.12 L/min', or numbers in m³/s", flow)
         try:
             values.append(parse_quantity(flow, "m^3/s") if isinstance(flow, str) else float(flow))
             if not values[-1] > 0.0:

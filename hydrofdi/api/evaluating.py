@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from os import PathLike, fspath
 from typing import Any
 
+from hydrofdi.api.arguments import names_of, number_of
 from hydrofdi.api.evaluation import Evaluation
 from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.records.held import Names
@@ -16,14 +17,13 @@ from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.pipeline import evaluating
 from hydrofdi.settings.naming import setting
 from hydrofdi.studies.rules import Rules
-from hydrofdi.units import parse_quantity
 
 
 def evaluate(
     data: Any,
     indicators: Indicators = "dwt",
     *,
-    healthy: str | Sequence[str] = (),
+    healthy: str | int | Sequence[str | int] = (),
     false_alarm_rate: str | float = "1 %",
     confidence: str | float = "95 %",
     usual_scores: bool = False,
@@ -42,7 +42,7 @@ def evaluate(
         `label` and `group`.
     indicators : str, path, sequence of str, or mapping
         As `hydrofdi.measure` has them; a YAML file may hold ``scores:`` made of their numbers.
-    healthy : str or sequence of str
+    healthy : str, int, or sequence of them
         Labels of healthy records; all others are faulty.
     false_alarm_rate : str or float
         That thresholds are set for.
@@ -94,7 +94,7 @@ def evaluate(
     found = evaluating.evaluate(
         sources,
         chosen,
-        (healthy,) if isinstance(healthy, str) else tuple(healthy),
+        tuple(names_of("healthy", healthy, "labels of healthy records")),
         rules,
         scores=scores,
         with_usual_scores=usual_scores,
@@ -103,10 +103,7 @@ def evaluate(
 
 
 def _share(name: str, given: str | float, least: float, most: float) -> float:
-    try:
-        value = parse_quantity(given, "1") if isinstance(given, str) else float(given)
-    except ValueError as error:
-        raise ConfigError(f"{setting(name)}: {error}") from None
+    value = number_of(name, given, "1", "a share such as 0.01 or '1 %'")
     if not least < value <= most:
         allowed = f"must lie above {least:.0%} and up to {most:.4g}"
         raise ConfigError(f"{setting(name)}: {allowed}; found {given!r}")

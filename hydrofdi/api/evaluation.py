@@ -94,7 +94,10 @@ class Evaluation:
 
     def _sentences(self) -> list[str]:
         first = f"best score: {self.best}" if self.best else "no indicator could measure any record"
-        return [first, *filter(None, [self.conclusion]), *self.remarks]
+        left = self.found.left
+        without = f"without a label, left out: {left.n_unlabelled:,} of {left.n_record:,} records"
+        unlabelled = [without] if left.n_unlabelled else []
+        return [first, *filter(None, [self.conclusion]), *self.remarks, *unlabelled]
 
     def __repr__(self) -> str:
         return "\n".join([repr(self.table), *self._sentences()])

@@ -34,6 +34,17 @@ def experiment_of(experiment: Experiment | None, settings: Mapping[str, Any]) ->
     return load_experiment(path_of(experiment), keys)
 
 
+def stated_experiment(experiment: Experiment, settings: Mapping[str, Any]) -> ExperimentConfig:
+    """The experiment of a sweep, which has to be named.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake, or nothing is named.
+    """
+    return experiment_of({} if experiment is None else experiment, settings)
+
+
 def experiment_with(file: str | PathLike[str] | None, settings: Sequence[str]) -> ExperimentConfig:
     """The experiment in a file, or the nominal one, with settings such as ``fluid.bulk_modulus=689 MPa``.
 

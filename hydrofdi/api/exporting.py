@@ -8,10 +8,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
+from hydrofdi.api.arguments import names_of
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.errors import DataError
+from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
+from hydrofdi.settings.naming import setting
 
 Texts = str | Sequence[str]
 """Names as a list, or in one text with commas."""
@@ -43,9 +45,9 @@ def export(
     path: str | PathLike[str],
     *,
     format: Literal["csv", "parquet", "mat"] | None = None,
-    channels: Texts = (),
-    unit: Texts = (),
-    runs: Texts | Sequence[int] | int = (),
+    channels: Texts | None = None,
+    unit: Texts | None = None,
+    runs: Texts | Sequence[int] | int | None = None,
     sampling_frequency: str | float | None = None,
 ) -> Exported:
     """Write signals as CSV, Parquet or MAT, as ``hydrofdi export`` does.
@@ -88,11 +90,12 @@ def export(
     from hydrofdi.records import RejectedRecord
     from hydrofdi.records.written.columns import selection
 
-    chosen = selection(_texts(channels), _texts(unit))
+    chosen = selection(_texts("channels", channels), _texts("unit", unit))
+    wanted = _texts("runs", runs)
     target = target_of(path_of(path), format)
     sources = sources_of(source, chosen.channels or tuple(Channel), Said(sampling_frequency))
     done = Exported()
-    for each in exported(sources, target, chosen, _texts(runs)):
+    for each in exported(sources, target, chosen, wanted):
         if isinstance(each, RejectedRecord):
             done.rejected[each.record_id] = each.remark.text
         else:
@@ -105,8 +108,18 @@ def export(
     return done
 
 
-def _texts(given: Texts | Sequence[int] | int) -> list[str]:
-    """Names, given as a list or in one text with commas."""
-    if isinstance(given, str):
-        return [name.strip() for name in given.split(",") if name.strip()]
-    return [str(given)] if isinstance(given, int) else [str(name) for name in given]
+def _texts(name: str, given: Texts | Sequence[int] | int | None) -> list[str]:
+    """Names, given as a list or in one text with commas; none where nothing is given.
+
+    Raises
+    ------
+    ConfigError
+        It is no name, or an empty selection.
+    """
+    if given is None:
+        return []
+    texts = names_of(name, given, "names, or one text with commas")
+    found = [each.strip() for text in texts for each in text.split(",") if each.strip()]
+    if not found:
+        raise ConfigError(f"{setting(name)}: is empty; leave it out for all")
+    return found

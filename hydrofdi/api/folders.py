@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 from os import PathLike
 
+from hydrofdi.api.arguments import refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.places import path_of
 from hydrofdi.api.results import Results, results
@@ -13,8 +15,8 @@ from hydrofdi.pipeline import explain, recompute, sweep_status
 from hydrofdi.pipeline import verify as find_faults
 from hydrofdi.pipeline.inspecting import Explanation, SweepStatus
 
-Folder = str | PathLike[str]
-"""Folder of an experiment."""
+Folder = str | PathLike[str] | Results
+"""Folder of an experiment, or what is stored in it."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
 
     Parameters
     ----------
-    folder : path
+    folder : path or Results
     run : str or int
         Beginning of its identity, or its row.
     experiment : path, mapping or ExperimentConfig, optional
@@ -124,7 +126,7 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
     """
     asked = None if experiment is None else experiment_of(experiment, {})
-    return explain(path_of(folder), str(run), asked)
+    return explain(path_of(folder), _run(run), asked)
 
 
 def rerun(folder: Folder, run: str | int) -> Rerun:
@@ -143,7 +145,14 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     >>> hydrofdi.rerun(results.folder, 0).differing
     []
     """
-    return Rerun(*recompute(path_of(folder), str(run)))
+    return Rerun(*recompute(path_of(folder), _run(run)))
+
+
+def _run(run: str | int) -> str:
+    """A run by its row or identity, as a text."""
+    if isinstance(run, bool) or not isinstance(run, str | Integral):
+        raise refusal("run", "its row, or the beginning of its identity", run)
+    return str(run)
 
 
 def collect(folder: Folder) -> Results:
@@ -163,4 +172,4 @@ def collect(folder: Folder) -> Results:
     1 run in results/asked: 1 ok
     """
     build_file(path_of(folder))
-    return results(folder)
+    return results(path_of(folder))

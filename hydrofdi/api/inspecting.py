@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.api.arguments import refusal
 from hydrofdi.api.page import html_table
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
@@ -153,6 +154,8 @@ def inspect(
       chamber_1_pressure [Pa]: 5e+06 … 5.1e+06
     """
     said = Said(sampling_frequency, channel, unit, label, group)
+    if not isinstance(record, str | None):
+        raise refusal("record", "the name of a record", record)
     return Inspection(look_at(joined(sources_of(data, tuple(Channel), said)), record))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from hydrofdi.api.arguments import refusal
 from hydrofdi.api.table import Table
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_names
@@ -53,6 +54,8 @@ def describe_indicator(name: str) -> Description:
     >>> [option.name for option in hydrofdi.describe_indicator("dwt").options]
     ['name', 'levels', 'extension', 'boundary', 'phase', 'channel']
     """
+    if not isinstance(name, str):
+        raise refusal("name", "the name of an indicator", name)
     return describe(name)
 
 

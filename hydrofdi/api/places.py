@@ -7,11 +7,20 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.errors import ReportError
+from hydrofdi.errors import ConfigError, ReportError
 
 
-def path_of(place: str | PathLike[str]) -> Path:
-    """A path, ``~`` being the home of the user."""
+def path_of(place: Any) -> Path:
+    """A path, ``~`` being the home of the user; of stored results their folder.
+
+    Raises
+    ------
+    ConfigError
+        It is something else.
+    """
+    place = getattr(place, "folder", place)
+    if not isinstance(place, str | PathLike):
+        raise ConfigError(f"expected a path, found {place!r}")
     return Path(place).expanduser()
 
 

@@ -6,7 +6,8 @@ from dataclasses import asdict, dataclass
 from os import PathLike
 from typing import Any
 
-from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.arguments import count_of
+from hydrofdi.api.experiments import Experiment, stated_experiment
 from hydrofdi.api.places import path_of
 from hydrofdi.api.plan_of_study import study_record
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
@@ -124,10 +125,11 @@ def plan(
     >>> plan.reasons
     {'new': 2}
     """
-    loaded = experiment_of(experiment, settings)
+    workers = available_cores() if workers is None else count_of("workers", workers)
+    loaded = stated_experiment(experiment, settings)
     directory = experiment_directory(loaded, None if out is None else path_of(out))
     made = plan_sweep(loaded, directory, retry_failed=retry_failed)
-    n_run, workers = len(made.run_ids), workers or available_cores()
+    n_run = len(made.run_ids)
     failed = sum(run_id in made.failures for run_id in made.run_ids)
     return Plan(
         experiment=loaded.name,

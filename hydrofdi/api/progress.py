@@ -11,6 +11,7 @@ from shutil import get_terminal_size
 from types import TracebackType
 from typing import Self
 
+from hydrofdi.api.arguments import refusal
 from hydrofdi.settings.readable import shown_seconds
 
 _SECONDS_BETWEEN_DRAWINGS, _SECONDS_BETWEEN_LINES = 0.5, 30.0
@@ -154,7 +155,15 @@ class StandardError(Watching):
 
 
 def watching(progress: bool | Callable[[Progress], object]) -> Watching:
-    """The watcher for what a caller asked for."""
-    if progress is True:
-        return StandardError()
-    return Watching(progress if callable(progress) else lambda _: None)
+    """The watcher for what a caller asked for.
+
+    Raises
+    ------
+    ConfigError
+        It is neither yes or no nor a function.
+    """
+    if callable(progress):
+        return Watching(progress)
+    if not isinstance(progress, bool):
+        raise refusal("progress", "True, False or a function", progress)
+    return StandardError() if progress else Watching(lambda _: None)

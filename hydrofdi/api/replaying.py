@@ -8,14 +8,12 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 from typing import Any
 
+from hydrofdi.api.arguments import names_of, positive_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.errors import ConfigError
 from hydrofdi.pipeline.replaying import Pace, replayed
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.naming import setting
-from hydrofdi.units import parse_quantity
 
 
 def replay(
@@ -64,20 +62,15 @@ def replay(
     1000
     """
     pace = Pace(_rate(rate))
-    sources = sources_of(data, tuple(Channel), Said(sampling_frequency, channel, unit, settings=settings))
+    (chosen,) = names_of("record", record, "the number or name of a record") if record != "" else [""]
+    stated = names_of("settings", settings, "texts such as 'fluid.bulk_modulus=689 MPa'")
+    sources = sources_of(data, tuple(Channel), Said(sampling_frequency, channel, unit, settings=stated))
     start = time.time() if now else None
-    return chain.from_iterable(replayed(source, pace, record, start) for source in sources)
+    return chain.from_iterable(replayed(source, pace, chosen, start) for source in sources)
 
 
 def _rate(given: str | float | None) -> float | None:
     """Samples in a second; None for the rate of the record."""
     if given is None or given == "max":
         return None if given is None else math.inf
-    name = setting("rate")
-    try:
-        value = parse_quantity(given, "Hz") if isinstance(given, str) else float(given)
-    except ValueError as error:
-        raise ConfigError(f"{name}: {error}, or 'max'") from None
-    if not 0.0 < value < math.inf:
-        raise ConfigError(f"{name}: must be above zero; found {given!r}")
-    return value
+    return positive_of("rate", given, "Hz", "a number in Hz, a text such as '500 Hz', or 'max'")

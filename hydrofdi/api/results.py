@@ -106,7 +106,7 @@ class Results:
         from hydrofdi.report.figures import draw_figure
 
         known = [*self._report.figures()]
-        name = self._report.usual_figure if figure is None else figure
+        name = self._report.usual_figure if figure is None else str(figure)
         if name not in known:
             raise ReportError(f"no figure {name!r}{nearest(name, known)}")
         return shown(draw_figure(self._report, name))

@@ -7,8 +7,9 @@ from dataclasses import replace
 from functools import cached_property
 from html import escape
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
+from hydrofdi.api.arguments import choice_of
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_table
@@ -199,6 +200,8 @@ def simulate(
     Traceback (most recent call last):
     hydrofdi.errors.ConfigError: bulk_modulos: unknown key; did you mean 'bulk_modulus'?
     """
+    if solver is not None:
+        choice_of("solver", solver, get_args(Solver))
     loaded = experiment_of(experiment, settings)
     if out is not None:
         require_replaceable(path_of(out))

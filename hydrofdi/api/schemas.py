@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+from hydrofdi.api.arguments import choice_of
+
 
 def schema(kind: Literal["experiment", "measured", "monitor", "detector"] = "experiment") -> dict[str, Any]:
     """The JSON Schema of a kind of file, as ``hydrofdi schema`` prints it.
+
+    Raises
+    ------
+    ConfigError
+        There is no such kind.
 
     Examples
     --------
@@ -14,7 +21,7 @@ def schema(kind: Literal["experiment", "measured", "monitor", "detector"] = "exp
     >>> hydrofdi.schema("measured")["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    match kind:
+    match choice_of("kind", kind, ("experiment", "measured", "monitor", "detector")):
         case "experiment":
             from hydrofdi.config.schema import experiment_schema
 
@@ -27,7 +34,7 @@ def schema(kind: Literal["experiment", "measured", "monitor", "detector"] = "exp
             from hydrofdi.monitor.configuration import monitor_schema
 
             return monitor_schema()
-        case "detector":
+        case _:
             from hydrofdi.detectors.trained.schema import detector_schema
 
             return detector_schema()

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from os import PathLike
 from typing import Any, Literal
 
-from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.arguments import choice_of, count_of
+from hydrofdi.api.experiments import Experiment, stated_experiment
 from hydrofdi.api.places import path_of
 from hydrofdi.api.progress import Progress, watching
 from hydrofdi.api.results import Results
-from hydrofdi.errors import ConfigError, SweepInterrupted
-from hydrofdi.pipeline.engines import make_engine
+from hydrofdi.errors import SweepInterrupted
+from hydrofdi.pipeline.engines import ENGINES, make_engine
 from hydrofdi.pipeline.places import experiment_directory
 from hydrofdi.pipeline.results import read_results
 from hydrofdi.pipeline.sweeping import run_sweep
@@ -76,11 +77,12 @@ def sweep(
     2
     """
     with watching(progress) as watcher:
-        loaded = experiment_of(experiment, settings)
-        if workers is not None and workers < 1:
-            raise ConfigError(f"workers: must be at least 1; found {workers}")
+        loaded = stated_experiment(experiment, settings)
+        n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
-        chosen = make_engine(engine, workers, scheduler, shared_directory=shared_directory)
+        chosen = make_engine(
+            choice_of("engine", engine, ENGINES), n_worker, scheduler, shared_directory=shared_directory
+        )
         summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed)
     if summary.interrupted:
         raise SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)

@@ -39,21 +39,22 @@ def export(
         Format | None, typer.Option("--format", help="Format of files in a folder [default: csv].")
     ] = None,
     channels: Annotated[
-        str, typer.Option(metavar="P1,P2,…", help="Channels: P1, P2, Ps, Pr, x, v, xv, u [default: all].")
-    ] = "",
+        str | None,
+        typer.Option(metavar="P1,P2,…", help="Channels: P1, P2, Ps, Pr, x, v, xv, u [default: all]."),
+    ] = None,
     unit: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="UNIT,…", help="Units such as bar,mm, each for the channels that it fits [default: SI]."
         ),
-    ] = "",
+    ] = None,
     runs: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="RUN,…",
             help="Positions, ranges such as 3-9, or first characters of identities [default: all].",
         ),
-    ] = "",
+    ] = None,
     sampling_frequency: SamplingFrequency = None,
 ) -> int:
     """Write signals as CSV, Parquet or MAT, one file for each record.

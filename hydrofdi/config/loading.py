@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
+from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -75,6 +76,8 @@ def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
         return Source({})
     if isinstance(file, Mapping):
         return extended(Source(plain(file)), FilePath(_MAPPING), kind, _prepare, _merged)
+    if not isinstance(file, str | PathLike):
+        raise ConfigError(f"expected a path, found {file!r}")
     return read_extended(FilePath(file), kind, _prepare, _merged)
 
 

@@ -6,6 +6,8 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Engine, InProcessEngine, LocalPoolEngine, available_cores
 from hydrofdi.settings.naming import setting
 
+ENGINES = ("local", "in-process", "dask")
+
 
 def make_engine(name: str, workers: int | None, scheduler: str | None, *, shared_directory: bool) -> Engine:
     """An engine by its name.
@@ -27,7 +29,7 @@ def make_engine(name: str, workers: int | None, scheduler: str | None, *, shared
         The options do not fit the engine, or Dask is not installed.
     """
     if name == "dask":
-        if scheduler is None:
+        if not isinstance(scheduler, str):
             raise ConfigError(f"the engine dask needs {setting('scheduler', 'tcp://host:port')}")
         from hydrofdi.execution.dask_cluster import DaskEngine
 

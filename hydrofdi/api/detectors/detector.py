@@ -8,6 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from hydrofdi.api.arguments import refusal
 from hydrofdi.api.detectors.judged import table_of
 from hydrofdi.api.detectors.watching import watched
 from hydrofdi.api.page import html_sentences
@@ -222,6 +223,8 @@ class Detector:
         window 0.0 False
         window 1.0 False
         """
+        if not isinstance(chunks, Iterable):
+            raise refusal("chunks", "chunks of samples, one after another", chunks)
         return watched(self.file, chunks, Said(sampling_frequency, channel, unit))
 
     def monitor(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from pathlib import Path
 from typing import Any, Literal
 
+from hydrofdi.api.arguments import names_of
 from hydrofdi.api.detectors.detector import Detector
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
@@ -29,7 +29,7 @@ def train(
     false_alarm_rate: str | float | None = None,
     confidence: str | float | None = None,
     threshold: Literal["quantile", "tolerance"] | None = None,
-    healthy: str | Sequence[str] = (),
+    healthy: str | int | Sequence[str | int] = (),
     config: str | PathLike[str] | Mapping[str, Any] | None = None,
     out: str | PathLike[str] | None = None,
     command: str = "",
@@ -66,7 +66,7 @@ def train(
         Confidence of the interval of the rate; ``"95 %"`` where left out.
     threshold : {"quantile", "tolerance"}, optional
         Keep the rate on average, or with the confidence.
-    healthy : str or sequence of str, optional
+    healthy : str, int, or sequence of them, optional
         Labels of healthy records.
     config : path or mapping, optional
         YAML file with the same settings, options of the indicator and a chart; or what would stand in one.
@@ -124,7 +124,7 @@ def train(
     if out is not None:
         require_place(path_of(out))
     said = Said(sampling_frequency, channel, unit, label, group)
-    labels = (healthy,) if isinstance(healthy, str) else tuple(healthy)
+    labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
     sources = sources_of(data, channels_needed(stated), said)
     detector = Detector(train_on(sources, stated, healthy=labels, command=command))
     if out is not None:
@@ -134,4 +134,8 @@ def train(
 
 def _is_config(indicator: str | PathLike[str] | Mapping[str, Any]) -> bool:
     """Whether it is a file or a mapping, and no name."""
-    return not isinstance(indicator, str) or located(Path(indicator)).is_file()
+    return (
+        isinstance(indicator, Mapping)
+        or not isinstance(indicator, str)
+        or located(path_of(indicator)).is_file()
+    )

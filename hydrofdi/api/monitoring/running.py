@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TextIO
 
+from hydrofdi.api.arguments import names_of, refusal
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.sources import frequency_of
 from hydrofdi.detectors.trained import DetectorFile
@@ -62,13 +63,15 @@ def run_monitor(
     ConfigError, DataError, StoreError
         As ``hydrofdi monitor`` says it.
     """
+    if not isinstance(metrics, str | None):
+        raise refusal("metrics", "HOST:PORT", metrics)
+    addresses = names_of("events", events, "addresses")
     settings = load_monitor_config(None if config is None else path_of(config))
     frequency = frequency_of(sampling_frequency)
-    stream = open_stream(
-        str(source), settings, file, detector, sampling_frequency=frequency, is_followed=follow
-    )
+    name = source if isinstance(source, str) else str(path_of(source))
+    stream = open_stream(name, settings, file, detector, sampling_frequency=frequency, is_followed=follow)
     watch = Watch(file)
-    sinks = [shown(file, stream.name), *open_sinks(settings, file, metrics, events)]
+    sinks = [shown(file, stream.name), *open_sinks(settings, file, metrics, addresses)]
     return monitor(
         watch,
         stream,

@@ -154,7 +154,13 @@ def _names(data: Any, along: str) -> dict[str, list[str]]:
     coordinates = {"record_ids": over, "groups": "group", "labels": "label"}
     held = {name: data.coords[each] for name, each in coordinates.items() if each in data.coords}
     along_records = {name: each for name, each in held.items() if each.dims == (over,)}
-    return {name: [str(text) for text in each.to_numpy()] for name, each in along_records.items()}
+    return {name: [known_text(text) for text in each.to_numpy()] for name, each in along_records.items()}
+
+
+def known_text(given: Any) -> str:
+    """What is known of a record, such as its label; empty where it is missing (None, NaN)."""
+    is_missing = given is None or given is np.ma.masked or bool(np.ndim(given) == 0 and given != given)
+    return "" if is_missing or str(given) == "<NA>" else str(given)
 
 
 def _timed(kind: str, columns: Sequence[Column]) -> Held:
@@ -170,7 +176,7 @@ def _timed(kind: str, columns: Sequence[Column]) -> Held:
 def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
     """A column by its header; its unit is that of the header where there is one."""
     name, stated = split_title(title)
-    array = np.asarray(values)
+    array = _samples(values)
     if array.dtype.kind in "mM":
         passed = (array - array[:1]) / np.timedelta64(1, "ns") / 1e9
         since = array[:1].astype(f"{array.dtype.kind}8[ns]").astype(np.int64).sum() / 1e9
@@ -186,6 +192,19 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
             f"{kind}: shape {array.shape} is {array.shape[0]} records of 1 sample; transpose it or ravel it"
         )
     return Column(name, array.astype(np.float64), stated or unit)
+
+
+def _samples(values: Any) -> NDArray[Any]:
+    """Values as an array; masked ones are missing (NaN)."""
+    parts = values if isinstance(values, list | tuple) else [values]
+    if not any(isinstance(each, np.ma.MaskedArray) for each in parts):
+        return np.asarray(values)
+    masked = np.ma.asarray(values)
+    array, is_missing = np.array(masked.data), np.ma.getmaskarray(masked)
+    array = array.astype(np.float64) if array.dtype.kind in "iu" else array
+    if array.dtype.kind in "fmM":
+        array[is_missing] = np.array("NaT", array.dtype) if array.dtype.kind in "mM" else np.nan
+    return array
 
 
 def _usual(unit: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.arguments import refusal
 from hydrofdi.api.records.columns import Column, Held
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
@@ -62,6 +63,8 @@ def records_of(data: Held, frequency: float | None, channel: Names, unit: Names)
 def _described(data: Held, channel: Channel, column: Column, unit: Names) -> dict[str, str]:
     """What a description of measured files says of a column."""
     given = unit
+    if not isinstance(unit, str | Mapping | None):
+        raise refusal("unit", "a unit, or column → unit", unit)
     if isinstance(unit, Mapping):
         names = (name for name in unit if name == column.name or channel_named(name, "") == channel)
         given = next((unit[name] for name in names), None)
@@ -134,6 +137,8 @@ def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
 
 
 def _channel(name: str) -> Channel:
+    if not isinstance(name, str):
+        raise refusal("channel", "the name of a channel, or column → name", name)
     found = channel_named(name, "")
     if found is None:
         raise ConfigError(f"channel: {name!r} is unknown{nearest(name, [each.value for each in Channel])}")

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.places import path_of
-from hydrofdi.api.records.columns import held
+from hydrofdi.api.records.columns import held, known_text
 from hydrofdi.api.records.held import Names, records_of
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.pipeline.sources import open_source
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.measured.held import HeldSource
-from hydrofdi.settings.naming import setting
-from hydrofdi.units import parse_quantity
 
 Texts = str | Sequence[str] | None
 """One text for all records, or one for each."""
@@ -119,14 +118,7 @@ def frequency_of(given: str | float | None) -> float | None:
     """
     if given is None:
         return None
-    name = setting("sampling_frequency")
-    try:
-        value = parse_quantity(given, "Hz") if isinstance(given, str) else float(given)
-    except ValueError as error:
-        raise ConfigError(f"{name}: {error}") from None
-    if not 0.0 < value < float("inf"):
-        raise ConfigError(f"{name}: must be above zero; found {given!r}")
-    return value
+    return positive_of("sampling_frequency", given, "Hz", "a number in Hz, or a text such as '1 kHz'")
 
 
 def _parts(data: Any) -> list[Any]:
@@ -187,7 +179,9 @@ def _texts(name: str, given: Texts, n_record: int) -> list[str]:
     """A text for each record; none where nothing is given."""
     if given is None or isinstance(given, str):
         return [] if given is None else [given] * n_record
-    texts = [str(each) for each in given]
+    if not isinstance(given, Iterable):
+        raise refusal(name, "a text, or one for each record", given)
+    texts = [known_text(each) for each in given]
     if len(texts) != n_record:
         raise DataError(f"{name}: {len(texts)} are given for {n_record} records")
     return texts

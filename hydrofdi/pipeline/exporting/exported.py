@@ -43,9 +43,11 @@ def target_of(path: Path, form: str | None) -> Target:
     ConfigError
         The form is unknown, or not that of the suffix.
     """
-    if form is not None and form not in WRITERS:
-        raise ConfigError(f"{setting('format')}: {form!r} is unknown{nearest(form, [*WRITERS])}")
+    if form is not None and form not in [*WRITERS]:
+        raise ConfigError(f"{setting('format')}: {form!r} is unknown{nearest(str(form), [*WRITERS])}")
     suffix = path.suffix.lower().removeprefix(".")
+    if path.is_file() and not suffix:
+        raise DataError(f"{path}: is a file, not a folder")
     if path.is_dir() or not suffix:
         return Target(path, form or "csv", is_file=False)
     if suffix not in WRITERS:

@@ -81,7 +81,10 @@ def _positions(run_ids: Sequence[str], wanted: Iterable[str], name: str) -> Coll
 def _matching(run_ids: Sequence[str], wanted: str, name: str) -> Collection[int]:
     if wanted.isdecimal() and int(wanted) < len(run_ids):
         return [int(wanted)]
-    if (match := _RANGE.fullmatch(wanted)) and int(match[1]) <= int(match[2]) < len(run_ids):
+    match = _RANGE.fullmatch(wanted)
+    if match and int(match[1]) > int(match[2]):
+        raise ConfigError(f"{name}: the range {wanted} runs backwards; write {match[2]}-{match[1]}")
+    if match and int(match[1]) <= int(match[2]) < len(run_ids):
         return range(int(match[1]), int(match[2]) + 1)
     found = [position for position, run_id in enumerate(run_ids) if run_id.startswith(wanted)]
     if len(found) != 1:

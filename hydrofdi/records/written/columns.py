@@ -101,6 +101,10 @@ def selection(channels: Collection[str], units: Collection[str]) -> Selection:
         if not set(fitting) & set(chosen or Channel):
             symbols = ", ".join(channel.symbol for channel in chosen or Channel)
             raise ConfigError(f"unit {unit!r} is of none of the channels {symbols}")
+    for channel in chosen or Channel:
+        own = [unit for unit in units if _fits(unit, channel)]
+        if len(own) > 1:
+            raise ConfigError(f"units {' and '.join(own)} are both of {channel.symbol}; give one of them")
     return Selection(chosen, tuple(units))
 
 

@@ -1,0 +1,92 @@
+"""What callers give, checked: a wrong kind of argument is refused by its name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from numbers import Integral, Real
+from typing import Any
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.naming import setting
+from hydrofdi.units import parse_quantity
+
+
+def refusal(name: str, expected: str, found: object) -> ConfigError:
+    """The error of an argument that is of a wrong kind."""
+    return ConfigError(f"{setting(name)}: expected {expected}; found {found!r}")
+
+
+def number_of(name: str, given: Any, unit: str, expected: str) -> float:
+    """A number with a unit, or in SI.
+
+    Raises
+    ------
+    ConfigError
+        It is none.
+    """
+    if isinstance(given, bool) or not isinstance(given, str | Real):
+        raise refusal(name, expected, given)
+    try:
+        return parse_quantity(given, unit) if isinstance(given, str) else float(given)
+    except ValueError as error:
+        raise ConfigError(f"{setting(name)}: {error}") from None
+
+
+def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
+    """A finite number above zero.
+
+    Raises
+    ------
+    ConfigError
+        It is none.
+    """
+    value = number_of(name, given, unit, expected)
+    if not 0.0 < value < math.inf:
+        raise ConfigError(f"{setting(name)}: must be above zero; found {given!r}")
+    return value
+
+
+def count_of(name: str, given: Any) -> int:
+    """A whole number from 1.
+
+    Raises
+    ------
+    ConfigError
+        It is none.
+    """
+    if isinstance(given, bool) or not isinstance(given, Integral):
+        raise refusal(name, "a whole number", given)
+    if given < 1:
+        raise ConfigError(f"{setting(name)}: must be at least 1; found {given}")
+    return int(given)
+
+
+def choice_of(name: str, given: Any, known: Sequence[str]) -> str:
+    """One of some words.
+
+    Raises
+    ------
+    ConfigError
+        It is none of them.
+    """
+    if not isinstance(given, str):
+        raise refusal(name, f"one of {', '.join(known)}", given)
+    if given not in known:
+        raise ConfigError(f"{setting(name)}: {given!r} is unknown{nearest(given, known)}")
+    return given
+
+
+def names_of(name: str, given: Any, expected: str) -> list[str]:
+    """Names or numbers, one or several, as texts.
+
+    Raises
+    ------
+    ConfigError
+        It is something else.
+    """
+    several = [given] if isinstance(given, str | Integral) or not isinstance(given, Iterable) else [*given]
+    if any(isinstance(each, bool) or not isinstance(each, str | Integral) for each in several):
+        raise refusal(name, expected, given)
+    return [str(each) for each in several]

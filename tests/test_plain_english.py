@@ -10,7 +10,7 @@ from tests.conftest import REPOSITORY
 
 PAGES = [
     REPOSITORY / "README.md",
-    *sorted((REPOSITORY / "docs").rglob("*.md")),
+    *(page for page in sorted((REPOSITORY / "docs").rglob("*.md")) if "reference" not in page.parts),
     *sorted((REPOSITORY / "configs").rglob("*.yaml")),
 ]
 SOURCES = sorted((REPOSITORY / "hydrofdi").rglob("*.py"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hydrofdi.config.shown_values import ShownParameter
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.plant_constants import constants_not_given, plant_constants
 from hydrofdi.records import RecordSource
@@ -55,5 +54,7 @@ def constants_text(options: Section) -> str:
 
 
 def _shown(name: str, unit: str, value: float) -> str:
+    from hydrofdi.config.shown_values import ShownParameter
+
     shown = ShownParameter(name, unit, readable_unit(unit, abs(value)))
     return shown.text(value) + (f" {shown.unit.replace('*', '·')}" if shown.unit != "1" else "")

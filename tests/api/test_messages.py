@@ -49,7 +49,7 @@ def test_no_message_below_the_commands_names_an_option():
     ("settings", "named"),
     [
         ({"engine": "dask"}, "the engine dask needs scheduler='tcp://host:port'"),
-        ({"scheduler": "tcp://host:8786"}, "scheduler and shared_directory belong to engine='dask'"),
+        ({"scheduler": "tcp://host:8786"}, "scheduler and shared_directory need engine='dask'"),
     ],
 )
 def test_a_choice_of_engine_is_refused_by_its_keywords(settings, named, tmp_path):

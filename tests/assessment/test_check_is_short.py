@@ -35,7 +35,7 @@ def test_many_runs_are_summed_up_in_one_sentence_and_one_table(tmp_path, text):
     file.write_text(text)
     record = json.loads(run_hydrofdi("check", file, "--json").stdout)
     assert len(record["modes"]) > 40
-    assert sum("near a band edge" in warning for warning in record["warnings"]) == 1
+    assert sum("edge of a wavelet band" in warning for warning in record["warnings"]) == 1
     printed = run_hydrofdi("check", file).stdout
     assert len(printed.splitlines()) < 30
     moduli = [mode["bulk_modulus"] / 1e6 for mode in record["modes"]]

@@ -131,5 +131,5 @@ def test_a_record_that_tells_nothing_is_not_said_to_tell_unknowns_apart(tmp_path
         "name: shut\nrecord: {duration: 4 s}\nindicators: {weak_rls: {least_opening: 1 mm}}\n"
     )
     text = run("check", tmp_path / "shut.yaml", check=0).stdout
-    assert "the record tells nothing" in text
+    assert "the record carries no information" in text
     assert "collinear" not in text

@@ -176,7 +176,10 @@ def test_mistakes_of_a_description_have_their_line(rig: Path) -> None:
     done = run("evaluate", rig / "unlabelled.yaml", check=2)
     assert "unlabelled.yaml:5: healthy: needs 'label'" in done.stderr
     (rig / "both.yaml").write_text(GROUPED + "severity: {sound: 1 L/min}\n")
-    assert "both.yaml:8: severity.sound: is healthy" in run("evaluate", rig / "both.yaml", check=2).stderr
+    assert (
+        "both.yaml:8: severity.sound: is a healthy label"
+        in run("evaluate", rig / "both.yaml", check=2).stderr
+    )
 
 
 def test_rejected_records_are_counted_with_exit_code_1(rig: Path, tmp_path: Path) -> None:

@@ -119,7 +119,7 @@ def test_a_severity_of_a_label_that_no_record_has_is_a_mistake(rig: Path) -> Non
 def test_shares_are_percent_for_a_person(rig: Path) -> None:
     page = run("evaluate", rig / "rig.yaml", "--indicators", "dwt", check=0).stdout
     assert "a false-alarm rate of 1 % needs 199 healthy records, not 48" in page
-    assert "take the bound at 99.5 % confidence" in " ".join(page.replace("\n", " ").split())
+    assert "use the 99.5 % bound (Bonferroni)" in " ".join(page.replace("\n", " ").split())
 
 
 def test_a_decimal_comma_without_a_description_says_where_to_write(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def cells(rows, key):
 def test_every_form_shows_the_same_numbers_and_marks_the_largest_positive(
     printed, table3_rows, form, separator, emphasis
 ):
-    text = printed[form].replace("$+$", "+").replace("$-$", "-")
+    text = printed[form].replace("$+$", "+").replace("$-$", "-").replace("−", "-")
     found = []
     for line in text.splitlines():
         parts = [part.strip() for part in re.split(separator, line.removesuffix(r" \\").strip(" |"))]

@@ -155,7 +155,7 @@ def test_a_source_that_never_connected_is_closed_at_once():
 @pytest.mark.parametrize(
     ("config", "message"),
     [
-        ({"column": "P1", "unit": "bar"}, "'P1' is no node id"),
+        ({"column": "P1", "unit": "bar"}, "'P1' is not a node id"),
         ({"column": "ns=1;s=P1"}, "write the 'unit' of the node"),
         ({"column": "ns=1;s=P1", "unit": "mm"}, "not convertible to Pa"),
     ],

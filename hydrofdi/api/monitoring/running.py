@@ -71,7 +71,8 @@ def run_monitor(
     name = source if isinstance(source, str) else str(path_of(source))
     stream = open_stream(name, settings, file, detector, sampling_frequency=frequency, is_followed=follow)
     watch = Watch(file)
-    sinks = [shown(file, stream.name), *open_sinks(settings, file, metrics, addresses)]
+    others = open_sinks(settings, file, metrics, addresses)
+    sinks = [shown(file, stream.name), *others]
     return monitor(
         watch,
         stream,

@@ -18,6 +18,9 @@ from hydrofdi.report.runs.axes import Axis
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
 _WIDTH, _HEIGHT = 2.4, 1.25
+_LABEL, _LETTERS = 7.5, 18
+"""Size of the labels of features [pt], and the letters of it that a panel has room for."""
+
 _DECADES = 30.0
 """Ratio of the values of an axis from which on it is logarithmic."""
 
@@ -45,11 +48,25 @@ def draw_responses(analysis: Analysis) -> Figure:
     for column, each in enumerate(axes):
         _draw_column(grid[:, column], each, shown)
     for panel, name in zip(grid[:, 0], shown, strict=True):
-        panel.set_ylabel(name if "[" in name else f"{name} [–]")
+        panel.set_ylabel(_label(name), fontsize=_LABEL)
     figure.align_ylabels(grid[:, 0])
     note = fill(_note(axes, len(found), len(shown), len(names)), round(size[0] / 0.068))
     figure.supxlabel(note, fontsize=8, x=0.01, ha="left")
     return figure
+
+
+def _label(name: str) -> str:
+    """The name and unit of a feature on lines that are no longer than a panel is high."""
+    words = (name if "[" in name else f"{name} [–]").replace(" [", "\n[")
+    broken = words.replace("_", "_\N{ZERO WIDTH SPACE}").replace(".", ".\N{ZERO WIDTH SPACE}")
+    lines: list[str] = []
+    for line in broken.split("\n"):
+        lines.append("")
+        for part in line.split("\N{ZERO WIDTH SPACE}"):
+            if lines[-1] and len(lines[-1] + part) > _LETTERS:
+                lines.append("")
+            lines[-1] += part
+    return "\n".join(lines)
 
 
 def _largest(items: Sequence[Any], sizes: Sequence[float], most: int) -> list[Any]:

@@ -184,7 +184,7 @@ MISTAKES: list[tuple[dict[str, str | bytes], tuple[str, ...], str]] = [
     ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv", "--indicators", ","), "'hydrofdi indicators' lists them"),
     ({"a.yaml": "files: x\nchanels: {}\n"}, ("a.yaml",), "a.yaml:2: chanels: unknown key; did you mean"),
     ({"a.yaml": "nam: x\n"}, ("a.yaml",), "a.yaml:1: nam: unknown key; did you mean 'name'?"),
-    ({"a.yaml": "name: x\n"}, ("a.yaml", "--sampling-frequency", "1kHz"), "a.yaml has its own"),
+    ({"a.yaml": "name: x\n"}, ("a.yaml", "--sampling-frequency", "1kHz"), "a.yaml states its own"),
     ({"a.yaml": "name: x\n"}, ("a.yaml", "--out", "x.xlsx"), "name it .csv, .json or .parquet"),
     ({"a.yaml": "name: x\n"}, ("a.yaml", "--format", "parquet"), "needs --out FILE"),
     ({}, (str(MUSEUM / "kept"),), "set store: {signals: pressures}"),

@@ -79,7 +79,7 @@ def test_shards_whose_identities_are_of_another_kind_are_not_guessed(tmp_path):
     (folder / "kept.h5").unlink()
     text = " ".join(reported(folder).split())
     assert "None of the 8 stored runs is one of this experiment" in text
-    assert "8 of 8 runs have no numbers" in text
+    assert "8 of 8 runs have no results" in text
 
 
 @pytest.mark.parametrize("version", READABLE)
@@ -98,8 +98,8 @@ def test_every_form_of_the_report_can_be_made(version, form):
     assert all(reported(MUSEUM / version / name, "--format", form) for name in ("pressures.h5", "run.h5"))
 
 
-def test_a_figure_can_be_drawn_from_the_signals_of_the_first_files(tmp_path):
-    picture = tmp_path / "spectrum.svg"
+def test_a_figure_can_be_drawn_of_the_first_files(tmp_path):
+    picture = tmp_path / "responses.svg"
     result = run_hydrofdi(
         "report", MUSEUM / READABLE[0] / "pressures.h5", "--figure", picture, "--json", cwd=tmp_path
     )

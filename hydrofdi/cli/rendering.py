@@ -128,5 +128,8 @@ def _print_block(console: Console, block: Block, full: bool) -> None:
 
 def _on_page(sheet: Sheet) -> Sheet:
     """A table as the first page shows it."""
+    if sheet.page_rows is not None:
+        cut = replace(sheet, rows=sheet.rows[: sheet.page_rows], digest=None)
+        return sheet if len(sheet.rows) <= sheet.page_rows else cut
     shown = sheet.shown
     return shown if len(shown.rows) <= MANY_ROWS else replace(shown, rows=shown.rows[:_FEW_ROWS])

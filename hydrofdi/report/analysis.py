@@ -40,6 +40,11 @@ class Analysis:
         return DWT in self.data.experiment.indicators
 
     @property
+    def has_results(self) -> bool:
+        """Whether any run has results."""
+        return any(row.status == "ok" for row in self.table.rows)
+
+    @property
     def has_baseline(self) -> bool:
         """Whether there is a healthy run that the others are compared with."""
         return bool((self.data.fixed_baseline != names.NO_BASELINE).any())

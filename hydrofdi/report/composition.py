@@ -73,10 +73,10 @@ class Report:
         return tidy_columns(self.analysis)
 
     def figures(self) -> Mapping[str, FigureKind]:
-        """Name → figure."""
+        """Name → figure; none if no run has results."""
         from hydrofdi.report.figures import general_figures
 
-        return general_figures(self.analysis)
+        return general_figures(self.analysis) if self.analysis.has_results else {}
 
     def checks(self) -> dict[str, bool | None]:
         """Sentence on each check that the experiment file asks for → whether it holds; None: not decided."""
@@ -85,6 +85,9 @@ class Report:
 
 def compose_general(analysis: Analysis) -> Document:
     """The sections of an experiment that is no paper's study."""
+    lead = _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS
+    if not analysis.has_results:
+        return compose_empty(analysis, lead)
     blocks = (
         remarks_block(analysis.data),
         varied_block(analysis),
@@ -100,7 +103,17 @@ def compose_general(analysis: Analysis) -> Document:
         ),
         provenance_block(analysis.data),
     )
-    lead = _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS
+    return document_of(analysis.table.name, lead, blocks)
+
+
+def compose_empty(analysis: Analysis, lead: str) -> Document:
+    """The sections of an experiment of which no run has results: what is missing, and the remedy."""
+    blocks = (
+        remarks_block(analysis.data),
+        holes_block(analysis),
+        varied_block(analysis),
+        provenance_block(analysis.data),
+    )
     return document_of(analysis.table.name, lead, blocks)
 
 

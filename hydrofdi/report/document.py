@@ -83,6 +83,8 @@ class Sheet:
         Columns at the left that say what a row is, repeated where the others need several parts.
     digest : Sheet or None
         What forms for people show in its place, such as quantiles of thousands of rows.
+    page_rows : int or None
+        Rows that the first page of a terminal shows; None: as many as of any other table.
     """
 
     key: str
@@ -94,6 +96,7 @@ class Sheet:
     note: str = ""
     n_lead: int = 1
     digest: Sheet | None = None
+    page_rows: int | None = None
 
     @property
     def shown(self) -> Sheet:

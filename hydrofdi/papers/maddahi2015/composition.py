@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.sections.standing import standing_block
 from hydrofdi.papers.maddahi2015.sections.table2 import table2_block
 from hydrofdi.papers.maddahi2015.sections.table3 import table3_block
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.composition import details, document_of
+from hydrofdi.report.composition import compose_empty, details, document_of
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.sections.changes import settled_block
 from hydrofdi.report.sections.doubts import doubts_block
@@ -32,6 +32,8 @@ _LEAD = (
 
 def compose_study(study: Study) -> Document:
     """All sections of the report; an ensemble has its own."""
+    if not study.has_results:
+        return compose_empty(study, _LEAD)
     blocks = _blocks(study) if study.scenarios is None else _ensemble_blocks(study, study.scenarios)
     return document_of(study.table.name, _LEAD, blocks)
 

@@ -45,7 +45,8 @@ class StudyReport(Report):
         """Name → figure."""
         from hydrofdi.papers.maddahi2015.figures import study_figures
 
-        return {**super().figures(), **study_figures(self.analysis)}
+        own = study_figures(self.analysis) if self.analysis.has_results else {}
+        return {**super().figures(), **own}
 
     def checks(self) -> dict[str, bool | None]:
         """The claims that the experiment file lists, and whether they hold."""

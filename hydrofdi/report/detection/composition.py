@@ -52,6 +52,7 @@ def report_study(data: ExperimentData) -> DetectionReport:
         sensors=sensors_of(data.experiment, detections[0]),
         estimates=judge_estimates(data),
         run_lengths=judge_run_lengths(data),
+        has_results=bool((_statuses(data) == "ok").any()),
     )
 
 

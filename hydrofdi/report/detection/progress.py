@@ -29,7 +29,8 @@ class Progress:
         if self.is_complete:
             return None
         sentence = (
-            f"{self.n_computed:,} of {self.n_planned:,} runs; 'hydrofdi sweep CONFIG' goes on."
-            " The tables show the runs so far; no conclusions are drawn from them."
+            f"{self.n_computed:,} of {self.n_planned:,} runs are computed;"
+            " 'hydrofdi sweep CONFIG' computes the rest."
         )
-        return Block("progress", "Not finished", (sentence,))
+        so_far = " The tables show the runs so far; no conclusions are drawn from them."
+        return Block("progress", "Not finished", (sentence + (so_far if self.n_computed else ""),))

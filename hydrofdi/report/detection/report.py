@@ -59,6 +59,8 @@ class DetectionReport:
         Estimates against the truth, for each design; empty where the truth is not known.
     run_lengths : tuple of RunLengths
         Control charts of each design; empty where none is asked for.
+    has_results : bool
+        Whether any record can be judged; otherwise the report says only what is missing.
     """
 
     name: str
@@ -71,6 +73,7 @@ class DetectionReport:
     sensors: tuple[Sensor, ...] = ()
     estimates: tuple[Estimates, ...] = ()
     run_lengths: tuple[RunLengths, ...] = ()
+    has_results: bool = True
 
     @property
     def is_complete(self) -> bool:
@@ -93,9 +96,11 @@ class DetectionReport:
     def document(self) -> Document:
         """Its sections."""
         first = self.detections[0]
+        missing = (None if self.progress is None else self.progress.block(), *self.before)
+        if not self.has_results:
+            return document_of(self.name, _LEAD, (*missing, *self.after))
         blocks = (
-            None if self.progress is None else self.progress.block(),
-            *self.before,
+            *missing,
             answer_block(first, is_complete=self.is_complete, remark=perfect_sentence(self._perfect)),
             *details(populations_block(first, self.varied, self.sensors), ranking_block(first)),
             false_alarms_block(first),
@@ -132,7 +137,9 @@ class DetectionReport:
         return {header: [line.get(header) for line in lines] for header in headers}
 
     def figures(self) -> Mapping[str, FigureKind]:
-        """Name → figure."""
+        """Name → figure; none without results."""
+        if not self.has_results:
+            return {}
         from hydrofdi.report.figures.delays import run_length_figures
         from hydrofdi.report.figures.detection import detection_figures
 

@@ -58,8 +58,13 @@ def draw_figure(report: ComposedReport, name: str) -> Figure:
     HydrofdiError
         The experiment does not hold what the figure shows; the message says why.
     """
+    figures = report.figures()
+    if not figures:
+        raise ReportError(
+            "there is nothing to draw: no run has results; 'hydrofdi sweep CONFIG' computes the missing runs"
+        )
     with matplotlib.rc_context(SETTINGS):
-        figure: Figure = report.figures()[name].draw()
+        figure: Figure = figures[name].draw()
     return figure
 
 
@@ -84,7 +89,7 @@ def write_figure(report: ComposedReport, path: Path) -> str:
         It cannot be drawn or written.
     """
     figures = report.figures()
-    if path.stem in _NAMES and path.stem not in figures:
+    if figures and path.stem in _NAMES and path.stem not in figures:
         raise ReportError(f"{path}: no figure {path.stem} here; there are {', '.join(figures)}")
     name = path.stem if path.stem in figures else report.usual_figure
     save_figure(draw_figure(report, name), path)

@@ -1,21 +1,27 @@
-"""What is missing, and why; and what is to be known of all rows."""
+"""Runs without results, and remarks on all runs."""
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
 
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.quality.failures import remedy
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.document import Block
-from hydrofdi.report.wording import counted, labels_text, mode_name
+from hydrofdi.report.document import Block, Cell, Rows, Sheet
+from hydrofdi.report.runs.rows import TableRow
+from hydrofdi.report.runs.table import SensitivityTable
+from hydrofdi.report.sections.quantiles import MANY_ROWS
+from hydrofdi.report.wording import counted, lead_cells, lead_headers
 from hydrofdi.store import ExperimentData
+from hydrofdi.store.results import MISSING
 
-_MOST = 20
-"""Holes that are listed one by one."""
+_PAGE_ROWS = 5
+"""Runs without results that the first page lists."""
 
 
 def remarks_block(data: ExperimentData) -> Block | None:
-    """What is to be known of all rows: their physics is another, or they answer to another request."""
+    """Remarks on all runs: another version of the physics, or another request."""
     sentences = [*data.remarks]
     if data.physics_version != PHYSICS_VERSION:
         sentences.append(
@@ -26,16 +32,41 @@ def remarks_block(data: ExperimentData) -> Block | None:
 
 
 def holes_block(analysis: Analysis) -> Block | None:
-    """A sentence on each run that did not end well or was not computed; None where all did."""
+    """How many runs have no results, the remedy, and a list of them; None if all runs have results."""
     holes = [row for row in analysis.table.rows if row.status != "ok"]
     if not holes:
         return None
-    kinds = ", ".join(f"{count} {status}" for status, count in Counter(row.status for row in holes).items())
-    sentences = [f"{len(holes)} of {counted(len(analysis.table.rows), 'run')} have no results: {kinds}."]
-    for row in holes[:_MOST]:
-        labels = f", {labels_text(row.labels)}" if row.labels else ""
-        mode = mode_name(row.leakage_flow, row.bulk_modulus)
-        sentences.append(f"{mode}{labels}: {row.status}: {row.message}")
-    if len(holes) > _MOST:
-        sentences.append(f"… and {len(holes) - _MOST} more; the CSV file has all of them.")
-    return Block("holes", "What is missing", tuple(sentences))
+    verb = "has" if len(holes) == 1 else "have"
+    lead = f"{len(holes):,} of {counted(len(analysis.table.rows), 'run')} {verb} no results."
+    return Block("holes", "What is missing", (lead, *_kinds(holes)), (_sheet(analysis.table, holes),))
+
+
+def _sheet(table: SensitivityTable, holes: list[TableRow]) -> Sheet:
+    """All runs without results; pages for people show the first ones."""
+    what = lead_headers(table)[:-1]
+    sheet = Sheet(
+        "runs-without-results",
+        "Runs without results",
+        (*what, "Status", "Reason"),
+        Rows(holes, lambda row: (*lead_cells(table, row)[:-1], Cell(row.status), Cell(row.message))),
+        text_columns=(len(what), len(what) + 1),
+        page_rows=_PAGE_ROWS,
+    )
+    if len(holes) <= MANY_ROWS:
+        return sheet
+    title = f"{sheet.title}: the first {MANY_ROWS} of {len(holes):,}"
+    return replace(sheet, digest=replace(sheet, title=title, rows=sheet.rows[:MANY_ROWS]))
+
+
+def _kinds(holes: list[TableRow]) -> Iterator[str]:
+    """How many runs have each status, and what to do about them."""
+    for status in dict.fromkeys(row.status for row in holes):
+        what = _remedy(status)
+        count = counted(sum(row.status == status for row in holes), "run")
+        yield f"{status}, {count}" + (f". Remedy: {what}." if what else ".")
+
+
+def _remedy(status: str) -> str:
+    if status == MISSING:
+        return "'hydrofdi sweep CONFIG' computes the missing runs and keeps the others"
+    return remedy(status)

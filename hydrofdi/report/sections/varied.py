@@ -28,7 +28,7 @@ def _runs(analysis: Analysis) -> Iterator[str]:
     n_added = len(analysis.table.rows) - n_swept
     added = f", and {counted(n_added, 'healthy run')} for comparison" if n_added > 0 else ""
     failed = sum(row.status != "ok" for row in analysis.table.rows)
-    ended = f"{counted(failed, 'run')} without numbers" if failed else "all complete"
+    ended = f"{counted(failed, 'run')} without results" if failed else "all complete"
     yield f"{counted(n_swept, 'run')}{added}; {ended}."
 
 

@@ -13,11 +13,18 @@ _FROZEN_FOR, _FROZEN_MOVE = 1.0, 0.3
 """A position is stuck where it repeats one sample for longer than this [s], while the 5 … 95 % range of a
 pressure is more than this share of the largest one: no friction holds a piston against so much."""
 _CHAMBERS = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE)
+_RAILS = (Channel.SUPPLY_PRESSURE, Channel.RETURN_PRESSURE)
+"""They are constant if the supply is ideal; a trained detector knows whether healthy ones were."""
 
 
 def must_change(channel: Channel) -> bool:
     """Whether a channel that is constant all along is stuck."""
-    return channel.is_pressure or channel is Channel.PISTON_VELOCITY
+    return (channel.is_pressure and channel not in _RAILS) or channel is Channel.PISTON_VELOCITY
+
+
+def is_ideal_rail(channel: Channel, value: float) -> bool:
+    """Whether a supply or return pressure may always have this value; a supply at zero is a dead sensor."""
+    return channel in _RAILS and (value > 0.0 or channel is Channel.RETURN_PRESSURE)
 
 
 def frozen_time(channels: Mapping[Channel, Array], sampling_frequency: float) -> float:

@@ -233,3 +233,10 @@ def test_python_exports_what_the_command_does_and_frames_too(one, tmp_path) -> N
     assert hydrofdi.export(frame, tmp_path / "frame.csv").files[0].read_bytes() == one["csv"].read_bytes()
     with pytest.raises(hydrofdi.HydrofdiError, match="unknown unit 'lpm'"):
         hydrofdi.export(frame, tmp_path / "frame.csv", unit="lpm")
+
+
+def test_exports_of_simulated_records_cause_no_remarks(one) -> None:
+    for form in FORMS:
+        done = run_json("measure", one[form], "--indicators", "dwt,pressure_balance")
+        assert done["records"][0]["status"] == "ok"
+        assert run_json("inspect", one[form])["findings"] == {}

@@ -14,10 +14,12 @@ from hydrofdi.records.measured import measured_source, plain_file_source
 from tests.records.measuring import P1, POSITION, USUAL, VOLTAGE, batches, csv_of, described, kinds, one
 
 RNG = np.random.default_rng(5)
+PRESSURE = 8e6
+"""[Pa]; lower ones cause a remark."""
 
 
 def timed(times, name="t [s]"):
-    return csv_of((name, times), ("P1", np.asarray(times) * 0.5 + 1))
+    return csv_of((name, times), ("P1", np.asarray(times) * 0.5 + PRESSURE))
 
 
 TIMED = 'files: "*.csv"\ntime: {column: t}\nchannels: {chamber_1_pressure: {column: P1, unit: Pa}}\n'
@@ -38,7 +40,7 @@ def test_times_rounded_in_printing_are_even_and_jitter_is_remarked(tmp_path):
     jittered = times + RNG.uniform(-0.2, 0.2, times.size) / 64.0
     batch = one(tmp_path, TIMED, run_csv=timed(jittered))
     assert kinds(batch) == {"uneven"}
-    np.testing.assert_array_equal(batch[P1][0], jittered * 0.5 + 1), "left as it is"
+    np.testing.assert_array_equal(batch[P1][0], jittered * 0.5 + PRESSURE), "left as it is"
 
 
 def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
@@ -51,7 +53,7 @@ def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
     assert (remark.kind, remark.is_unusable) == ("gap", False)
     assert batch.sampling_frequency == 20.0
     assert kinds(one(tmp_path, TIMED + "resample: 4 Hz\n")) == {"gap", "folded"}
-    np.testing.assert_allclose(batch[P1][0], np.arange(199) / 20.0 * 0.5 + 1, rtol=1e-12)
+    np.testing.assert_allclose(batch[P1][0], np.arange(199) / 20.0 * 0.5 + PRESSURE, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("times", "sentence"), [
@@ -230,7 +232,7 @@ def test_defects_of_channels_are_remarked(tmp_path):
     columns = {
         "sound": 100 + noise,
         "clipped": np.maximum(noise, 0.0),
-        "saturated": np.minimum(noise, 0.5),
+        "saturated": 100 + np.minimum(noise, 0.5),
         "coarse": np.round(0.7 * noise),
         "sine": np.round(50 * np.sin(np.arange(time.size))),
         "hum": 100 + 0.3 * noise + np.sin(2 * np.pi * 50 * time),
@@ -246,7 +248,7 @@ def test_defects_of_channels_are_remarked(tmp_path):
 
 def test_a_square_wave_is_no_defect_and_a_resting_position_is_usable(tmp_path):
     text = csv_of(
-        ("P1", 100 + RNG.normal(0, 1, 400)), ("x", np.full(400, 2.0)), ("u", np.arange(400) // 100 % 2)
+        ("P1", PRESSURE + RNG.normal(0, 1, 400)), ("x", np.full(400, 2.0)), ("u", np.arange(400) // 100 % 2)
     )
     batch = one(tmp_path, DRIVEN, run_csv=text)
     assert {(remark.kind, remark.channel) for remark in batch.remarks[0]} == {("stuck", POSITION)}

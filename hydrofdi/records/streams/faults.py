@@ -12,9 +12,6 @@ from hydrofdi.records.stuck import frozen_time, must_change
 _RATE = 0.01
 """Share of the sampling frequency that the mean rate of a window may differ."""
 
-_RAILS = (Channel.SUPPLY_PRESSURE, Channel.RETURN_PRESSURE)
-"""They are constant where a supply is ideal; a detector knows whether healthy ones were."""
-
 
 def fault_of(
     time: Array, samples: Array, channels: tuple[Channel, ...], n_sample: int, sampling_frequency: float
@@ -64,7 +61,7 @@ def _stuck(
     samples: Array, channels: tuple[Channel, ...], is_constant: Array, sampling_frequency: float
 ) -> WindowFault | None:
     for row in np.flatnonzero(is_constant):
-        if must_change(channels[row]) and channels[row] not in _RAILS:
+        if must_change(channels[row]):
             return WindowFault("stuck", f"{channels[row]} never changes")
     held = dict(zip(channels, samples, strict=True))
     if frozen := frozen_time(held, sampling_frequency):

@@ -10,8 +10,9 @@ from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.measured.findings.hum import hum_share
+from hydrofdi.records.measured.findings.low_pressure import low_pressures
 from hydrofdi.records.measured.recording import Recording
-from hydrofdi.records.stuck import frozen_time, must_change
+from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
 
 _SPIKE = 20.0
 """Ranges of the 1 … 99 % quantiles from the median, from where on a sample is a spike."""
@@ -34,6 +35,7 @@ def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Itera
     if limits.samples is not None and recording.n_time != limits.samples:
         text = f"has {recording.n_time} samples instead of {limits.samples}"
         yield Remark("wrong_length", text)
+    yield from low_pressures(recording)
     for channel, samples in recording.channels.items():
         yield from _of_channel(recording, channel, samples, limits, ranges)
 
@@ -55,13 +57,19 @@ def _of_channel(
         yield Remark("stuck", text, channel, is_unusable=True)
         return
     if np.ptp(samples) == 0.0:
-        yield Remark("stuck", f"{channel} never changes", channel, is_unusable=must_change(channel))
+        if not is_ideal_rail(channel, float(samples[0])):
+            yield Remark("stuck", f"{channel} never changes", channel, is_unusable=_is_unusable(channel))
         return
     if channel is not Channel.INPUT_VOLTAGE:
         yield from _spikes(recording, channel, samples)
     if channel.is_pressure:
         yield from _clipped(recording, channel, samples, limits.clipped)
     yield from _hum(recording, channel, samples, limits)
+
+
+def _is_unusable(channel: Channel) -> bool:
+    """Whether nothing can be measured of a channel that never changes."""
+    return must_change(channel) or channel is Channel.SUPPLY_PRESSURE
 
 
 def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float]) -> Iterator[Remark]:

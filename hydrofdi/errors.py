@@ -48,7 +48,7 @@ class Mistake:
     key : str
         Dotted key, ``""`` where the mistake has none.
     origin : str
-        ``file:line`` or the command-line option that set the value.
+        ``file:line`` or the command-line option that set the value; what it names is not repeated.
     """
 
     message: str
@@ -56,7 +56,8 @@ class Mistake:
     origin: str = ""
 
     def __str__(self) -> str:
-        text = ": ".join(part for part in (self.origin, self.key, self.message) if part)
+        key = "" if f" {self.key}=" in self.origin else self.key
+        text = ": ".join(part for part in (self.origin, key, self.message) if part)
         return text.replace("\n", "\\n")
 
 

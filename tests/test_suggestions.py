@@ -4,14 +4,17 @@ from pathlib import Path
 
 import pytest
 
+import hydrofdi
 from hydrofdi.config import load_experiment
 from hydrofdi.config.request import parameter_names
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.settings.computed import _COMPUTED
+from hydrofdi.settings.suggestions import listed, nearest, similar
 from hydrofdi.settings.synonyms import _SYNONYMS
 from hydrofdi.units import parse_quantity, parse_unit
 from hydrofdi.units.spellings import _MEANT
+from tests.commands import run_hydrofdi
 
 CONFIGURATION = Path(__file__).parent.parent / "docs"
 
@@ -165,3 +168,87 @@ def test_an_axis_under_another_name_gets_the_one_that_means_it(tmp_path) -> None
     file.write_text("name: mine\nsweep: {grid: {fluid.EBM: [551 MPa, 1 GPa]}}\n")
     with pytest.raises(ConfigError, match=r"did you mean 'fluid\.bulk_modulus'"):
         load_experiment(file)
+
+
+@pytest.mark.parametrize(
+    ("key", "hint"),
+    [
+        ("valve.frequency", "unknown key; did you mean 'natural_frequency'?"),
+        ("supply.freq", "unknown key; known: pressure, return_pressure"),
+        ("a", "unknown key"), ("friction.a", "unknown key; known: coulomb, breakaway"),
+        ("study.a", "unknown key; known: population"), ("xy", "unknown key"), ("temp", "unknown key"),
+        ("sweep.grid.fluid.a", "no parameter 'fluid.a'"),
+    ],
+)  # fmt: skip
+def test_no_suggestion_is_far_fetched(key, hint) -> None:
+    with pytest.raises(ConfigError) as error:
+        load_experiment(settings=[f"{key}=[1]"])
+    (told,) = [each.message for each in error.value.mistakes if each.message != "is missing"]
+    assert told.startswith(hint)
+    assert told.count("did you mean") == hint.count("did you mean")
+
+
+def test_a_letter_is_no_keyword() -> None:
+    with pytest.raises(ConfigError, match=r"^a: unknown key$"):
+        hydrofdi.check(a=1)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "meant"),
+    [
+        ("friction.law", "LuGre", "lugre"), ("paper", "Maddahi2015", "maddahi2015"),
+        ("wavelet.name", "DB8", "db8"), ("fluid.law", "FreeAir", "free_air"), ("control.law", "PID", "pid"),
+        ("input.shape", "multi-sine", "multisine"), ("leakage.law", "laminer", "laminar"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("way", ["YAML", "setting", "keyword"])
+def test_a_misspelt_choice_gets_the_one_that_it_probably_means(tmp_path, way, key, value, meant) -> None:
+    section, _, name = key.rpartition(".")
+    file = tmp_path / "mine.yaml"
+    file.write_text(f"name: mine\n{section}: {{{name}: {value}}}" if section else f"{key}: {value}\n")
+    ways = {
+        "YAML": lambda: load_experiment(file),
+        "setting": lambda: load_experiment(None, [f"{key}={value}"]),
+        "keyword": lambda: hydrofdi.check(**{key.replace(".", "__"): value}),
+    }
+    with pytest.raises(ConfigError) as error:
+        ways[way]()
+    assert str(error.value).endswith(f"; did you mean {meant!r}?")
+
+
+def test_a_value_for_a_section_names_its_key_as_the_user_writes_keys(tmp_path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("name: mine\nleakage: 0.2 L/min\n")
+    ways = {
+        "write leakage: {internal_flow: 0.2 L/min}": lambda: load_experiment(file),
+        "write settings='leakage.internal_flow=0.2 L/min'": lambda: load_experiment(
+            None, ["leakage=0.2 L/min"]
+        ),
+        "write leakage__internal_flow='0.2 L/min'": lambda: hydrofdi.simulate(leakage="0.2 L/min"),
+    }
+    for told, call in ways.items():
+        with pytest.raises(ConfigError) as error:
+            call()
+        assert str(error.value).endswith(told)
+
+
+def test_a_setting_is_named_once() -> None:
+    with pytest.raises(ConfigError) as error:
+        load_experiment(None, ["fluid.bulk_modulos=1", "fluid={beta: 1}"])
+    told = str(error.value).splitlines()
+    assert told[0] == "settings fluid.bulk_modulos=1: unknown key; did you mean 'bulk_modulus'?"
+    assert told[1].startswith("settings fluid={beta: 1}: fluid.beta: unknown key")
+
+
+@pytest.mark.parametrize(
+    ("option", "hint"),
+    [("onlin", "; did you mean 'online'? (see"), ("foo", "'actuator', 'paper', 'online' (see")],
+)
+def test_a_choice_of_the_command_line_gets_a_suggestion(option, hint) -> None:
+    told = run_hydrofdi("init", "mine", "--from", option).stderr
+    assert hint in told
+    assert "Value error" not in told
+
+
+def test_no_known_names_are_not_listed() -> None:
+    assert nearest("any", []) == listed([]) == similar("any", [""]) == ""

@@ -8,8 +8,8 @@ from numbers import Integral, Real
 from typing import Any
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.naming import setting
+from hydrofdi.settings.suggestions import nearest
 from hydrofdi.units import parse_quantity
 
 

@@ -10,7 +10,7 @@ from hydrofdi.api.places import path_of
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.config.request import parameter_names
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import nearest
 
 Experiment = str | PathLike[str] | Mapping[str, Any] | ExperimentConfig
 """A YAML file, what would stand in one, or an experiment that is loaded."""
@@ -81,7 +81,8 @@ def dotted_keys(settings: Mapping[str, Any]) -> dict[str, Any]:
                 keys[f"{section}.{key}"] = value
             case []:
                 known = [*sections, *ExperimentConfig.model_fields]
-                mistakes.append(Mistake(f"unknown key{nearest(key, known)}", key))
+                hint = nearest(key, known) if len(key) > 1 else ""
+                mistakes.append(Mistake(f"unknown key{hint}", key))
             case several:
                 choice = ", ".join(f"{section}__{key}" for section in several)
                 mistakes.append(Mistake(f"is a key of several sections; write one of {choice}", key))

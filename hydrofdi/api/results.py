@@ -14,7 +14,7 @@ from hydrofdi.api.page import html_table
 from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.api.table import Table
 from hydrofdi.errors import ReportError, StoreError
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.layout.names import STATUS
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.api.page import html_table
 from hydrofdi.api.places import notebook_library
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import nearest
 
 if TYPE_CHECKING:
     import pandas

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import re
 import sys
 import traceback
 import warnings
@@ -34,9 +35,12 @@ from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
 from hydrofdi.errors import HydrofdiError, IndicatorWarning, RenamedKeyWarning, without_credentials
 from hydrofdi.settings.naming import settings_as_options
+from hydrofdi.settings.suggestions import similar
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
+
+_QUOTED = re.compile("'([^']*)'")
 
 DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -96,8 +100,7 @@ def main() -> None:
     except HydrofdiError as error:
         code = _complain(str(error))
     except typer.TyperException as error:
-        describe = getattr(error, "format_message", error.__str__)
-        message = without_credentials(describe())
+        message = _usage_message(error)
         hint = getattr(getattr(error, "ctx", None), "command_path", "hydrofdi")
         code = _complain(f"{message} (see '{hint} --help')") if message else USER_ERROR
     except (KeyboardInterrupt, typer.Abort):
@@ -111,6 +114,16 @@ def main() -> None:
         _complain("this is a bug in hydrofdi; please report it with the lines above")
         code = FAULT
     sys.exit(code)
+
+
+def _usage_message(error: Exception) -> str:
+    """What typer says of an option; of a choice, also what was probably meant."""
+    text: str = getattr(error, "format_message", error.__str__)()
+    told, is_choice, choices = text.replace("Value error, ", "").partition(" is not one of ")
+    if is_choice:
+        told += f" is not one of {choices.removesuffix('.')}"
+        told += similar(_QUOTED.findall(told)[1], _QUOTED.findall(choices))
+    return without_credentials(told)
 
 
 def _show_warnings() -> None:

@@ -13,7 +13,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.indicators import Indicator, Output, measure
 from hydrofdi.records import Array, RecordBatch
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import nearest
 
 
 @dataclass(frozen=True, eq=False)

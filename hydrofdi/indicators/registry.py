@@ -19,7 +19,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import catalogue, models
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.faults import made_soundly
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import nearest
 
 GROUP = "hydrofdi.indicators"
 

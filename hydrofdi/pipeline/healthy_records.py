@@ -12,8 +12,8 @@ from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.records.measured.source import MeasuredSource
-from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.naming import setting
+from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.records import StoredRecords
 
 STUDY_LABEL = "healthy (fit)"

@@ -1,8 +1,10 @@
-"""Quantities that people know and that are no keys, but give the value of one."""
+"""Quantities that are not keys, but give the value of one."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+
+from hydrofdi.settings.synonyms import plain_word
 
 _COMPUTED = (
     (
@@ -42,19 +44,24 @@ _COMPUTED = (
 )
 """Key, words in small letters, and how they give its value."""
 
+_DRIVE = ("input", "record")
+"""Sections whose quantities other things have as well: a valve has a frequency of its own."""
 
-def computation(word: str, known: Sequence[str]) -> str:
-    """How a quantity that is no key gives the value of one; empty where it gives none.
+
+def computation(word: str, known: Sequence[str], section: str = "") -> str:
+    """How a quantity that is not a key gives the value of one; empty if it gives none.
 
     Parameters
     ----------
     word : str
-        In small letters.
     known : sequence of str
         Keys, dotted or not; one of them has to be meant.
+    section : str
+        The other section that the word stands in.
     """
     for dotted, words, how in _COMPUTED:
-        names = [name for name in (dotted, dotted.partition(".")[2]) if name in known]
-        if names and word in words.split(", "):
-            return f"; give {names[0]!r} instead: {how}"
+        home, _, key = dotted.partition(".")
+        is_known = key in known or (dotted in known and not (section and home in _DRIVE))
+        if is_known and plain_word(word) in map(plain_word, words.split(", ")):
+            return f"; give {(dotted if dotted in known else key)!r} instead: {how}"
     return ""

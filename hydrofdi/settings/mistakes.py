@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Sequence
 from typing import Any
 
-from hydrofdi.settings.computed import computation
-from hydrofdi.settings.synonyms import meant, plain_word
-
-_MOST_MEANT = 3
+from hydrofdi.settings.counting import counted
+from hydrofdi.settings.suggestions import nearest, similar
 
 
 def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[str] = ()) -> str:
@@ -18,7 +15,8 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
     found, context = error["input"], error.get("ctx", {})
     match error["type"]:
         case "extra_forbidden":
-            return f"unknown key{nearest(str(error['loc'][-1]), known, elsewhere)}"
+            section, name = ("", *map(str, error["loc"]))[-2:]
+            return f"unknown key{nearest(name, known, elsewhere, section)}"
         case "greater_than":
             return f"must be greater than {context['gt']:g}; found {found}"
         case "greater_than_equal":
@@ -28,7 +26,8 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
         case "finite_number":
             return f"must be a finite number; found {found}"
         case "literal_error":
-            return f"must be {context['expected']}; found {found!r}"
+            choices = context["expected"]
+            return f"must be {choices}; found {found!r}{similar(found, _quoted(choices))}"
         case "enum":
             return f"{found!r} is unknown{nearest(str(found), _quoted(context['expected']))}"
         case "model_type" | "model_attributes_type" | "dict_type":
@@ -36,8 +35,7 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
         case "tuple_type" | "list_type":
             return f"expected a list; found {found!r}"
         case "too_short":
-            least = context["min_length"]
-            return f"needs {least} entr{'y' if least == 1 else 'ies'} or more; found {len(found)}"
+            return f"needs {counted(context['min_length'], 'entry')} or more; found {len(found)}"
         case "json_invalid":
             return f"is not JSON: {context['error']}"
         case "missing":
@@ -54,41 +52,3 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
 
 def _quoted(text: str) -> list[str]:
     return re.findall("'([^']*)'", text)
-
-
-def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = ()) -> str:
-    """A hint at the known name that an unknown one probably means; empty where there is none.
-
-    Parameters
-    ----------
-    name : str
-    known : sequence of str
-        What may stand there.
-    elsewhere : sequence of str
-        Dotted names of what stands in other sections.
-    """
-    if keys := meant(name, known):
-        return _did_you_mean(keys)
-    if how := computation(plain_word(name).rpartition(".")[2], [*known, *elsewhere]):
-        return how
-    if keys := meant(name, elsewhere):
-        return _did_you_mean(keys)
-    if close := _close(name, known):
-        return _did_you_mean([close])
-    return f"; known are {', '.join(known)}" if 0 < len(known) <= 12 else ""
-
-
-def _did_you_mean(keys: Sequence[str]) -> str:
-    others = "" if len(keys) <= _MOST_MEANT else ", or that of another section"
-    shown = keys[:1] if others else keys
-    return f"; did you mean {' or '.join(map(repr, shown))}{others}?"
-
-
-def _close(name: str, known: Sequence[str]) -> str:
-    """The known name that is spelt alike, or has the same words; empty where there is none."""
-    longer = sorted((each for each in known if len(name) > 2 and each.startswith(name)), key=len)
-    words = set(name.split("_"))
-    longer = longer or [each for each in known if len(words) > 1 and words < set(each.split("_"))]
-    if longer and all(each.startswith(longer[0]) for each in longer):
-        return longer[0]
-    return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=0.5)), "")

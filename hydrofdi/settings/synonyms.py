@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 _SYNONYMS = {
@@ -55,27 +56,32 @@ _SYNONYMS = {
 }
 """Key or section → what users call it, in small letters."""
 
+
+def plain_word(name: str) -> str:
+    """A name in small letters, without underscores, blanks and hyphens."""
+    return re.sub(r"[-_\s]", "", name.lower())
+
+
 _KEYS: dict[str, list[str]] = {}
 for _key, _names in _SYNONYMS.items():
     for _name in _names.split(", "):
-        _KEYS.setdefault(_name, []).append(_key)
+        _KEYS.setdefault(plain_word(_name), []).append(_key)
+
+_SECTIONS = ("actuator", "supply", "fluid", "valve", "control", "record", "input")
 
 
-def plain_word(name: str) -> str:
-    """A name in small letters, with underscores in place of blanks and hyphens."""
-    return name.strip().lower().replace("-", "_").replace(" ", "_")
+def meant(word: str, known: Sequence[str], section: str = "") -> list[str]:
+    """The known keys, dotted or not, that a user's word means: those of its section before any other.
 
-
-def meant(name: str, known: Sequence[str]) -> list[str]:
-    """The known keys, dotted or not, that a user's word means: those of its section before any other."""
-    section, _, word = plain_word(name).rpartition(".")
+    A single letter means something only in its own section, and in one that the name of the key contains.
+    """
+    word, section = plain_word(word), plain_word(section)
     section = next((key for key in _KEYS.get(section, ()) if key in _SECTIONS), section)
     for keys in ([word], _KEYS.get(word, ())):
-        found = [each for each in known if each.rpartition(".")[2] in keys]
+        found = [each for each in known if plain_word(each.rpartition(".")[2]) in map(plain_word, keys)]
         alike = [each for each in found if each.rpartition(".")[0] == section]
+        if len(word) == 1:
+            found = [each for each in found if "." not in each or (section and section in each)]
         if alike or found:
             return alike or found
     return []
-
-
-_SECTIONS = ("actuator", "supply", "fluid", "valve", "control", "record", "input")

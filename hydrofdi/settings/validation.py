@@ -12,6 +12,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.settings.naming import setting
 from hydrofdi.settings.ready import ready_hint
+from hydrofdi.settings.synonyms import meant
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -62,18 +63,28 @@ def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
     path = _path(error)
     message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model))
     if error["type"] in ("model_type", "model_attributes_type") and path:
-        message += _section_hint(_section_at(model, path), str(path[-1]), error["input"])
+        message += _section_hint(source, path, _section_at(model, path), error["input"])
     return source.mistake(path, message) if path else _placed(source, message)
 
 
-def _section_hint(section: Any, name: str, found: Any) -> str:
-    """The keys of a section for which a plain value stands, and those that would take the value."""
+def _section_hint(source: Source, path: Path, section: Any, found: Any) -> str:
+    """The key that a value in the place of a section probably belongs to, or all keys of the section."""
     if not _is_model(section):
         return ""
     keys = list(section.model_fields)
     fitting = [key for key in keys if isinstance(found, str) and _takes(section, key, found)]
-    meant = f"; write {name}: {{{fitting[0]}: {found}}}" if fitting else ""
-    return f"{meant}; its keys are {', '.join(keys)}"
+    if likely := [key for key in meant(str(path[-1]), keys) if key in fitting or not fitting] or fitting:
+        return f"; write {_as_written(source, path, likely[0], found)}"
+    return f"; its keys are {', '.join(keys)}"
+
+
+def _as_written(source: Source, path: Path, key: str, value: Any) -> str:
+    """A key with its value, as the user writes keys: as an option, a keyword of Python, or in a file."""
+    name, origin = dotted(path), source.origins.get(path)
+    if origin is None or not origin.startswith(setting("settings")):
+        is_keyword = origin == ""
+        return f"{name}__{key}={value!r}" if is_keyword else f"{name}: {{{key}: {value}}}"
+    return setting("settings", f"{name}.{key}={value}")
 
 
 def _takes(section: type[BaseModel], key: str, value: str) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
 from hydrofdi.settings.naming import setting
+from hydrofdi.settings.suggestions import similar
 from hydrofdi.studies.records import Scored, StudyRecords
 
 SEED = 0
@@ -105,7 +105,7 @@ def _require_healthy(labels: Labels, found: Sequence[str]) -> None:
     missing = [label for label in labels.healthy if label not in found]
     if missing:
         raise ConfigError(
-            f"no record has the healthy label {missing[0]!r}; found {names}{_meant(missing[0], found)}"
+            f"no record has the healthy label {missing[0]!r}; found {names}{similar(missing[0], [*found])}"
         )
 
 
@@ -124,18 +124,12 @@ def require_known_severities(labels: Labels, found: Collection[str]) -> None:
     """
     names = ", ".join(repr(label) for label in sorted(found)[:10])
     mistakes = [
-        Mistake(f"no record has this label; found {names}{_meant(label, found)}", f"severity.{label}")
+        Mistake(f"no record has this label; found {names}{similar(label, [*found])}", f"severity.{label}")
         for label in labels.severity
         if label not in found
     ]
     if mistakes:
         raise ConfigError(mistakes)
-
-
-def _meant(label: str, found: Collection[str]) -> str:
-    """The label that was probably meant, as a question."""
-    close = get_close_matches(label, found, n=1, cutoff=0.5)
-    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 def _groups(records: Sequence[RecordMeasures]) -> tuple[str, ...] | None:

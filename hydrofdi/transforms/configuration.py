@@ -7,13 +7,16 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from hydrofdi.settings.quantities import Section
+from hydrofdi.settings.suggestions import similar
 
 
 def _known_wavelet(name: str) -> str:
     from pywt import wavelist
 
-    if name not in wavelist(kind="discrete"):
-        raise ValueError(f"{name!r} is not a discrete wavelet of PyWavelets; the paper uses 'db8'")
+    known = wavelist(kind="discrete")
+    if name not in known:
+        hint = similar(name, known) or ", such as 'db8'"
+        raise ValueError(f"{name!r} is not a discrete wavelet of PyWavelets{hint}")
     return name
 
 

@@ -132,7 +132,7 @@ FRAME = pandas.DataFrame({"P1": [1.0, 2.0], "P2 [bar]": [1.0, 2.0]})
         ([1.0, 2.0], {"sampling_frequency": 0}, "sampling_frequency: must be above zero; found 0"),
         (FRAME, {"sampling_frequency": 1}, "the DataFrame: 'P1' has no unit; name it 'P1 [bar]'"),
         (FRAME, {"sampling_frequency": 1, "unit": "baR"}, "baR"),
-        (FRAME, {"channel": {"P9": "P1"}}, "the DataFrame: has no column 'P9'; did you mean"),
+        (FRAME, {"channel": {"P9": "P1"}}, "the DataFrame: has no column 'P9'; known: P1, P2"),
         (FRAME, {"channel": "P17"}, "channel: 'P17' is unknown"),
         (
             {"a": [1.0, 2.0], "b": [1.0, 2.0]},

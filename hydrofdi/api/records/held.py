@@ -16,7 +16,7 @@ from hydrofdi.records.measured.column_names import channel_named
 from hydrofdi.records.measured.column_units import unit_by_name
 from hydrofdi.records.measured.held import HeldSource, HeldTable, held_source
 from hydrofdi.records.measured.sampling import counts_samples
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import nearest
 
 Names = str | Mapping[str, str] | None
 """One name for all columns, or column → name."""

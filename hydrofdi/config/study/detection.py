@@ -8,8 +8,8 @@ from pydantic import Field, field_validator, model_validator
 
 from hydrofdi.config.study.online import OnlineConfig
 from hydrofdi.records import Channel
-from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.suggestions import nearest
 
 
 class ScoreConfig(Section):

@@ -15,7 +15,8 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
 from hydrofdi.config.sweeps.values import difference, parameter_value, require_numbers
-from hydrofdi.settings.mistakes import describe_error, nearest
+from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.suggestions import nearest
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
 

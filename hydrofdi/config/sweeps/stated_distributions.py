@@ -11,7 +11,8 @@ from pydantic import ValidationError
 from hydrofdi.config.request import parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sweeps.distributions import ARGUMENTS, DISTRIBUTIONS, argument_values, require_order
 from hydrofdi.config.sweeps.values import difference, nominal_value, parameter_value, require_numbers
-from hydrofdi.settings.mistakes import describe_error, nearest
+from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.suggestions import nearest
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
 

@@ -9,7 +9,7 @@ from asyncua import ua
 from asyncua.client.client import Client
 from asyncua.ua.uaerrors import UaError
 
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import similar
 
 _MOST = 2_000
 
@@ -19,8 +19,7 @@ async def nearest_nodes(client: Client, wanted: str) -> str:
     found: list[str] = []
     with suppress(OSError, UaError):
         found = await _variables(client)
-    text = nearest(wanted, found) if found else ""
-    return text if "did you mean" in text else ""
+    return similar(wanted, found)
 
 
 async def _variables(client: Client) -> list[str]:

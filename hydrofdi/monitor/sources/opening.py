@@ -9,8 +9,8 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import StreamSource
-from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.naming import setting
+from hydrofdi.settings.suggestions import similar
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
 _KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT"
@@ -79,8 +79,7 @@ def _hint(kind: str, text: str) -> str:
         return f"; did you mean {text[len('file:') :].replace('//', '', 1)!r}?"
     if meant := _MEANT.get(kind):
         return f"; did you mean '{meant}://'?"
-    close = nearest(kind, _SCHEMES) if kind[0] in "mo" else ""
-    return close if "did you mean" in close else f"; a source is {_KINDS}"
+    return similar(kind, [*_SCHEMES]) or f"; a source is {_KINDS}"
 
 
 def _text(

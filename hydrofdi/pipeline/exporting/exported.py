@@ -12,8 +12,8 @@ from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.records.written.columns import Selection
 from hydrofdi.records.written.forms import BEGINNINGS, WRITERS
-from hydrofdi.settings.mistakes import nearest
 from hydrofdi.settings.naming import setting
+from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.files import require_regular, whole_file
 
 

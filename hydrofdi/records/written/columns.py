@@ -10,7 +10,7 @@ from hydrofdi.records.batch import Array, RecordBatch
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_names import channel_named
 from hydrofdi.records.measured.column_units import known_unit, scaled
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import listed, nearest
 from hydrofdi.units import parse_unit, similar_units
 
 
@@ -112,8 +112,8 @@ def _channel(name: str) -> Channel:
     channel = channel_named(name, "")
     if channel is None:
         known = [*(each.symbol for each in Channel), *(each.value for each in Channel)]
-        shown = ", ".join(each.symbol for each in Channel)
-        raise ConfigError(f"unknown channel {name!r}{nearest(name, known) or f'; known are {shown}'}")
+        shown = [each.symbol for each in Channel]
+        raise ConfigError(f"unknown channel {name!r}{nearest(name, known) or listed(shown)}")
     return channel
 
 

@@ -16,7 +16,7 @@ from hydrofdi.records.measured.formats.reading_apart import table_read_apart
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
 from hydrofdi.records.measured.rejection import damage_named
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import listed, nearest
 
 _KINDS = {
     **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".dat", ".asc"), "text"),
@@ -70,7 +70,7 @@ def kind_of(path: Path, place: str) -> str:
     suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
     if suffix.lower() in _KINDS:
         return _KINDS[suffix.lower()]
-    hint = nearest(suffix, list(_KINDS)) if suffix else f"; known are {', '.join(_KINDS)}"
+    hint = nearest(suffix, list(_KINDS)) if suffix else listed(list(_KINDS))
     raise DataError(
         f"{place}: unknown suffix {suffix!r}{hint} (or write 'format: {{kind: text}}' in the YAML"
         " that describes the file, docs/measured.md)"

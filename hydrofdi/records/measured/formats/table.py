@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
-from hydrofdi.settings.mistakes import nearest
+from hydrofdi.settings.suggestions import nearest
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 _MOST_SHOWN = 12

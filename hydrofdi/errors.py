@@ -91,6 +91,10 @@ class IndicatorWarning(UserWarning):
     """An indicator of another package cannot be used."""
 
 
+class ShadowedNameWarning(UserWarning):
+    """A file or folder of the user has the name of a ready configuration, and is used."""
+
+
 class SweepInterrupted(KeyboardInterrupt):
     """A sweep that was stopped early; its message says what is stored, and how to go on.
 

@@ -33,7 +33,13 @@ from hydrofdi.cli.report import report
 from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
-from hydrofdi.errors import HydrofdiError, IndicatorWarning, RenamedKeyWarning, without_credentials
+from hydrofdi.errors import (
+    HydrofdiError,
+    IndicatorWarning,
+    RenamedKeyWarning,
+    ShadowedNameWarning,
+    without_credentials,
+)
 from hydrofdi.settings.naming import settings_as_options
 from hydrofdi.settings.suggestions import similar
 
@@ -41,6 +47,9 @@ _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
 
 _QUOTED = re.compile("'([^']*)'")
+
+_TOLD = (RenamedKeyWarning, IndicatorWarning, ShadowedNameWarning)
+"""Warnings that are for users."""
 
 DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -130,12 +139,12 @@ def _show_warnings() -> None:
     show = warnings.showwarning
 
     def tell(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-        if issubclass(category, RenamedKeyWarning | IndicatorWarning):
+        if issubclass(category, _TOLD):
             print(f"warning: {message}", file=sys.stderr)
         else:
             show(message, category, *place, **more)
 
-    for shown in (RenamedKeyWarning, IndicatorWarning):
+    for shown in _TOLD:
         warnings.simplefilter("always", shown)
     warnings.showwarning = tell
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.naming import setting
-from hydrofdi.settings.ready import located, ready_hint
+from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 
 _HEAD_BYTES = 65_536
 _KEY = re.compile(r"[A-Za-z_][\w.]*\s*:(\s|$)|---\s*$|\{")
@@ -49,6 +49,7 @@ def open_source(
         Results cannot be read.
     """
     if path.is_dir():
+        warn_if_shadowing(path, path)
         _refuse_frequency(path, sampling_frequency)
         _refuse_settings(path, settings)
         return _folder(path, channels)

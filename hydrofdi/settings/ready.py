@@ -1,12 +1,15 @@
-"""The configurations that come with hydrofdi: found by name wherever a file is named that is not there."""
+"""The configurations that come with hydrofdi, found by their names; a file of the user comes first."""
 
 from __future__ import annotations
 
 import difflib
 import os
 import re
+import warnings
 from functools import cache
 from pathlib import Path
+
+from hydrofdi.errors import ShadowedNameWarning
 
 _FOLDER = "configs"
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -31,13 +34,24 @@ def located(path: Path, folder: Path = Path()) -> Path:
     Returns
     -------
     path
-        A file of the user wins over a ready one. Where there is neither, the path in its folder.
+        A file of the user wins over a ready one; a warning says so if the name is that of a ready one.
+        If there is neither, the path in its folder.
     """
     here = folder / path
     for own in (here, Path(f"{here}.yaml")):
         if os.path.exists(own) and not os.path.isdir(own):
+            warn_if_shadowing(path, own)
             return own
     return _ready(path) or here
+
+
+def warn_if_shadowing(path: Path, own: Path) -> None:
+    """Warn that a file or folder of the user is used and not the ready configuration of the same name."""
+    ready = None if path.suffix else _ready(path)
+    if ready is not None and (os.path.isdir(own) or ready.read_bytes() != own.read_bytes()):
+        kind = "folder" if os.path.isdir(own) else "file"
+        message = f"{path} is the {kind} {own} here, not the ready configuration '{path}'"
+        warnings.warn(f"{message}; rename it to use that", ShadowedNameWarning, stacklevel=2)
 
 
 def _ready(path: Path) -> Path | None:

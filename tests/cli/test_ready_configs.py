@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+import hydrofdi
 from hydrofdi.config import load_experiment
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
+from hydrofdi.errors import DataError, ShadowedNameWarning
 from hydrofdi.indicators import indicator_names, load_indicators
 from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names, ready_summary
@@ -56,10 +58,27 @@ def test_the_commands_of_the_documentation_work_without_a_clone(tmp_path):
 
 def test_a_file_of_the_user_wins(tmp_path):
     (tmp_path / "smoke.yaml").write_text("name: mine\n")
-    for asked in ("smoke", "smoke.yaml"):
-        assert "mine" in run("plan", asked, cwd=tmp_path, check=0).stdout
+    for asked, told in (("smoke", 1), ("smoke.yaml", 0)):
+        planned = run("plan", asked, cwd=tmp_path, check=0)
+        assert "mine" in planned.stdout
+        assert planned.stderr.count("smoke is the file smoke.yaml here, not the ready conf") == told
     (tmp_path / "table3").mkdir()
-    assert "table3" in run("plan", "table3", cwd=tmp_path, check=0).stdout
+    planned = run("plan", "table3", cwd=tmp_path, check=0)
+    assert "table3" in planned.stdout
+    assert planned.stderr == ""
+
+
+def test_a_copy_of_a_ready_configuration_is_not_told_apart(tmp_path):
+    (tmp_path / "smoke.yaml").write_bytes((ready_folder() / "smoke.yaml").read_bytes())
+    assert run("plan", "smoke", cwd=tmp_path, check=0).stderr == ""
+
+
+def test_a_folder_that_is_read_in_place_of_ready_records_is_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "smoke").mkdir()
+    told = pytest.warns(ShadowedNameWarning, match="smoke is the folder smoke here")
+    with told, pytest.raises(DataError, match="contains no results"):
+        hydrofdi.measure("smoke", "dwt")
 
 
 def test_files_extend_ready_ones_and_name_their_inputs(tmp_path):

@@ -1,15 +1,18 @@
-"""Everything that a report says of any experiment, worked out once."""
+"""What a report says of any experiment, computed once."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from hydrofdi.config.analysis import DWT
 from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.indicators.study import IndicatorStudy, study_indicators
 from hydrofdi.report.replicates import ReplicateStudy, study_replicates
 from hydrofdi.report.responses import ResponseStudy, study_responses
+from hydrofdi.report.runs.axes import table_runs
 from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.store import ExperimentData
@@ -48,6 +51,30 @@ class Analysis:
     def has_baseline(self) -> bool:
         """Whether there is a healthy run that the others are compared with."""
         return bool((self.data.fixed_baseline != names.NO_BASELINE).any())
+
+    @cached_property
+    def baselines(self) -> tuple[str, ...]:
+        """``fixed`` and ``matched``, without a baseline for which δ is zero or the same as for the other."""
+        runs = table_runs(self.data)
+        own, fixed, matched = (
+            rows[runs]
+            for rows in (np.arange(self.data.n_run), self.data.fixed_baseline, self.data.matched_baseline)
+        )
+        tells = {
+            "fixed": (fixed != own) & (fixed != names.NO_BASELINE),
+            "matched": (matched != own) & (matched != fixed),
+        }
+        return tuple(name for name, is_other in tells.items() if is_other.any())
+
+    @property
+    def no_changes(self) -> str:
+        """Why δ would be zero for every run, and the remedy; empty if it is not."""
+        if self.baselines or not self.has_baseline:
+            return ""
+        return (
+            "Each run is its own healthy baseline, because no run leaks and the baseline sets none of the"
+            " varied parameters: δ is zero by construction. To see δ, set a varied parameter in the baseline."
+        )
 
     @property
     def missing_baseline(self) -> str:

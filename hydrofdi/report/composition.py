@@ -58,7 +58,8 @@ class Report:
     def usual_figure(self) -> str:
         """The figure that is drawn where none is named."""
         n_axis = sum(bool(each.responses) for each in self.analysis.responses.axes)
-        return "responses" if 0 < n_axis <= FEW_AXES else "sensitivity"
+        is_clear = n_axis <= FEW_AXES or not self.analysis.baselines
+        return "responses" if n_axis and is_clear else "sensitivity"
 
     def document(self) -> Document:
         """Its sections."""

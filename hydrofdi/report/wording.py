@@ -90,9 +90,10 @@ def kilopascal(pressure: float) -> str:
 
 
 def delta_cells(levels: Sequence[float]) -> list[Cell]:
-    """δ of each level, the largest positive one strong."""
+    """δ of each level, the largest positive one strong unless it rounds to zero."""
     best = largest_positive(levels)
-    return [Cell(signed(value), level == best, value) for level, value in enumerate(levels)]
+    texts = map(signed, levels)
+    return [Cell(text, level == best and text != "0.0", levels[level]) for level, text in enumerate(texts)]
 
 
 EXTERNAL_HEADERS = ("Out of 1 [L/min]", "Out of 2 [L/min]")

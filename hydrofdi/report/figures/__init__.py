@@ -42,7 +42,10 @@ _NAMES = {
 
 def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
     """The figures of any experiment."""
-    caption = "δ of each run and level against the fixed and the matched baseline; sealed controls on top"
+    against = " and the ".join(analysis.baselines) or "fixed"
+    caption = f"δ of each run and level against the {against} baseline"
+    if len({row.is_sealed for row in analysis.table.rows}) > 1:
+        caption += "; sealed controls on top"
     figures = {"sensitivity": FigureKind(caption, partial(draw_sensitivity, analysis))}
     if any(each.responses for each in analysis.responses.axes):
         caption = "Each feature over each parameter that varies: median and range of the runs with each value"

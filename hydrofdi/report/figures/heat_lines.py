@@ -19,6 +19,9 @@ from hydrofdi.report.wording import EXTERNAL_HEADERS, external_cells, flow_text,
 MOST_LINES = 60
 """Runs up to which each has a line of its own, and lines of a summary."""
 
+_Changes = dict[str, list[Levels]]
+"""Kind of baseline → δ of each level [%], line by line."""
+
 
 @dataclass(frozen=True)
 class HeatLines:
@@ -40,7 +43,7 @@ class HeatLines:
 
     headers: tuple[str, ...]
     texts: tuple[tuple[str, ...], ...]
-    changes: dict[str, list[Levels]]
+    changes: _Changes
     breaks: tuple[int, ...]
     strong_breaks: tuple[int, ...] = ()
     note: str = ""
@@ -56,10 +59,19 @@ class _Column:
     text: Callable[[float], str]
 
 
-def heat_lines(table: SensitivityTable) -> HeatLines:
-    """The rows of a table as they are; of more than `MOST_LINES`, the medians for each value."""
-    columns = _columns(table)
-    return _runs(table.rows, columns) if len(table.rows) <= MOST_LINES else _medians(table.rows, columns)
+def heat_lines(table: SensitivityTable, baselines: Sequence[str]) -> HeatLines:
+    """The rows of a table as they are; of more than `MOST_LINES`, the medians for each value.
+
+    Parameters
+    ----------
+    table : SensitivityTable
+    baselines : sequence of str
+        Keys of `BASELINES`: what δ is taken against.
+    """
+    rows, columns = table.rows, _columns(table)
+    changes = {name: [BASELINES[name](row) for row in rows] for name in baselines}
+    make = _runs if len(rows) <= MOST_LINES else _medians
+    return make(rows, columns, changes)
 
 
 def _columns(table: SensitivityTable) -> list[_Column]:
@@ -85,22 +97,22 @@ def _parameter(name: str, values: list[Any], title: str) -> _Column:
     )
 
 
-def _runs(rows: Sequence[TableRow], columns: Sequence[_Column]) -> HeatLines:
+def _runs(rows: Sequence[TableRow], columns: Sequence[_Column], changes: _Changes) -> HeatLines:
     breaks = group_breaks([row.leakage_request for row in rows])
     return HeatLines(
         headers=tuple(column.header for column in columns),
         texts=tuple(zip(*(column.texts for column in columns), strict=True)),
-        changes={baseline: [delta(row) for row in rows] for baseline, delta in BASELINES.items()},
+        changes=changes,
         breaks=breaks,
         strong_breaks=tuple(place for place in breaks if rows[place - 1].is_sealed),
     )
 
 
-def _medians(rows: Sequence[TableRow], columns: Sequence[_Column]) -> HeatLines:
+def _medians(rows: Sequence[TableRow], columns: Sequence[_Column], of_runs: _Changes) -> HeatLines:
     """A line for each value of each column, or each fifth of its values, over the rows that leak."""
     sealed = np.array([row.is_sealed for row in rows])
     compared = ~sealed if not sealed.all() else sealed
-    changes = {name: np.array([delta(row) for row in rows]) for name, delta in BASELINES.items()}
+    changes = {name: np.array(levels) for name, levels in of_runs.items()}
     leakage, *others = columns
     parts = [_groups(leakage, compared)] + [_groups(column, compared) for column in others]
     if sealed.any() and compared is not sealed:

@@ -1,4 +1,4 @@
-"""Heat map of δ over what varies and level, against both baselines."""
+"""Heat map of δ over what varies and level, against each baseline."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.contrast import BLACK, text_on
 from hydrofdi.report.figures.heat_lines import HeatLines, heat_lines
 from hydrofdi.report.figures.style import INK
 from hydrofdi.report.runs.table import SensitivityTable
-from hydrofdi.report.sections.changes import BASELINES, baseline_title
+from hydrofdi.report.sections.changes import baseline_title
 from hydrofdi.report.wording import delta_cells
 
 _COLORS, _MISSING = "PuOr_r", "#e4e4e8"
@@ -29,18 +30,27 @@ _FRAMED = "Framed: largest positive δ of the row"
 
 
 def draw_sensitivity(analysis: Analysis) -> Figure:
-    """δ of all levels; the sealed control rows stand on top."""
-    table = analysis.table
-    lines = heat_lines(table)
+    """δ of all levels; the sealed control rows stand on top.
+
+    Raises
+    ------
+    ReportError
+        δ is not known, or zero for every run by construction.
+    """
+    table, baselines = analysis.table, analysis.baselines
+    if not baselines:
+        raise ReportError(analysis.missing_baseline or analysis.no_changes)
+    lines = heat_lines(table, baselines)
     widths = _column_widths(lines)
     panel = max(_CELL * table.n_level, 2.9)
     beside = _LETTER * sum(widths)
     n_line = len(lines.texts)
-    size = (beside + len(BASELINES) * panel + 1.3, 1.9 + (0.3 if n_line <= 30 else 0.22) * n_line)
+    size = (beside + len(baselines) * panel + 1.3, 1.9 + (0.3 if n_line <= 30 else 0.22) * n_line)
     figure = Figure(figsize=size, layout="constrained")
-    left, *axes = figure.subplots(1, 1 + len(BASELINES), sharey=True, width_ratios=(beside, panel, panel))
+    widths_of_all = (beside, *(panel for _ in baselines))
+    left, *axes = figure.subplots(1, len(widths_of_all), sharey=True, width_ratios=widths_of_all)
     limit = _limit(lines)
-    for axis, baseline in zip(axes, BASELINES, strict=True):
+    for axis, baseline in zip(axes, baselines, strict=True):
         image = _draw_cells(axis, lines.changes[baseline], limit)
         _draw_rules(axis, lines)
         _head(axis, table, baseline, round(panel / 0.078))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.runs.changes import (
@@ -42,7 +43,7 @@ def summarize_table(data: ExperimentData) -> SensitivityTable:
     data : ExperimentData
         An experiment as it was read.
     """
-    rows = sorted(_rows(data), key=lambda row: (not row.is_sealed, row.leakage_request))
+    rows = _in_order(list(_rows(data)))
     n_level = data.columns[names.DETAIL_RMS].shape[1]
     return SensitivityTable(
         name=data.experiment.name,
@@ -51,6 +52,22 @@ def summarize_table(data: ExperimentData) -> SensitivityTable:
         normal_bulk_modulus=normal_bulk_modulus(data),
         baseline=data.experiment.baseline,
     )
+
+
+def _in_order(rows: list[TableRow]) -> list[TableRow]:
+    """Sealed rows first, then by leakage, EBM and further parameters; words in the order of the file."""
+    labels = {name: [row.labels[name] for row in rows] for name in rows[0].labels}
+    places = {
+        name: {value: place for place, value in enumerate(dict.fromkeys(values))}
+        for name, values in labels.items()
+        if not all(isinstance(value, int | float) for value in values)
+    }
+
+    def key(row: TableRow) -> tuple[Any, ...]:
+        others = (places[name][value] if name in places else value for name, value in row.labels.items())
+        return (not row.is_sealed, row.leakage_request, row.bulk_modulus, *others)
+
+    return sorted(rows, key=key)
 
 
 def _changes(data: ExperimentData, name: str) -> list[LevelChanges]:

@@ -73,36 +73,36 @@ def baseline_words(table: SensitivityTable, baseline: str) -> str:
 def changes_block(
     analysis: Analysis, title: str = "Change of the details over the varied parameters", key: str = "changes"
 ) -> Block:
-    """The table of all runs, once per baseline; the RMS alone where no run is healthy."""
+    """The table of all runs for each baseline; the RMS alone if no run has another one as its baseline."""
     table = analysis.table
-    if not analysis.has_baseline:
-        sentences = (analysis.missing_baseline, band_sentence(table))
-        return Block(key, "RMS of the details", sentences, (_rms_sheet(table),))
-    sealed = "have no internal leakage" if table.varies_external else "are controls"
-    legend = (
-        f"Marked: largest positive δ of the row. δ > 0: the RMS fell. Rows marked sealed {sealed}; a sealed"
-        " row is its own matched baseline, so its zeros there test nothing."
-    )
+    if not analysis.baselines:
+        return Block(key, "RMS of the details", (band_sentence(table),), (_rms_sheet(table),))
     return Block(
         key,
         title,
-        (legend, band_sentence(table)),
+        (_legend(analysis), band_sentence(table)),
         _sheets(analysis, key, "", BASELINES),
         ("sensitivity",),
     )
 
 
+def _legend(analysis: Analysis) -> str:
+    table = analysis.table
+    legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
+    if not all(row.is_sealed for row in table.rows):
+        sealed = "have no internal leakage" if table.varies_external else "are controls"
+        own = "; a sealed row is its own matched baseline, so its zeros there test nothing"
+        legend += f" Rows marked sealed {sealed}{own if 'matched' in analysis.baselines else ''}."
+    return legend
+
+
 def _sheets(
     analysis: Analysis, key: str, title: str, baselines: dict[str, Callable[[TableRow], Levels]]
 ) -> tuple[Sheet, ...]:
-    """The table of all runs for each baseline; without the matched one where it says no more."""
-    data, table = analysis.data, analysis.table
-    is_own = data.matched_baseline == np.arange(data.n_run)
-    if (is_own | (data.matched_baseline == data.fixed_baseline)).all():
-        baselines = {"fixed": baselines["fixed"]}
+    """The table of all runs for each baseline that tells something."""
     return tuple(
-        _sheet(analysis, f"{key}-{name}", f"{title}{baseline_title(table, name)}", delta)
-        for name, delta in baselines.items()
+        _sheet(analysis, f"{key}-{name}", f"{title}{baseline_title(analysis.table, name)}", baselines[name])
+        for name in analysis.baselines
     )
 
 
@@ -127,9 +127,8 @@ def _rms_sheet(table: SensitivityTable) -> Sheet:
 
 
 def settled_block(analysis: Analysis) -> Block | None:
-    """The same table of the settled records; None where no run has settled."""
-    table = analysis.table
-    if not (table.has_settled and analysis.has_baseline):
+    """The same table of the settled records; None if no run has settled."""
+    if not (analysis.table.has_settled and analysis.baselines):
         return None
     is_periodic = samples_per_period(analysis.data.experiment.nominal_parameters) is not None
     return Block(
@@ -152,12 +151,18 @@ def _sheet(analysis: Analysis, key: str, title: str, delta: Callable[[TableRow],
             table.rows,
             lambda row: (*lead_cells(table, row), *delta_cells(delta(row)), *doubt_cells(table, row)),
         ),
-        breaks=group_breaks([row.leakage_request for row in table.rows]),
+        breaks=_breaks(table),
         text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
         note=doubt_note(table),
         n_lead=len(lead_headers(table)),
         digest=_digest(analysis, key, title, levels, delta),
     )
+
+
+def _breaks(table: SensitivityTable) -> tuple[int, ...]:
+    """Where another leakage begins; nowhere if each row has its own."""
+    breaks = group_breaks([row.leakage_request for row in table.rows])
+    return breaks if len(breaks) < len(table.rows) - 1 else ()
 
 
 def _digest(

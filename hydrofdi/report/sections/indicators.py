@@ -37,9 +37,11 @@ def _block(analysis: Analysis, study: IndicatorStudy) -> Block:
     if not study.varies:
         still = "None of its outputs differs between the runs."
         return Block(key, title, (*paragraphs, still), (_outputs_sheet(key, study),))
-    changes = [_changes_sheet(key, study, axis) for axis in study.axes]
+    baselines = ("fixed", "matched") if study.has_replicates else analysis.baselines
+    changes = [_changes_sheet(key, study, axis, baselines) for axis in study.axes]
     ranges = (_ranges_sheet(analysis, key, study),) if study.has_replicates else ()
-    said = (*paragraphs, _against(study), *_idle(study), *_sealed_outside(analysis, study))
+    against = (_against(study),) if baselines else ()
+    said = (*paragraphs, *against, *_idle(study), *_sealed_outside(analysis, study))
     return Block(key, title, said, (_outputs_sheet(key, study), *ranges, *changes))
 
 
@@ -150,16 +152,16 @@ def _output_cells(study: IndicatorStudy, output: OutputStudy) -> tuple[Cell, ...
     )
 
 
-def _changes_sheet(key: str, study: IndicatorStudy, axis: Axis) -> Sheet:
+def _changes_sheet(key: str, study: IndicatorStudy, axis: Axis, baselines: tuple[str, ...]) -> Sheet:
     entries = [(output, change) for output in study.outputs for change in output.over[axis.name]]
     titles = [_title(output) for output, _ in entries]
     breaks = group_breaks(titles)
     return Sheet(
         f"{key}-{axis.name}",
-        f"Change over {axis.header}",
-        ("Output", axis.header, "Runs", "Value", "Against fixed [%]", "Against matched [%]"),
+        f"{'Change' if baselines else 'Values'} over {axis.header}",
+        ("Output", axis.header, "Runs", "Value", *(f"Against {name} [%]" for name in baselines)),
         tuple(
-            (Cell(title if place in (0, *breaks) else ""), *_change_cells(output, change))
+            (Cell(title if place in (0, *breaks) else ""), *_change_cells(output, change, baselines))
             for place, (title, (output, change)) in enumerate(zip(titles, entries, strict=True))
         ),
         breaks=breaks,
@@ -167,13 +169,16 @@ def _changes_sheet(key: str, study: IndicatorStudy, axis: Axis) -> Sheet:
     )
 
 
-def _change_cells(output: OutputStudy, change: GroupChange) -> tuple[Cell, ...]:
+def _change_cells(output: OutputStudy, change: GroupChange, baselines: tuple[str, ...]) -> tuple[Cell, ...]:
+    against = {
+        "fixed": (change.fixed, change.fixed_absolute, change.fixed_is_healthy),
+        "matched": (change.matched, change.matched_absolute, change.matched_is_healthy),
+    }
     return (
         Cell(change.group.text, value=change.group.value),
         Cell(f"{change.n_run:,}", value=change.n_run),
         Cell(_value(output, change.values)),
-        Cell(_marked(output, change.fixed, change.fixed_absolute, change.fixed_is_healthy)),
-        Cell(_marked(output, change.matched, change.matched_absolute, change.matched_is_healthy)),
+        *(Cell(_marked(output, *against[name])) for name in baselines),
     )
 
 

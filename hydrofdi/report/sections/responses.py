@@ -38,10 +38,13 @@ def _blocks(key: str, title: str, axes: list[AxisResponses]) -> Iterator[Block]:
 
 
 def _legend(axes: list[AxisResponses]) -> Iterator[str]:
-    yield (
-        "Each cell: the median of the runs with that value and, in brackets, their range over all other "
-        "parameters."
-    )
+    if any(_has_ranges(found) for found in axes):
+        yield (
+            "Each cell: the median of the runs with that value and, in brackets, their range over all other "
+            "parameters."
+        )
+    else:
+        yield "Each cell: the run with that value."
     if any(response.feature.is_change for found in axes for response in found.responses):
         yield "δ: the fall of the RMS of a detail in percent of the healthy RMS, positive if it fell."
 
@@ -54,8 +57,19 @@ def _axis_sheet(key: str, found: AxisResponses) -> Sheet:
         ("Feature", *(group.text for group in found.axis.groups)),
         (_runs_row(found), *(_cells(response, _known(found)) for response in found.responses)),
         text_columns=(0,),
-        note="Brackets: 5 to 95 % of the runs." if found.has_quantiles else "Brackets: minimum and maximum.",
+        note=_note(found),
     )
+
+
+def _has_ranges(found: AxisResponses) -> bool:
+    """Whether any value belongs to several runs."""
+    return any(group.rows.sum() > 1 for group in found.axis.groups)
+
+
+def _note(found: AxisResponses) -> str:
+    if not _has_ranges(found):
+        return ""
+    return "Brackets: 5 to 95 % of the runs." if found.has_quantiles else "Brackets: minimum and maximum."
 
 
 def _runs_row(found: AxisResponses) -> tuple[Cell, ...]:

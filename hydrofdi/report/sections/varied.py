@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.report.runs.axes import Axis
@@ -36,16 +34,14 @@ def _baseline(analysis: Analysis) -> Iterator[str]:
     if not analysis.has_baseline:
         yield analysis.missing_baseline
         return
-    data = analysis.data
-    if not (data.fixed_baseline[analysis.responses.runs] != np.flatnonzero(analysis.responses.runs)).any():
-        yield (
-            "Each run is its own healthy baseline, because none leaks and the baseline states nothing that"
-            " varies: there is no change δ to show, so the features are shown themselves."
-        )
+    if analysis.no_changes:
+        yield f"{analysis.no_changes} The tables show the features themselves."
         return
     yield f"Fixed baseline: {baseline_words(analysis.table, 'fixed')}."
-    if (data.fixed_baseline != data.matched_baseline).any():
+    if "matched" in analysis.baselines:
         yield f"Matched baseline: {baseline_words(analysis.table, 'matched')}."
+    elif all(row.is_sealed for row in analysis.table.rows):
+        yield "No run leaks: each run is its own matched baseline, so δ is shown against the fixed one only."
 
 
 def _values_sheet(axes: list[Axis]) -> Sheet:

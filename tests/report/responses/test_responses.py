@@ -103,6 +103,6 @@ def test_figure_and_table_have_the_same_fifths(tmp_path):
     leaking = SAMPLED.replace("store:", "leakage: {internal_coefficient: 1e-9}\nstore:")
     analysis = analyze(read_results(sweep_in(tmp_path, leaking).directory))
     of_table = [group.text for group in of(analysis.responses, "supply.pressure").axis.groups]
-    lines = heat_lines(analysis.table)
+    lines = heat_lines(analysis.table, analysis.baselines)
     beside = [text for header, text, _ in lines.texts]
     assert set(of_table) <= set(beside)

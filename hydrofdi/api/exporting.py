@@ -49,6 +49,7 @@ def export(
     unit: Texts | None = None,
     runs: Texts | Sequence[int] | int | None = None,
     sampling_frequency: str | float | None = None,
+    overwrite: bool = False,
 ) -> Exported:
     """Write signals as CSV, Parquet or MAT, as ``hydrofdi export`` does.
 
@@ -69,6 +70,8 @@ def export(
         Of simulated runs: positions, ranges ``"3-9"``, beginnings of identities; all where left out.
     sampling_frequency : str or float, optional
         Of a data file without a column of time [Hz].
+    overwrite : bool
+        Whether the files of an earlier export in the folder are replaced.
 
     Returns
     -------
@@ -95,7 +98,7 @@ def export(
     target = target_of(path_of(path), format)
     sources = sources_of(source, chosen.channels or tuple(Channel), Said(sampling_frequency))
     done = Exported()
-    for each in exported(sources, target, chosen, wanted):
+    for each in exported(sources, target, chosen, wanted, overwrite=overwrite):
         if isinstance(each, RejectedRecord):
             done.rejected[each.record_id] = each.remark.text
         else:

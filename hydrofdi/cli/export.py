@@ -56,6 +56,9 @@ def export(
         ),
     ] = None,
     sampling_frequency: SamplingFrequency = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the files of an earlier export in the folder.")
+    ] = False,
 ) -> int:
     """Write signals as CSV, Parquet or MAT, one file for each record.
 
@@ -73,6 +76,7 @@ def export(
         unit=unit,
         runs=runs,
         sampling_frequency=sampling_frequency,
+        overwrite=overwrite,
     )
     n_file, n_rejected = len(done.files), len(done.rejected)
     tell(f"wrote {done.files[0]}" if n_file == 1 else f"wrote {n_file:,} records to {out}")

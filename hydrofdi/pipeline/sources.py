@@ -15,6 +15,7 @@ _HEAD_BYTES = 65_536
 _KEY = re.compile(r"[A-Za-z_][\w.]*\s*:(\s|$)|---\s*$|\{")
 """How the first line of a YAML file with settings begins."""
 
+_FILES = re.compile(rb"^files\s*:", re.MULTILINE)
 _MEASURED_KEYS = {"files", "channels"}
 """Keys that a description of measured files has, and an experiment has not."""
 
@@ -25,7 +26,7 @@ def open_source(
     sampling_frequency: float | None = None,
     settings: Sequence[str] = (),
 ) -> RecordSource:
-    """Records of a results folder, an experiment, a description of measured files, or one data file.
+    """Records of results, an experiment, a description of measured files, a data file, or a folder of them.
 
     Parameters
     ----------
@@ -50,9 +51,8 @@ def open_source(
     """
     if path.is_dir():
         warn_if_shadowing(path, path)
-        _refuse_frequency(path, sampling_frequency)
         _refuse_settings(path, settings)
-        return _folder(path, channels)
+        return _folder(path, channels, sampling_frequency)
     name, path = str(path), located(path)
     if not path.exists():
         raise DataError(f"{path}: no such file or folder{ready_hint(path)}")
@@ -70,17 +70,23 @@ def open_source(
     return plain_file_source(path, sampling_frequency)
 
 
-def _folder(path: Path, channels: Collection[Channel]) -> RecordSource:
+def _folder(path: Path, channels: Collection[Channel], sampling_frequency: float | None) -> RecordSource:
+    from hydrofdi.records.measured import plain_folder_source
     from hydrofdi.store.request import REQUEST_FILE
 
     if (path / REQUEST_FILE).exists() or any(path.glob("[!.]*.h5")):
+        _refuse_frequency(path, sampling_frequency)
         return _stored(path, channels)
     within = sorted(file.parent for file in path.glob(f"*/{REQUEST_FILE}"))
     if within:
         raise DataError(f"{path}: contains results folders; name one, for example {within[0]}")
+    if descriptions := [file for file in sorted(path.glob("*.y*ml")) if _FILES.search(_head(file))]:
+        raise DataError(f"{path}: contains a description of measured files; name it: {descriptions[0]}")
+    if found := plain_folder_source(path, sampling_frequency):
+        return found
     raise DataError(
-        f"{path}: contains no results of hydrofdi; measured files in a folder are described by a YAML"
-        " (docs/measured.md)"
+        f"{path}: contains no results of hydrofdi and no measured files such as .csv; describe other measured"
+        " files in a YAML (docs/measured.md)"
     )
 
 

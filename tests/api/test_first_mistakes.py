@@ -36,7 +36,7 @@ def test_windows_that_are_beyond_the_limit_but_novel_are_not_overlooked():
 
 
 def test_a_channel_that_no_indicator_uses_does_not_mark_a_record():
-    records = {"P1 [bar]": noisy(1)[0], "Ps [bar]": np.full(1000, 172.0)}
+    records = {"P1 [bar]": noisy(1)[0], "Ps [bar]": np.zeros(1000)}
     assert "stuck" in hydrofdi.inspect(records, **RATE).remarks
     assert hydrofdi.measure(records, "dwt", **RATE)["status"].tolist() == ["ok"]
     records = {"P1 [bar]": np.full(1000, 172.0)}

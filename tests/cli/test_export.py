@@ -240,3 +240,32 @@ def test_exports_of_simulated_records_cause_no_remarks(one) -> None:
         done = run_json("measure", one[form], "--indicators", "dwt,pressure_balance")
         assert done["records"][0]["status"] == "ok"
         assert run_json("inspect", one[form])["findings"] == {}
+
+
+def test_a_folder_with_an_earlier_export_is_replaced_only_when_asked(small_sweep, tmp_path) -> None:
+    out = tmp_path / "signals"
+    first = files_in_export(small_sweep.directory, out, "--runs", "0-2")
+    (out / "0009-mine.csv").write_text("a thesis")
+    (out / "rig.csv").write_text("time [s],P1 [bar]\n0,1\n")
+    before = {file.name: file.read_bytes() for file in files_in(out)}
+    refused = run("export", small_sweep.directory, "--out", out, "--runs", "3", check=2)
+    assert "signals: contains an earlier export (3 files); choose another folder" in refused.stderr
+    assert "--overwrite" in refused.stderr
+    assert {file.name: file.read_bytes() for file in files_in(out)} == before
+    with pytest.raises(hydrofdi.HydrofdiError, match="replace it with overwrite"):
+        hydrofdi.export(small_sweep.directory, out)
+    run("export", small_sweep.directory, "--out", out, "--runs", "2-3", "--overwrite", check=0)
+    kept = {file.name for file in files_in(out)}
+    assert kept & set(first) == {first[2]}
+    assert {"0009-mine.csv", "rig.csv"} < kept
+    assert len(kept) == 4
+
+
+def test_an_export_that_writes_nothing_leaves_the_earlier_one(small_sweep, tmp_path) -> None:
+    out = tmp_path / "signals"
+    first = files_in_export(small_sweep.directory, out)
+    (tmp_path / "short.csv").write_text("time [s],P1 [bar]\n0,1\n")
+    run("export", tmp_path / "short.csv", "--out", out, "--overwrite", check=2)
+    assert [file.name for file in files_in(out)] == first
+    run("export", *files_in(out)[:1], "--out", out, "--overwrite", "--channels", "P1", check=0)
+    assert first[0] in {file.name for file in files_in(out)}, "input files are kept"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,9 @@ from hydrofdi.records.written.forms import BEGINNINGS, WRITERS
 from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.files import require_regular, whole_file
+
+_NAME = re.compile(rf"\d{{4,}}(-.*)?\.({'|'.join(WRITERS)})")
+"""Names of the files of a folder, as `RecordNames` makes them."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,12 @@ def target_of(path: Path, form: str | None) -> Target:
 
 
 def exported(
-    sources: Sequence[RecordSource], target: Target, selection: Selection, runs: Sequence[str] = ()
+    sources: Sequence[RecordSource],
+    target: Target,
+    selection: Selection,
+    runs: Sequence[str] = (),
+    *,
+    overwrite: bool = False,
 ) -> Iterator[Path | RejectedRecord]:
     """Write records one by one; yields each file, and the records that are left out.
 
@@ -70,15 +79,26 @@ def exported(
     selection : Selection
     runs : sequence of str
         Positions, ranges, or beginnings of identities of simulated runs; empty: all records.
+    overwrite : bool
+        Whether the files of an earlier export in the folder are replaced.
 
     Raises
     ------
     ConfigError
-        There is no such run, or a file was asked for and there is more than one record.
+        There is no such run, a file was asked for and there is more than one record, or the folder contains
+        an earlier export that must not be replaced.
     DataError
         A record lacks a channel, or a file of something else would be replaced.
     """
     taken = {path.resolve() for source in sources for path in _files_of(source)}
+    earlier = () if target.is_file else earlier_exports(target.path)
+    if earlier and not overwrite:
+        files = f"{len(earlier):,} files" if len(earlier) > 1 else earlier[0].name
+        raise ConfigError(
+            f"{target.path}: contains an earlier export ({files}); choose another folder, or replace it with"
+            f" {setting('overwrite')}"
+        )
+    n_written = 0
     for record in _records(sources, target, runs):
         if isinstance(record, RejectedRecord):
             yield record
@@ -92,7 +112,19 @@ def exported(
         require_own(file, target.form)
         with whole_file(file) as aside:
             WRITERS[target.form](aside, list(selection.columns(batch, row)))
+        n_written += 1
         yield file
+    for file in earlier if n_written else ():
+        if file.resolve() not in taken:
+            file.unlink()
+
+
+def earlier_exports(folder: Path) -> tuple[Path, ...]:
+    """Files of a folder that have the name and the beginning of an exported file."""
+    if not folder.is_dir():
+        return ()
+    named = [file for file in sorted(folder.iterdir()) if _NAME.fullmatch(file.name) and file.is_file()]
+    return tuple(file for file in named if _begins(file, file.suffix[1:]))
 
 
 def require_own(path: Path, form: str) -> None:
@@ -106,10 +138,13 @@ def require_own(path: Path, form: str) -> None:
     require_regular(path)
     if not path.exists():
         return
-    with path.open("rb") as file:
-        beginning = file.read(len(BEGINNINGS[form]))
-    if beginning and beginning != BEGINNINGS[form]:
+    if path.stat().st_size and not _begins(path, form):
         raise DataError(f"{path}: already exists, is not an export in this format and was not changed")
+
+
+def _begins(path: Path, form: str) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(BEGINNINGS[form])) == BEGINNINGS[form]
 
 
 def _records(

@@ -15,6 +15,7 @@ from hydrofdi.records.measured.files import in_natural_order, matching_files
 from hydrofdi.records.measured.findings.consistency import differences
 from hydrofdi.records.measured.findings.outliers import outliers
 from hydrofdi.records.measured.forming import Forming, MeasuredRecord
+from hydrofdi.records.measured.headers import completed
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
@@ -98,15 +99,26 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
     """
     file = Path(path)
     source = read_yaml(file, "a description of measured files")
-    config = described(source)
-    files = []
+    config = validated(MeasuredConfig, source)
+    if config.channels:
+        _require_consistent(config, source)
+    files = in_natural_order(_files(config, source, file.parent))
+    unused: tuple[Remark, ...] = ()
+    if not config.channels:
+        config, unused = completed(config, files)
+        _require_consistent(config, source)
+    return MeasuredSource(str(path), file.parent, config, files, unused, most_samples)
+
+
+def _files(config: MeasuredConfig, source: Source, folder: Path) -> set[Path]:
+    files: set[Path] = set()
     for number, pattern in enumerate(config.files):
-        found = matching_files(file.parent, pattern)
+        found = matching_files(folder, pattern)
         if not found:
-            message = f"no file matches {pattern!r} in {file.parent.resolve().name}"
+            message = f"no file matches {pattern!r} in {folder.resolve().name}"
             raise ConfigError([source.mistake(("files", number), message)])
-        files += found
-    return MeasuredSource(str(path), file.parent, config, in_natural_order(set(files)), (), most_samples)
+        files.update(found)
+    return files
 
 
 def described(source: Source) -> MeasuredConfig:
@@ -118,7 +130,11 @@ def described(source: Source) -> MeasuredConfig:
         With every mistake.
     """
     config = validated(MeasuredConfig, source)
+    _require_consistent(config, source)
+    return config
+
+
+def _require_consistent(config: MeasuredConfig, source: Source) -> None:
     mistakes = list(contradictions(config, source))
     if mistakes:
         raise ConfigError(mistakes)
-    return config

@@ -30,8 +30,9 @@ class MeasuredConfig(Section):
     ``**``. Spaces need no escaping. Leading parts that exist literally, including brackets, are taken
     literally."""
 
-    channels: Annotated[dict[Channel, ChannelConfig], Field(min_length=1)]
-    """Channel → column."""
+    channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
+    """Channel → column. By default the header of the first file states them, as in ``P1 [bar]``, and the
+    column of time, as in ``time [s]``."""
 
     sampling_frequency: Frequency | None = None
     """Sampling frequency; either this or `time`."""

@@ -1,0 +1,135 @@
+"""What the headers of a file say: channels, units and sampling, as a description would state them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import Any
+
+from hydrofdi.errors import DataError
+from hydrofdi.records.batch import Remark
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.column_names import channel_of, time_columns, times_without_unit
+from hydrofdi.records.measured.column_units import unit_by_name
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
+from hydrofdi.records.measured.formats.opening import open_table
+from hydrofdi.records.measured.formats.table import Table, shortened, split_title
+from hydrofdi.records.measured.rejection import RejectionError
+from hydrofdi.records.measured.suggesting import is_counter, refusal
+from hydrofdi.settings.naming import setting
+
+_MOST_SHOWN = 12
+
+
+def completed(config: MeasuredConfig, files: Sequence[Path]) -> tuple[MeasuredConfig, tuple[Remark, ...]]:
+    """A description with the channels that the first readable file states, and a remark on unused columns.
+
+    Parameters
+    ----------
+    config : MeasuredConfig
+        Without channels; if it states the sampling, that holds.
+    files : sequence of path
+        Not empty.
+
+    Raises
+    ------
+    DataError
+        The file does not say enough, or no file can be read.
+    """
+    for number, file in enumerate(files, 1):
+        try:
+            with open_table(file, str(file), config.format) as table:
+                return _completed(config, table, file)
+        except RejectionError as rejection:
+            if number == len(files):
+                raise DataError(f"{file}: {rejection}") from None
+    raise AssertionError("there are files")
+
+
+def _completed(config: MeasuredConfig, table: Table, file: Path) -> tuple[MeasuredConfig, tuple[Remark, ...]]:
+    names = [split_title(title)[0] for title in table.titles]
+
+    def column(title: str) -> str:
+        """The name without the unit, which other forms and units of the same columns have as well."""
+        name = split_title(title)[0]
+        return name if names.count(name) == 1 else title
+
+    channels = {
+        channel: ChannelConfig(column=column(title)) for channel, title in channels_in(table, file).items()
+    }
+    found: dict[str, Any] = {"channels": channels}
+    if config.time is None and config.sampling_frequency is None:
+        sampling = sampling_in(table, file, None)
+        found["time"] = TimeConfig(column=column(sampling["time"]["column"]))
+    done = config.model_copy(update=found)
+    times = _titles(table, time_columns(table)) if done.time is None else [done.time.column]
+    return done, unused_in(table, [*times, *(each.column for each in channels.values())])
+
+
+def channels_in(table: Table, file: Path) -> dict[Channel, str]:
+    """Channel → title of its column.
+
+    Raises
+    ------
+    DataError
+        The file does not say enough; the message shows the description to write.
+    """
+    if not table.titles:
+        raise DataError(f"{file}: contains no columns")
+    channels: dict[Channel, str] = {}
+    for position, title in enumerate(table.titles):
+        channel = channel_of(table, position)
+        if channel is None:
+            continue
+        if channel in channels:
+            raise refusal(file, f"more than one column is named like {channel}", table)
+        if not (table.unit(position) or unit_by_name(title)):
+            raise refusal(file, f"column {shortened(title)!r} has no unit", table)
+        channels[channel] = title
+    if not channels:
+        raise refusal(file, f"no column is named like a channel; found {_first(table.titles)}", table)
+    return channels
+
+
+def sampling_in(table: Table, file: Path, sampling_frequency: float | None) -> dict[str, Any]:
+    """``time`` or ``sampling_frequency`` of a description.
+
+    Raises
+    ------
+    DataError
+        The file does not say enough; the message shows the description to write.
+    """
+    times = _titles(table, time_columns(table))
+    if sampling_frequency is not None and len(times) == 1:
+        raise DataError(f"{file}: has a column {times[0]!r}; leave the sampling frequency out")
+    if sampling_frequency is not None and not times:
+        return {"sampling_frequency": sampling_frequency}
+    times = times or _titles(table, times_without_unit(table))
+    if len(times) > 1:
+        raise refusal(file, f"has more than one column of time: {_first(times)}", table)
+    if not times:
+        raise refusal(
+            file,
+            f"no sampling frequency is given ({setting('sampling_frequency', '1kHz')}), and no column is"
+            " named 'time [s]'",
+            table,
+        )
+    if is_counter(table, table.find(times[0])):
+        raise refusal(file, f"column {times[0]!r} counts the samples and is not a time", table)
+    return {"time": {"column": times[0]}}
+
+
+def _titles(table: Table, positions: Sequence[int]) -> list[str]:
+    return [table.titles[position] for position in positions]
+
+
+def unused_in(table: Table, used: Collection[str]) -> tuple[Remark, ...]:
+    """A remark that names the columns that were not recognised."""
+    positions = {table.find(column) for column in used}
+    left = [title for position, title in enumerate(table.titles) if position not in positions]
+    return (Remark("unused", f"columns not used: {_first(left)}"),) if left else ()
+
+
+def _first(titles: Sequence[str]) -> str:
+    return ", ".join(map(shortened, titles[:_MOST_SHOWN])) + (", …" if len(titles) > _MOST_SHOWN else "")

@@ -1,1 +1,1 @@
-"""Kernels compiled to machine code, which is kept on disk."""
+"""Compilation of kernels to machine code, cached on disk."""

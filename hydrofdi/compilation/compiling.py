@@ -1,7 +1,7 @@
 """Compilation of kernels, cached on disk.
 
-Numba's own cache watches only the file that holds a compiled function, not the equations that are inlined
-into it. So the cache folder is named by a hash of all sources that enter the kernels of a room.
+Numba's own cache checks only the file that defines a compiled function, not the equations inlined into it. So
+the name of the cache folder contains a hash of all sources that the kernels of a package use.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ def compiled(function: _Function) -> _Function:
 
 
 def strictly_compiled(function: _Function) -> _Function:
-    """As `compiled`, with every operation rounded as it is written, so that all lanes get the same bits."""
+    """Compile without fused multiply-add or reordering, so that all lanes give identical bits; else as
+    `compiled`."""
     return _on_first_call(function, fastmath=False, cache=True)
 
 
@@ -42,7 +43,7 @@ def _on_first_call(function: _Function, **options: Any) -> _Function:
 
 
 def dispatcher(function: Callable[..., object], **options: Any) -> Any:
-    """Numba's function that compiles for each combination of argument types."""
+    """Numba dispatcher of a function: it compiles for each combination of argument types."""
     import numba
 
     settings: Any = numba.config
@@ -57,7 +58,7 @@ def dispatcher(function: Callable[..., object], **options: Any) -> Any:
 
 
 def _register_equations() -> None:
-    """Tell the compiler which functions it may inline; later ones are announced with the next kernel."""
+    """Register all equations with the compiler that are not registered yet."""
     from numba.extending import register_jitable
 
     while EQUATIONS:
@@ -65,16 +66,16 @@ def _register_equations() -> None:
 
 
 def room_of(function: Callable[..., object]) -> str:
-    """The room of the package whose sources enter a function; another package has the simulation's."""
+    """Package of hydrofdi whose sources a function uses; ``simulation`` for functions from elsewhere."""
     parts = function.__module__.split(".")
     return parts[1] if parts[0] == "hydrofdi" and len(parts) > 1 else "simulation"
 
 
 @cache
 def cache_directory(room: str) -> Path:
-    """Folder of the compiled kernels of a room with its present sources.
+    """Cache folder of the compiled kernels of a package in its present version.
 
-    It lies in the user's cache, or else in a temporary folder.
+    It is in the user's cache directory, or in a temporary directory if that is not writable.
     """
     name = f"kernel-{_source_hash(room)}"
     for root in _cache_roots():

@@ -1,7 +1,7 @@
-"""Kernels whose machine code is kept on disk, so that later processes run them without numba.
+"""Kernels whose machine code is cached on disk, so that later processes run them without numba.
 
-Loading numba and what it caches takes longer than a run. Machine code that needs none of its runtime is
-linked by llvmlite alone, in milliseconds. The process that compiles it runs the very same code.
+Loading numba and its cache takes longer than a run. Machine code that does not use numba's runtime can be
+linked by llvmlite alone, in milliseconds. The process that compiles a kernel runs the same code.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ _Call = Callable[..., object]
 
 _SYMBOL = "kernel"
 _LIBRARY_FUNCTIONS = {"exp", "log", "pow", "sqrt", "sin", "cos", "tanh", "fmod", "memset", "memcpy"}
-"""What machine code may call: functions of the C library, which every process has."""
+"""Functions that machine code may call: they are in the C library of every process."""
 
 _C_ORDER, _FORTRAN_ORDER, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400
-"""Flags of an array that its type depends on; what is in C order is not asked for the other one."""
+"""Array flags that determine the array type; an array in C order is not checked for Fortran order."""
 
 _DIGEST_SIZE = 16
 
 
 def kernel(function: _Kernel) -> _Kernel:
-    """Run a function that fills arrays as machine code, which is on disk or is compiled and kept there.
+    """Run a function that fills arrays as machine code, loaded from the cache or compiled and cached.
 
-    Each combination of argument types has machine code of its own.
+    Each combination of argument types has its own machine code.
     """
     calls: dict[tuple[Any, ...], _Call] = {}
 
@@ -68,7 +68,7 @@ def _prepare(function: _Kernel, types: tuple[Any, ...], arguments: tuple[Any, ..
 
 @cache
 def _can_link() -> bool:
-    """Make llvmlite ready; whether machine code would find the C library in this process."""
+    """Initialise llvmlite; return whether machine code can resolve the C library in this process."""
     from llvmlite import binding
 
     binding.initialize_native_target()
@@ -79,7 +79,10 @@ def _can_link() -> bool:
 
 
 def _type_of(value: Any) -> Any:
-    """What the compiler distinguishes; the fields of a record follow from the sources."""
+    """Hashable type of an argument, as the compiler distinguishes it.
+
+    The fields of a record are not part of it: they are determined by the sources.
+    """
     if isinstance(value, np.ndarray):
         flags = value.flags.num
         order = _C_ORDER if flags & _C_ORDER else flags & _FORTRAN_ORDER
@@ -89,7 +92,7 @@ def _type_of(value: Any) -> Any:
 
 @cache
 def _machine() -> tuple[str, ...]:
-    """What machine code depends on besides its source."""
+    """Properties of this machine and its libraries that machine code depends on."""
     from llvmlite import binding
 
     features = binding.get_host_cpu_features().flatten()
@@ -97,7 +100,7 @@ def _machine() -> tuple[str, ...]:
 
 
 def _compile(function: _Kernel, arguments: tuple[Any, ...]) -> bytes | None:
-    """Machine code of a function for arguments of these types; None if it needs numba's runtime."""
+    """Compile a function for arguments of these types; None if it needs numba's runtime."""
     import numba
     from llvmlite import binding
 
@@ -131,7 +134,7 @@ def _target_machine() -> Any:
 
 
 def _link(code: bytes, arguments: tuple[Any, ...]) -> _Call:
-    """The function in machine code for arguments of these types, called as numba calls it."""
+    """Link machine code and return a callable with numba's calling convention."""
     from llvmlite import binding
 
     engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _target_machine())
@@ -146,14 +149,14 @@ def _link(code: bytes, arguments: tuple[Any, ...]) -> _Call:
     def call(*arguments: Any) -> None:
         status = entry(result, failure, *_parts(arguments))
         if status:
-            raise RuntimeError(f"a kernel ended with status {status}")
+            raise RuntimeError(f"a kernel failed with status {status}")
 
-    call.kept = engine, results  # type: ignore[attr-defined]  # live as long as the function
+    call.kept = engine, results  # type: ignore[attr-defined]  # must live as long as the function
     return call
 
 
 def _c_types(values: tuple[Any, ...]) -> Iterator[Any]:
-    """Types of `_parts`, in their order."""
+    """ctypes types of `_parts`, in the same order."""
     for value in values:
         if isinstance(value, np.ndarray):
             yield from (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
@@ -169,7 +172,8 @@ def _c_types(values: tuple[Any, ...]) -> Iterator[Any]:
 
 
 def _parts(values: tuple[Any, ...]) -> list[Any]:
-    """Arguments as machine code takes them; of an array owner, parent, sizes, data, shape and strides."""
+    """Arguments flattened for machine code; an array becomes owner, parent, sizes, data, shape and
+    strides."""
     parts: list[Any] = []
     for value in values:
         if isinstance(value, np.ndarray):
@@ -186,7 +190,7 @@ def _digest(content: bytes) -> bytes:
 
 
 def _read(path: Path) -> bytes | None:
-    """Machine code as it was written; None if there is none, or it is damaged."""
+    """Read machine code; None if it is missing or damaged."""
     try:
         content = path.read_bytes()
     except OSError:
@@ -196,7 +200,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _write(path: Path, code: bytes) -> None:
-    """Keep machine code; if that fails, the next process compiles again."""
+    """Write machine code to the cache; if that fails, the next process compiles again."""
     with suppress(OSError), tempfile.TemporaryDirectory(dir=path.parent) as folder:
         part = Path(folder) / path.name
         part.write_bytes(_digest(code) + code)

@@ -5,6 +5,7 @@ numbers are those of Maddahi et al., CDSR 2015, paper 181.
 """
 
 PHYSICS_VERSION = 3
-"""Version of everything that determines a run's numbers (equations, kernel, features, defaults).
+"""Version of everything that determines the results of a run (equations, kernel, features, defaults).
 
-Part of every run's identity: raise it when results change, and stored runs are computed again."""
+It is part of every run's identity: raise it when results change, and stored runs are computed again.
+"""

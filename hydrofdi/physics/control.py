@@ -10,14 +10,15 @@ from hydrofdi.physics.limited import limited
 
 @equation
 def converted(value: float, lowest: float, highest: float, resolution: float) -> float:
-    """What a converter of limited range and resolution makes of a value.
+    """Value after a converter (ADC or DAC) of limited range and resolution.
 
     Parameters
     ----------
     value, lowest, highest : float
-        In the unit of the signal; an end of the range may be infinite.
+        In the unit of the signal; either limit may be infinite.
     resolution : float
-        Distance of neighbouring levels from `lowest` on, in the unit of the signal; 0 where there are none.
+        Step between adjacent levels, counted from `lowest`, in the unit of the signal; 0 means no
+        quantisation.
 
     Returns
     -------
@@ -42,27 +43,28 @@ def pid_step(
     sample_time: float,
     limit: float,
 ) -> tuple[float, float]:
-    """Voltage of a PID controller and its integral part after one sample.
+    """Output voltage and integral term of a PID controller after one sample.
 
     Parameters
     ----------
     error, previous_error : float
-        Reference less position, now and one sample before [m].
+        Reference minus position at this sample and at the previous one [m].
     integral : float
-        Integral part before this sample [V].
+        Integral term before this sample [V].
     proportional_gain, integral_gain, derivative_gain : float
         K_p [V/m], K_I [V/(m·s)] and K_D [V·s/m].
     sample_time : float
-        T [s].
+        Sample time T [s].
     limit : float
-        Largest size of the voltage [V].
+        Largest absolute voltage [V].
 
     Returns
     -------
     voltage : float
         u = K_p e + I + K_D (e − e_prev)/T, limited [V].
     integral : float
-        I = I_prev + K_I T e [V]; held while the voltage is limited and the error would drive it further.
+        I = I_prev + K_I T e [V]; held while the voltage is saturated and the error would drive it further
+        (anti-windup).
     """
     integrated = integral + integral_gain * sample_time * error
     wanted = proportional_gain * error + integrated + derivative_gain * (error - previous_error) / sample_time

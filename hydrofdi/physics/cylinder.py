@@ -25,7 +25,7 @@ def piston_acceleration(
     pressure_1, pressure_2 : float or array
         P_1 and P_2 [Pa].
     resistance : float or array
-        Friction F_f, and the force of a load and of an end stop where there are [N].
+        Friction F_f plus load force and end-stop force, if any [N].
     mass, area, stiffness : float or array
         m [kg], A [m²] and K_ex [N/m].
 
@@ -53,7 +53,7 @@ def chamber_pressure_rates(
     position : float or array
         x_p [m].
     net_flow_1, net_flow_2 : float or array
-        Flow into each chamber less the rate at which the piston enlarges it [m³/s]:
+        Flow into each chamber minus the rate at which the piston enlarges it [m³/s]:
         q_1 − q_il − q_el1 − A v_p and −q_2 + q_il − q_el2 + A v_p.
     bulk_modulus : float or array
         β [Pa].
@@ -63,7 +63,7 @@ def chamber_pressure_rates(
     Returns
     -------
     tuple of two float or array
-        P_1' and P_2' [Pa/s]. Equations (5) and (6); one division serves both.
+        P_1' and P_2' [Pa/s]. Equations (5) and (6).
     """
     volume_1 = volume + area * position
     volume_2 = volume - area * position
@@ -73,46 +73,49 @@ def chamber_pressure_rates(
 
 @equation
 def end_stop_force(position: float, limit: float, stiffness: float) -> float:
-    """Force of the elastic end stops, against the motion into them.
+    """Force of the elastic end stops, opposing motion into them.
 
     Parameters
     ----------
     position : float
         x_p [m].
     limit : float
-        Distance of either stop from the centre [m].
+        Distance of each stop from the centre [m].
     stiffness : float
         k_stop [N/m].
 
     Returns
     -------
     float
-        F_stop = k_stop (x_p − x_p limited to ±limit) [N].
+        F_stop = k_stop (x_p − sat(x_p, ±limit)) [N].
     """
     return stiffness * (position - limited(position, limit))
 
 
 BOILING_RANGE = 1e3
-"""Range above the vapour pressure over which a fall comes to rest [Pa]: a kink that solvers can follow."""
+"""Range ε above the vapour pressure within which a pressure drop is slowed to a halt [Pa].
+
+It is wide enough for solvers to resolve.
+"""
 
 
 @equation
 def supported_pressure_rate(pressure: float, rate: float, least: float) -> float:
-    """Rate of the pressure of a chamber whose fluid boils instead of falling below a least pressure.
+    """Pressure rate of a chamber whose fluid boils at the vapour pressure instead of falling below it.
 
     Parameters
     ----------
     pressure : float
         P [Pa].
     rate : float
-        P' as the flows have it [Pa/s].
+        P' from the flow balance alone [Pa/s].
     least : float
         Vapour pressure [Pa].
 
     Returns
     -------
     float
-        P' where it rises; a fall less by the factor (P − P_vapour)/ε limited to 0 … 1, ε = 1 kPa [Pa/s].
+        P' if positive; if negative, P' times (P − P_vapour)/ε limited to 0 … 1, with ε = 1 kPa [Pa/s].
     """
     share = min(max((pressure - least) / BOILING_RANGE, 0.0), 1.0)
     return max(rate, 0.0) + share * min(rate, 0.0)

@@ -1,4 +1,4 @@
-"""The mark of a function that is both plain Python and part of the compiled kernel."""
+"""Decorator for functions that run as plain Python and are inlined into compiled kernels."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ Quantity: TypeAlias = Any
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 FAST_MATH = {"nsz", "arcp", "contract", "afn"}
-"""Liberties of the compiler within compiled equations. NaN and infinity keep their meaning. Sums keep their
-order: where the compiler may reorder them, it does so differently in the two halves of the lanes."""
+"""Fast-math flags of compiled equations. NaN and infinity keep their meaning.
+
+Reassociation is excluded: the compiler would order sums differently in the two halves of the lanes.
+"""
 
 EQUATIONS: list[Callable[..., object]] = []
-"""All functions that compiled code may call; the compiler learns of them before it compiles a kernel."""
+"""All functions that compiled code may call; they are registered before a kernel is compiled."""
 
 
 def equation(function: _Function) -> _Function:
-    """Leave a function as it is for Python, and let compiled code inline it."""
+    """Register a function for inlining into compiled code, and return it unchanged."""
     EQUATIONS.append(function)
     return function

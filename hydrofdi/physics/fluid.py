@@ -1,4 +1,4 @@
-"""Stiffness of the fluid."""
+"""Bulk modulus of the fluid."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.powers_of_two import LN_2, binary_exponential, binary_logarithm
 
 LEAST_ABSOLUTE_PRESSURE = 1e3
-"""Absolute pressure below which the gas in the fluid grows no softer [Pa]; it has no pressure below zero."""
+"""Lower limit of the absolute pressure that the gas law uses [Pa]."""
 
 
 @equation
 def effective_bulk_modulus(
     pressure: Quantity, liquid: Quantity, free_air: Quantity, exponent: Quantity, atmosphere: Quantity
 ) -> Quantity:
-    """Bulk modulus of a liquid with free air in it.
+    """Effective bulk modulus of a liquid that contains free air.
 
-    Liquid and gas share one pressure; neither dissolves into the other, and the temperature stays what it is.
+    Liquid and gas have the same pressure. No gas dissolves or is released, and the temperature is constant.
 
     Parameters
     ----------
     pressure : float or array
-        Chamber pressure P on the scale of the return pressure, where the atmosphere is zero [Pa].
+        Chamber gauge pressure P [Pa].
     liquid : float or array
-        Bulk modulus β_l of the liquid alone [Pa].
+        Bulk modulus β_l of the liquid without air [Pa].
     free_air : float or array
-        Volume X of the gas over that of the liquid at atmospheric pressure [-].
+        Ratio X of gas volume to liquid volume at atmospheric pressure [-].
     exponent : float or array
         Polytropic exponent n of the gas [-].
     atmosphere : float or array
@@ -36,8 +36,8 @@ def effective_bulk_modulus(
     -------
     float or array
         β [Pa] = [E + X (p_0/p)^(1/n)] / [E/β_l + X (p_0/p)^(1/n)/(n p)], with p = P + p_0 and
-        E = e^(−P/β_l): minus the volume over its slope. After Cho et al. Computed from the ratio of the gas
-        to the liquid, X (p_0/p)^(1/n)/E, which is taken as at most 2^64 X.
+        E = e^(−P/β_l); this is −V dp/dV. After Cho et al. The gas-to-liquid ratio X (p_0/p)^(1/n)/E is
+        limited to 2^64 X.
     """
     absolute = np.maximum(pressure + atmosphere, LEAST_ABSOLUTE_PRESSURE)
     strain = absolute / liquid

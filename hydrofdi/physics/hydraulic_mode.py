@@ -1,7 +1,7 @@
-"""The linearised hydraulic mode: effect of EBM and leakage on its frequency and damping.
+"""Frequency and damping of the linearised hydraulic mode, as functions of EBM and leakage.
 
-EBM moves the frequency, leakage moves the damping; which wavelet level answers depends on the band that the
-mode falls into.
+EBM changes the frequency, leakage the damping. The wavelet level that responds is the one whose band contains
+the mode.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def mode_frequency(bulk_modulus: float, area: float, volume: float, mass: float,
     Returns
     -------
     float
-        ω_h = √(2βA²/(Vm) + K_ex/m) [rad/s], piston centred.
+        ω_h = √(2βA²/(Vm) + K_ex/m) [rad/s], with the piston centred.
     """
     return math.sqrt(2.0 * bulk_modulus * area**2 / (volume * mass) + stiffness / mass)
 
@@ -37,14 +37,14 @@ def mode_frequency(bulk_modulus: float, area: float, volume: float, mass: float,
 def valve_flow_pressure_coefficient(
     spool_opening: float, orifice_drop: float, flow_gain: float, area_gradient: float
 ) -> float:
-    """Slope of the control flow over the chamber pressure.
+    """Flow-pressure coefficient of the valve: sensitivity of control flow to chamber pressure.
 
     Parameters
     ----------
     spool_opening : float
         abs(x_v) [m].
     orifice_drop : float
-        Pressure drop over the orifice [Pa], positive.
+        Pressure drop across the orifice [Pa], positive.
     flow_gain, area_gradient : float
         K_v [m^1.5/kg^0.5] and w [m].
 
@@ -57,7 +57,7 @@ def valve_flow_pressure_coefficient(
 
 
 def leakage_conductance(pressure_difference: float, coefficient: float) -> float:
-    """Slope of the internal leakage flow over the pressure difference.
+    """Linearised conductance of the internal leakage: dq_il/dΔP.
 
     Parameters
     ----------
@@ -75,12 +75,12 @@ def leakage_conductance(pressure_difference: float, coefficient: float) -> float
 
 
 def laminar_conductance(coefficient: float, reference: float) -> float:
-    """Slope of the laminar leakage flow: G = K_i/√Δp_ref [m³/(s·Pa)]."""
+    """Conductance of the laminar leakage: G = K_i/√Δp_ref [m³/(s·Pa)]."""
     return coefficient / math.sqrt(reference)
 
 
 def blended_conductance(pressure_difference: float, coefficient: float, blending_pressure: float) -> float:
-    """Slope of the blended leakage flow over the pressure difference.
+    """Linearised conductance of the blended leakage: dq_il/dΔP.
 
     Parameters
     ----------

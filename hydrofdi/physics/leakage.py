@@ -8,7 +8,7 @@ from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.signed_root import signed_root
 
 EDGE_ROUNDING = 1e-9
-"""A time so many periods before an edge counts as the edge, however it was rounded."""
+"""Rounding tolerance of edges in periods: a time this close before an edge counts as the edge."""
 
 
 @equation
@@ -34,7 +34,7 @@ def internal_leakage_flow(pressure_difference: Quantity, coefficient: Quantity) 
 def laminar_leakage_flow(
     pressure_difference: Quantity, coefficient: Quantity, reference: Quantity
 ) -> Quantity:
-    """Flow through a laminar gap that leaks like the orifice at a reference pressure difference.
+    """Laminar leakage flow that equals the orifice flow at a reference pressure difference.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def laminar_leakage_flow(
     coefficient : float or array
         K_i of the orifice [m^3.5/kg^0.5].
     reference : float or array
-        Pressure difference Δp_ref at which both laws agree [Pa].
+        Pressure difference Δp_ref at which both laws give the same flow [Pa].
 
     Returns
     -------
@@ -66,7 +66,7 @@ def blended_leakage_flow(
     coefficient : float or array
         K_i [m^3.5/kg^0.5].
     blending_pressure : float or array
-        Δp_small [Pa]; linear well below, the orifice law well above it.
+        Δp_small [Pa]; the flow is linear well below it and follows the orifice law well above it.
 
     Returns
     -------
@@ -79,13 +79,13 @@ def blended_leakage_flow(
 
 @equation
 def onset_ramp(time: Quantity, start: Quantity, duration: Quantity) -> Quantity:
-    """Share of the leakage that is open: rising from 0 at `start` to 1 after `duration` [-]; times in s."""
+    """Open fraction of the leak: rises from 0 at `start` to 1 within `duration` [-]; times in s."""
     return np.minimum(np.maximum((time - start) / duration, 0.0), 1.0)
 
 
 @equation
 def intermittent_onset(time: Quantity, start: Quantity, period: Quantity, duty: Quantity) -> Quantity:
-    """Share of the leakage that is open: 1 for a share `duty` of each period from `start` on, else 0 [-]."""
+    """Open fraction of the leak: 1 for the first `duty` [-] of each period after `start`, else 0 [-]."""
     elapsed = (time - start) / period + EDGE_ROUNDING
     phase = elapsed - np.floor(elapsed)
     return (elapsed >= 0.0) * (phase < duty) * 1.0

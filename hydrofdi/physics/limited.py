@@ -7,5 +7,5 @@ from hydrofdi.physics.equation import equation
 
 @equation
 def limited(value: float, limit: float) -> float:
-    """A value limited to ±limit."""
+    """The value, limited to ±limit."""
     return min(max(value, -limit), limit)

@@ -1,7 +1,7 @@
-"""Logarithm and power of two, in operations that a compiler can run side by side in SIMD lanes.
+"""Base-2 logarithm and exponential, in operations that a compiler can vectorise.
 
-A call to the C library would end vectorisation. Both work on the bits of IEEE 754 numbers, whose exponent
-begins at bit 52.
+A call to the C library would prevent vectorisation. Both work on the bits of IEEE 754 doubles, whose exponent
+starts at bit 52.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _ROOT_HALF = 0x3FE6A09E667F3BCD
 """Bits of √½."""
 
 _COUNTER, _COUNTER_BITS = 1.5 * 2.0**52, 0x4338000000000000
-"""A number whose last bits count integers, and its bits."""
+"""A double whose last bits count integers, and its bit pattern."""
 
 
 @equation
@@ -33,9 +33,10 @@ def _number(bits: Quantity) -> Quantity:
 
 @equation
 def binary_logarithm(value: Quantity) -> Quantity:
-    """log2(x) of a normal x > 0, with an error below 1e-12.
+    """log2(x) for a normal x > 0, with an error below 1e-12.
 
-    With x = 2^k m, √½ ≤ m < √2 and z = (m − 1)/(m + 1), it is k + 2 artanh(z)/ln 2; the series ends at z^13.
+    With x = 2^k m, √½ ≤ m < √2 and z = (m − 1)/(m + 1), log2(x) = k + 2 artanh(z)/ln 2; the series is
+    truncated after z^13.
     """
     bits = _bits(value)
     exponent = (bits - _ROOT_HALF) >> 52
@@ -51,7 +52,8 @@ def binary_logarithm(value: Quantity) -> Quantity:
 def binary_exponential(exponent: Quantity) -> Quantity:
     """2^y for abs(y) ≤ 1000, with a relative error below 1e-12.
 
-    With y = k + f, k whole and abs(f) ≤ ½, it is 2^k e^(f ln 2); the series ends at the tenth power.
+    With y = k + f, k an integer and abs(f) ≤ ½, 2^y = 2^k e^(f ln 2); the series is truncated after the tenth
+    power.
     """
     counter = exponent + _COUNTER
     w = (exponent - (counter - _COUNTER)) * LN_2

@@ -1,4 +1,4 @@
-"""The odd square root of turbulent orifice flow."""
+"""Signed square root, as in turbulent orifice flow."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from hydrofdi.physics.equation import Quantity, equation
 
 @equation
 def signed_root(value: Quantity) -> Quantity:
-    """sgn(x) √abs(x), element by element."""
+    """sgn(x) √abs(x), elementwise."""
     return np.copysign(np.sqrt(np.abs(value)), value)

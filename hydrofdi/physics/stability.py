@@ -1,4 +1,4 @@
-"""How long a step of classic Runge-Kutta may be."""
+"""Stability limit of the classic Runge-Kutta method."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import lru_cache
 
 
 def amplification(product: complex) -> complex:
-    """Factor by which one step of classic Runge-Kutta multiplies a mode.
+    """Factor by which one step of classic Runge-Kutta amplifies a mode.
 
     Parameters
     ----------
@@ -23,12 +23,12 @@ def amplification(product: complex) -> complex:
 
 
 def largest_stable_step(eigenvalue: complex) -> float:
-    """The longest step for which classic Runge-Kutta does not amplify a mode.
+    """Longest step at which classic Runge-Kutta does not amplify a mode.
 
     Parameters
     ----------
     eigenvalue : complex
-        λ [1/s], with a real part of at most zero.
+        λ [1/s], with non-positive real part.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def largest_stable_step(eigenvalue: complex) -> float:
 
 @lru_cache(maxsize=65536)
 def _largest_stable_product(direction: complex) -> float:
-    """The largest abs(hλ) for which a mode of some direction in the complex plane is not amplified."""
+    """Largest abs(hλ) that does not amplify a mode with this direction in the complex plane."""
     stable, unstable = 0.0, 0.05
     while abs(amplification(unstable * direction)) <= 1.0 + 1e-12:
         stable, unstable = unstable, unstable + 0.05

@@ -1,4 +1,4 @@
-"""The pump: a pressure that gives way to flow."""
+"""Supply pressure that drops with flow."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hydrofdi.physics.equation import Quantity, equation
 def supply_pressure_rate(
     pressure: Quantity, flow: Quantity, rated: Quantity, resistance: Quantity, time_constant: Quantity
 ) -> Quantity:
-    """Rate of a supply pressure that falls with the flow taken from it, with a lag.
+    """Rate of a supply pressure that drops with the flow drawn, with a first-order lag.
 
     Parameters
     ----------
@@ -18,9 +18,9 @@ def supply_pressure_rate(
     flow : float or array
         Flow q_s from the supply into the valve [m³/s].
     rated : float or array
-        Supply pressure without flow [Pa].
+        Supply pressure P_s0 at zero flow [Pa].
     resistance : float or array
-        Fall of the pressure per flow in the steady state, R_s [Pa·s/m³].
+        Source resistance R_s: pressure drop per flow in steady state [Pa·s/m³].
     time_constant : float or array
         τ_s [s].
 

@@ -42,17 +42,17 @@ def spool_acceleration(
 
 @equation
 def acting_voltage(voltage: float, previous: float, width: float) -> float:
-    """Voltage that moves the spool, behind a hysteresis that does not depend on rate (play operator).
+    """Voltage that acts on the spool after rate-independent hysteresis (play operator).
 
     Parameters
     ----------
     voltage : float
         Input u [V].
     previous : float
-        What acted before [V].
+        Acting voltage u_h,prev at the previous step [V].
     width : float
-        Width h of the loop, as ISO 10770-1 states it: distance of the voltages with which a spool that comes
-        from either side stands in the same place [V].
+        Width h of the hysteresis loop as defined in ISO 10770-1: difference between the voltages that give
+        the same spool position with rising and with falling input [V].
 
     Returns
     -------
@@ -65,22 +65,22 @@ def acting_voltage(voltage: float, previous: float, width: float) -> float:
 
 @equation
 def null_position(time: Quantity, offset: Quantity, drift: Quantity) -> Quantity:
-    """Spool position at which the valve is centred on its ports (its null).
+    """Spool position at which the ports are centred (null position of the valve).
 
     Parameters
     ----------
     time : float or array
-        t, from the start of the record [s].
+        Time t since the start of the record [s].
     offset : float or array
-        Null x_n0 at the start [m].
+        Null position x_n0 at t = 0 [m].
     drift : float or array
-        Rate r_n [m/s].
+        Drift rate r_n [m/s].
 
     Returns
     -------
     float or array
         x_n = x_n0 + r_n t [m]; the ports see x_v − x_n. Null bias and null shift (Merritt, *Hydraulic Control
-        Systems*, 1967; ISO 10770-1) as a travel of the spool.
+        Systems*, 1967; ISO 10770-1) expressed as spool travel.
     """
     return offset + drift * time
 
@@ -89,7 +89,7 @@ def null_position(time: Quantity, offset: Quantity, drift: Quantity) -> Quantity
 def chamber_1_orifice_drop(
     spool_position: Quantity, pressure: Quantity, supply: Quantity, ret: Quantity
 ) -> Quantity:
-    """Pressure drop over the metering orifice of chamber 1: from the supply, or to the return.
+    """Pressure drop across the metering orifice of chamber 1, from supply or to return.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def chamber_1_orifice_drop(
     Returns
     -------
     float or array
-        Argument of the root in equation (7) [Pa]; negative where the flow is reversed.
+        Argument of the root in equation (7) [Pa]; negative if the flow is reversed.
     """
     side = np.copysign(1.0, spool_position)
     return 0.5 * (supply - ret) + side * (0.5 * (supply + ret) - pressure)
@@ -111,7 +111,7 @@ def chamber_1_orifice_drop(
 def chamber_2_orifice_drop(
     spool_position: Quantity, pressure: Quantity, supply: Quantity, ret: Quantity
 ) -> Quantity:
-    """Pressure drop over the metering orifice of chamber 2: to the return, or from the supply.
+    """Pressure drop across the metering orifice of chamber 2, to return or from supply.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def chamber_2_orifice_drop(
     Returns
     -------
     float or array
-        Argument of the root in equation (8) [Pa]; negative where the flow is reversed.
+        Argument of the root in equation (8) [Pa]; negative if the flow is reversed.
     """
     side = np.copysign(1.0, spool_position)
     return 0.5 * (supply - ret) + side * (pressure - 0.5 * (supply + ret))
@@ -140,7 +140,7 @@ def control_flow(
     spool_position : float or array
         x_v [m].
     orifice_drop : float or array
-        Pressure drop over the orifice [Pa].
+        Pressure drop across the orifice [Pa].
     flow_gain : float or array
         K_v [m^1.5/kg^0.5].
     area_gradient : float or array
@@ -164,28 +164,28 @@ def edge_flow(
     lap: float,
     lap_leakage: float,
 ) -> float:
-    """Flow past one metering edge of a spool with overlap or underlap.
+    """Flow across one metering edge of a spool with overlap or underlap.
 
     Parameters
     ----------
     spool_position : float
-        x_v towards the opening of this edge [m].
+        x_v, positive in the opening direction of this edge [m].
     orifice_drop : float
-        Pressure drop over the edge [Pa].
+        Pressure drop across the edge [Pa].
     flow_gain : float
         K_v [m^1.5/kg^0.5].
     area_gradient : float
         w [m].
     lap : float
-        x_0 [m]: overlap where positive, underlap where negative.
+        Lap x_0 [m]; positive for overlap, negative for underlap.
     lap_leakage : float
-        Conductance c_lap of the clearance over the edge [m³/(s·Pa)].
+        Conductance c_lap of the radial clearance at the edge [m³/(s·Pa)].
 
     Returns
     -------
     float
-        q = K_v w max(x_v − x_0, 0) √̂Δp + c_lap Δp [m³/s]. Chamber 1 is fed by the edge to the supply at x_v
-        and drained by the edge to the return at −x_v. With x_0 = 0 and c_lap = 0, equations (7) and (8).
+        q = K_v w max(x_v − x_0, 0) √̂Δp + c_lap Δp [m³/s]. The supply edge feeds chamber 1 at x_v; the return
+        edge drains it at −x_v. With x_0 = 0 and c_lap = 0, equations (7) and (8).
     """
     opening = max(spool_position - lap, 0.0)
     flow: float = control_flow(opening, orifice_drop, flow_gain, area_gradient) + lap_leakage * orifice_drop

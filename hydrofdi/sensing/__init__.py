@@ -1,4 +1,4 @@
-"""What sensors make of the simulated signals."""
+"""Sensor models: from simulated to measured signals."""
 
 from hydrofdi.sensing.channels import CHANNELS, Channel
 from hydrofdi.sensing.conversion import quantisation_noise

@@ -1,4 +1,4 @@
-"""The signals that have a sensor, and the random numbers of each."""
+"""Signals that have a sensor, and their random generators."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Channel:
     section: str
 
     def sensor(self, run: RunParameters) -> Sensor:
-        """The sensor that a run has here."""
+        """Sensor configuration of this channel in a run."""
         sensor: Sensor = getattr(run, self.section)
         return sensor
 
     def lags(self, run: RunParameters) -> tuple[Lag, ...]:
-        """What the signal passes before it is sampled; empty if it is followed at once."""
+        """Lags that the signal passes before sampling; empty if there are none."""
         sensor, shared, turn = self.sensor(run), run.measurement, 2.0 * math.pi * run.record.step
         lags: tuple[Lag, ...] = ()
         if sensor.bandwidth is not None and sensor.order == "first":
@@ -51,16 +51,16 @@ CHANNELS = (
 )
 
 CLOCK = "clock"
-"""What the jitter is drawn for; all channels share it."""
+"""Random source of the sampling jitter; all channels share it."""
 
 
 def random_generator(run: RunParameters, source: str) -> np.random.Generator:
-    """The random numbers of one source of error in one record.
+    """Random generator of one source of error in one record.
 
     The seed is the SHA-256 of the replicate (``measurement.seed``), the source, and with
     ``measurement.pairing: independent`` all parameters that determine the record. So draws do not depend on
-    other records, their order, batch or worker, nor on how they are analysed. They come from NumPy's PCG64
-    and keep their bits within one version of NumPy.
+    other records, on order, batch or worker, or on the analysis. The generator is NumPy's PCG64; draws are
+    bit-identical within one version of NumPy.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Errors of a sensor, and the limited range and resolution of its converter."""
+"""Systematic sensor errors, and limited range and resolution of the converter."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Value = Any
 
 
 def systematic_error(time: Value, bias: float, drift: float) -> Value:
-    """Bias and drift of a sensor, in the unit of the signal.
+    """Error from bias and drift of a sensor, in the unit of the signal.
 
     Parameters
     ----------
@@ -27,14 +27,14 @@ def systematic_error(time: Value, bias: float, drift: float) -> Value:
 
 
 def saturated(signal: Value, lowest: float | None, highest: float | None) -> Value:
-    """A signal within a range; an end that is None is open."""
+    """The signal limited to a range; None means no limit."""
     if lowest is None and highest is None:
         return signal
     return np.clip(signal, lowest, highest)
 
 
 def quantised(signal: Value, lowest: float, resolution: float) -> Value:
-    """A signal on the nearest levels of a converter.
+    """The signal rounded to the nearest levels of a converter.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def quantised(signal: Value, lowest: float, resolution: float) -> Value:
     lowest : float
         The first level, in the unit of the signal.
     resolution : float
-        Distance of neighbouring levels (LSB), in the unit of the signal.
+        Step between adjacent levels (LSB), in the unit of the signal.
     """
     return lowest + resolution * np.round((np.asarray(signal) - lowest) / resolution)
 
@@ -50,12 +50,12 @@ def quantised(signal: Value, lowest: float, resolution: float) -> Value:
 def quantisation_noise(resolution: float) -> float:
     """Standard deviation of quantisation noise, in the unit of the signal.
 
-    It counts as white noise that is spread evenly over a level; this holds for a signal that moves by more
-    than a level from sample to sample, or whose noise spans one.
+    It is modelled as white noise with uniform distribution over one level. This holds if the signal changes
+    by more than one level between samples, or if its noise covers one level.
 
     Parameters
     ----------
     resolution : float
-        Distance of neighbouring levels (LSB).
+        Step between adjacent levels (LSB).
     """
     return resolution / math.sqrt(12.0)

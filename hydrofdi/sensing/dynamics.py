@@ -1,7 +1,7 @@
-"""Lags of sensors and filters, solved exactly for signals that are linear from step to step.
+"""Lags of sensors and filters, solved exactly for signals that are linear between steps.
 
-A lag shows y instead of u. Its error e = y − u decays by itself and is driven by the slope of u alone, so a
-constant is shown exactly, however slow the lag.
+The input of a lag is u, its output y. The state is the error e = y − u, which is driven only by the slope of
+u, so a constant input is reproduced exactly, however slow the lag.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hydrofdi.physics.settled import settled
 
 
 class Lag(NamedTuple):
-    """What takes a lag from step to step: its error e, and its rate r in units of its angular frequency.
+    """Coefficients of one step of a lag: error e, and rate r in units of the angular frequency.
 
     e_{k+1} = ee e_k + er r_k + eu (u_{k+1} − u_k), r_{k+1} = re e_k + rr r_k + ru (u_{k+1} − u_k)
     """
@@ -34,7 +34,7 @@ class Lag(NamedTuple):
 
 @lru_cache(maxsize=1024)
 def first_order_lag(angle: float) -> Lag:
-    """The lag y' = ω (u − y).
+    """First-order lag y' = ω (u − y).
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def first_order_lag(angle: float) -> Lag:
 
 @lru_cache(maxsize=1024)
 def second_order_lag(angle: float, damping_ratio: float) -> Lag:
-    """The lag y'' = ω² (u − y) − 2 ζ ω y'.
+    """Second-order lag y'' = ω² (u − y) − 2 ζ ω y'.
 
     Parameters
     ----------
@@ -64,12 +64,12 @@ def second_order_lag(angle: float, damping_ratio: float) -> Lag:
 
 
 def butterworth_lags(angle: float, order: int) -> tuple[Lag, ...]:
-    """A Butterworth filter of even order, as second-order lags in series.
+    """Butterworth filter of even order, as second-order lags in series.
 
     Parameters
     ----------
     angle : float
-        2π times the corner frequency, where the gain is −3 dB, times the step [rad].
+        2π times the −3 dB corner frequency times the step [rad].
     order : int
         2, 4, ….
     """
@@ -78,12 +78,12 @@ def butterworth_lags(angle: float, order: int) -> tuple[Lag, ...]:
 
 
 class LagLanes:
-    """Lags in series, of several signals side by side, at rest at the first value of each.
+    """Lags in series for several signals in parallel; each starts at rest at the first value of its signal.
 
     Parameters
     ----------
     lags_of_lane : sequence of sequence of Lag, length n_lane
-        The lags that each signal passes, one after the other. Without any it stays as it is.
+        Lags that each signal passes, in series; without lags a signal is unchanged.
     """
 
     def __init__(self, lags_of_lane: Sequence[Sequence[Lag]]) -> None:
@@ -95,7 +95,7 @@ class LagLanes:
         self._states: NDArray[np.float64] | None = None
 
     def advance(self, signals: NDArray[np.float64]) -> None:
-        """Replace the next values of the signals, shape (n_step, n_lane), by what the lags show."""
+        """Replace the next values of the signals, shape (n_step, n_lane), by the outputs of the lags."""
         if self._states is None:
             self._states = np.zeros((len(self._lags), 3, signals.shape[1]))
             self._states[:, 0] = signals[0]
@@ -105,12 +105,12 @@ class LagLanes:
 
 @strictly_compiled
 def advance_lag(signals: NDArray[np.float64], lag: NDArray[np.float64], state: NDArray[np.float64]) -> None:
-    """Pass signals through a lag.
+    """Pass signals through a lag, in place.
 
     Parameters
     ----------
     signals : ndarray, shape (n_step, n_lane)
-        Replaced by what the lag shows.
+        Input; replaced by the output of the lag.
     lag : ndarray, shape (6, n_lane)
         `Lag` of each lane.
     state : ndarray, shape (3, n_lane)

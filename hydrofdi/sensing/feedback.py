@@ -1,4 +1,4 @@
-"""The noise of the position that a controller reads."""
+"""Noise of the position that a controller reads."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from hydrofdi.sensing.noise import gaussian_noise, noise_autocovariance
 from hydrofdi.simulation.feedback import steps_per_control
 
 LOOP = "position_feedback"
-"""What the noise of the loop is drawn for, at instants that are not sampled."""
+"""Random source of the noise in the loop at instants that are not sampled."""
 
 
 def feedback_noise(run: RunParameters) -> NDArray[np.float64] | None:
-    """Noise of the position at the samples of the controller of a run.
+    """White noise of the position at the samples of the controller of a run.
 
-    It is white. Its variance is that of a record which is sampled as often as the controller acts, without
-    the filter in front of the record's converter. At instants that are sampled as well, both have the same
-    noise where that is white and as strong in the record, and no jitter moves its samples.
+    Its variance is that of a record sampled at the rate of the controller, without the anti-alias filter. At
+    instants that the record samples too, both have the same noise, if the noise of the record is white with
+    the same variance and there is no jitter.
 
     Returns
     -------
     ndarray, shape (n_control,), or None
-        [m]; None if there is none.
+        [m]; None if there is no noise.
     """
     sensor, record, shared = run.position_sensor, run.record, run.measurement
     own_rate = record.model_copy(update={"sampling_frequency": 1.0 / run.control.sample_time})

@@ -1,4 +1,4 @@
-"""Signals that lag, followed at every step of the solver and then sampled."""
+"""Signals with lags, evaluated at every step of the solver and then sampled."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from hydrofdi.simulation.kernels.tap import SignalByName
 
 
 class LaggedRuns:
-    """What lags in some runs, side by side: the reader of their signals, and the samples behind all lags.
+    """Lags of several runs in parallel: reads their signals at every solver step and samples the outputs.
 
     Parameters
     ----------
     runs : sequence of RunParameters, length n_run
-        All with the same ``run`` section.
+        Runs with the same ``run`` section.
 
     Attributes
     ----------
     samples : dict of Channel to ndarray, shape (n_run, n_time)
-        The channels that lag in any of the runs, in the units of their signals.
+        Samples of the channels that have a lag in any run, in the units of their signals.
     """
 
     def __init__(self, runs: Sequence[RunParameters]) -> None:
@@ -34,7 +34,7 @@ class LaggedRuns:
         self.samples = {channel: np.zeros((len(runs), runs[0].record.n_sample)) for channel in self._lanes}
 
     def __call__(self, first_step: int, signal: SignalByName) -> None:
-        """Follow the signals over a stretch of time, from the number of its first step."""
+        """Process the signals of consecutive steps, starting at step `first_step`."""
         for channel, samples in self.samples.items():
             values = np.array(signal(channel.signal)[:, : len(samples)], order="C")
             self._lanes[channel].advance(values)

@@ -1,4 +1,4 @@
-"""Trajectories as sensors show them."""
+"""Trajectories as measured by sensors."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ Signal = NDArray[np.float64]
 class Measurement:
     """The sensors of a batch of runs.
 
-    As a tap it follows what lags at every step of the solver, while the runs are simulated; `show` then gives
-    what all sensors show.
+    As a tap it evaluates lags at every step of the solver during simulation; `show` then applies all sensors
+    to the trajectory.
 
     Parameters
     ----------
     runs : sequence of RunParameters, length n_run
-        As they are simulated.
+        The simulated runs.
     """
 
     def __init__(self, runs: Sequence[RunParameters]) -> None:
@@ -38,36 +38,36 @@ class Measurement:
         self._lagged: dict[int, tuple[LaggedRuns, int]] = {}
 
     def wants(self, position: int) -> bool:
-        """Whether something lags in the run."""
+        """Whether any channel of the run has a lag."""
         return any(channel.lags(self.runs[position]) for channel in CHANNELS)
 
     def feedback_noise(self, position: int) -> Signal | None:
-        """Noise of the position that the controller of a run reads [m], at each of its samples, or None."""
+        """Noise of the position that the controller of a run reads, at each of its samples [m], or None."""
         return feedback_noise(self.runs[position])
 
     def reader(self, positions: Sequence[int]) -> LaggedRuns:
-        """What follows these runs."""
+        """Reader that evaluates the lags of these runs."""
         lagged = LaggedRuns([self.runs[position] for position in positions])
         self._lagged |= {position: (lagged, lane) for lane, position in enumerate(positions)}
         return lagged
 
     def show(self, trajectory: Trajectory) -> Trajectory:
-        """A trajectory as the sensors show it; time and leakage flow stay as they are.
+        """The trajectory as measured; time and leakage flow are unchanged.
 
         Parameters
         ----------
         trajectory : Trajectory
-            What really happened, simulated with this as the tap. Runs that failed are left as they are.
+            True signals, simulated with this object as the tap. Failed runs are unchanged.
 
         Returns
         -------
         Trajectory
-            The same object where every sensor is ideal.
+            The measured trajectory; the same object if every sensor is ideal.
 
         Raises
         ------
         KeyError
-            A run lags, and was simulated without this as the tap.
+            A run has lags but was simulated without this object as the tap.
         """
         changes: dict[str, Any] = {
             channel.signal: self._rows(channel, trajectory)
@@ -90,7 +90,7 @@ class Measurement:
 
 
 def sampled(run: RunParameters, signal: Signal, time: Signal) -> Signal:
-    """A record as the clock of a run takes it, from the cubic spline through it; shape (n_time,)."""
+    """The record resampled at the jittered instants of a run's clock, by cubic spline; shape (n_time,)."""
     if run.measurement.jitter == 0.0:
         return signal
     instants = sampling_instants(time, run.measurement.jitter, random_generator(run, CLOCK))
@@ -98,14 +98,14 @@ def sampled(run: RunParameters, signal: Signal, time: Signal) -> Signal:
 
 
 def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: Signal) -> Signal:
-    """What the sensor of a channel makes of samples: errors, range and resolution, in this order.
+    """Reading of the sensor of a channel: errors, range and resolution are applied in this order.
 
     Parameters
     ----------
     channel : Channel
     run : RunParameters
     samples : ndarray, shape (n_time,)
-        Of what really happened behind all lags, in the unit of the channel.
+        True values after all lags, in the unit of the channel.
     time : ndarray, shape (n_time,)
         Nominal sampling instants [s].
 

@@ -1,4 +1,4 @@
-"""Gaussian noise of a record: how its samples go together, and samples that do."""
+"""Gaussian noise of a record: autocovariance and samples."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
 
 _NEGLIGIBLE = 40.0
-"""Beyond so many time constants samples count as independent: e^−40 is below the rounding of a variance."""
+"""Lag in time constants beyond which samples count as independent: e^−40 is below rounding."""
 
 
 @lru_cache(maxsize=1024)
@@ -21,14 +21,14 @@ def noise_autocovariance(
 ) -> tuple[float, ...]:
     """Autocovariance of a sensor's noise in the record, in the square of the signal's unit.
 
-    ``noise`` alone is that of each sample. A density passes the anti-alias filter, and sampling folds what it
-    leaves. Without a filter the record holds the noise up to ``noise_bandwidth``, at least up to half the
-    sampling frequency.
+    ``noise`` alone is the standard deviation of each sample. A noise density passes the anti-alias filter,
+    and sampling aliases the rest. Without a filter the record contains the noise up to ``noise_bandwidth``,
+    at least up to half the sampling frequency.
 
     Returns
     -------
     tuple of float
-        At distances of 0, 1, … samples; zero beyond.
+        At lags 0, 1, … [samples]; zero beyond.
     """
     half, corner, order = (
         0.5 * record.sampling_frequency,
@@ -49,21 +49,19 @@ def noise_autocovariance(
 def filtered_noise_autocovariance(
     density: float, corner: float, order: int, delay: ArrayLike
 ) -> NDArray[np.float64]:
-    """Autocovariance of white noise behind a Butterworth low-pass.
+    """Autocovariance of white noise after a Butterworth low-pass filter.
 
-    Without delay it is the variance: the square of the density times the filter's noise bandwidth
-    f_c π/(2n)/sin(π/(2n)).
+    At zero lag it is the variance: the square of the density times the filter's noise bandwidth f_c
+    π/(2n)/sin(π/(2n)).
 
     Parameters
     ----------
     density : float
         One-sided, in the unit of the signal per √Hz.
     corner : float
-        f_c, where the gain is −3 dB [Hz].
-    order : int
-        n.
-    delay : array_like
-        [s].
+        Corner frequency f_c, at −3 dB [Hz].
+    order : int Filter order n.
+    delay : array_like Lag [s].
     """
     half_turn = math.pi / (2 * order)
     poles = np.exp(1j * half_turn * np.arange(1, 2 * order, 2))
@@ -75,14 +73,14 @@ def filtered_noise_autocovariance(
 def gaussian_noise(
     autocovariance: tuple[float, ...], n_time: int, generator: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Gaussian noise of a given autocovariance, from the first sample on.
+    """Gaussian noise with a given autocovariance, stationary from the first sample on.
 
-    White noise is coloured on a ring so long that no two samples of the record are close across its seam.
+    White noise is filtered by circular convolution, on a period long enough to avoid wrap-around correlation.
 
     Parameters
     ----------
     autocovariance : tuple of float
-        At distances of 0, 1, … samples; zero beyond.
+        At lags 0, 1, … [samples]; zero beyond.
     n_time : int
     generator : Generator
 

@@ -1,4 +1,4 @@
-"""Sampling at instants that are not quite the nominal ones."""
+"""Sampling with clock jitter."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from hydrofdi.physics.equation import equation
 def sampling_instants(
     time: NDArray[np.float64], jitter: float, generator: np.random.Generator
 ) -> NDArray[np.float64]:
-    """The instants at which a clock really samples.
+    """Actual sampling instants of a clock with jitter [s].
 
     Parameters
     ----------
     time : ndarray, shape (n_time,)
         Nominal instants [s].
     jitter : float
-        Standard deviation about these [s].
+        Standard deviation of the jitter [s].
     generator : Generator
 
     Returns
     -------
     ndarray, shape (n_time,)
-        Normally distributed about the nominal ones, none before the first or after the last of these [s].
+        Normally distributed about the nominal instants, limited to the first and last of them [s].
     """
     instants = time + jitter * generator.standard_normal(time.size)
     return np.clip(instants, time[0], time[-1])
 
 
 def interpolated_signal(signal: ArrayLike, time: ArrayLike, instants: ArrayLike) -> NDArray[np.float64]:
-    """A record between its samples, on its cubic spline.
+    """Values of a record between its samples, by cubic spline.
 
     Parameters
     ----------
     signal, time : array_like, shape (n_time,)
         The record and its instants [s]; at least four samples.
     instants : array_like
-        Where it is wanted [s].
+        Instants of the values [s].
 
     Returns
     -------
@@ -53,16 +53,16 @@ def interpolated_signal(signal: ArrayLike, time: ArrayLike, instants: ArrayLike)
 
 
 class Clocks:
-    """The clocks that sample several signals side by side, each known at every step of the solver.
+    """Clocks that sample several signals in parallel, from their values at every step of the solver.
 
-    Between steps a signal is the cubic through the four nearest ones.
+    Between steps, a signal is the cubic polynomial through the four nearest steps.
 
     Parameters
     ----------
     record : RecordConfig
-        Step and samples of the record.
+        Solver step and sampling of the record.
     deviations : ndarray, shape (n_lane, n_time)
-        How late each clock samples [s].
+        Deviation of each sampling instant from nominal, positive if late [s].
     """
 
     def __init__(self, record: RecordConfig, deviations: NDArray[np.float64]) -> None:
@@ -76,13 +76,13 @@ class Clocks:
             self._reach = 4 + int(np.abs(self._first_nodes - nominal).max())
 
     def sample(self, values: NDArray[np.float64], first_step: int, samples: NDArray[np.float64]) -> None:
-        """Fill in what a stretch of time says of the samples; stretches follow without a gap.
+        """Add the contribution of a block of steps to the samples; blocks must be contiguous.
 
         Parameters
         ----------
         values : ndarray, shape (n_step, n_lane)
         first_step : int
-            Number of its first step, counted from the start of the record.
+            Number of the first step of the block, counted from the start of the record.
         samples : ndarray, shape (n_lane, n_time)
             Zero before the first stretch.
         """

@@ -1,4 +1,4 @@
-"""Results on disk: shards written by workers, and the experiment file built from them."""
+"""Storage of results: shards written by workers, and the experiment file built from them."""
 
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import write_experiment

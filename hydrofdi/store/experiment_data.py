@@ -1,6 +1,6 @@
 """An experiment as it was stored.
 
-Nothing is expanded again, so that it says the same where later defaults and sweeps differ.
+Sweeps and defaults are not expanded again, so changes of defaults in later versions have no effect.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class SignalSource(Protocol):
     def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
         """Signals of some runs by name, each of shape (n_run, n_time).
 
-        Those that none of the runs has stored are left out; NaN if some of them lack one.
+        A signal that no run has stored is omitted; rows of runs that lack it are NaN.
         """
         ...
 
@@ -54,19 +54,19 @@ class ExperimentData:
     path : Path
         The experiment file.
     experiment : ExperimentConfig
-        The configuration as it was resolved.
+        The resolved configuration.
     columns : dict
-        Variable name → array with one row per run, signals left out.
+        Variable name → array with one row per run, without signals.
     versions : dict
-        Library → version that the results were made with.
+        Library → version that computed the results.
     signals : SignalSource
-        Where the signals lie.
+        Location of the signals.
     configuration : dict or None
-        The configuration as it is written in the file, in SI; None if there is no file.
+        The configuration as written in the file, in SI; None if there is no file.
     physics_version : int
         Version of the physics that the runs were computed with.
     remarks : tuple of str
-        What is to be known of the rows as a whole.
+        Remarks that apply to all rows.
     """
 
     path: Path
@@ -85,7 +85,7 @@ class ExperimentData:
 
     @property
     def is_whole(self) -> bool:
-        """Whether each run has been computed, or has failed."""
+        """Whether every run has been computed or has failed."""
         return MISSING not in self.columns[STATUS]
 
     @property
@@ -95,24 +95,27 @@ class ExperimentData:
 
     @cached_property
     def leakage_requests(self) -> NDArray[np.float64]:
-        """Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that each run requests; 0 if it is sealed."""
+        """Requested leakage of each run: mean flow [m³/s] or K_i [m^3.5/kg^0.5]; 0 if sealed."""
         level = self.columns[LEAKAGE_LEVEL]
         requests: NDArray[np.float64] = np.where(np.isnan(level), self.columns[LEAKAGE_COEFFICIENT], level)
         return requests
 
     @cached_property
     def fixed_baseline(self) -> NDArray[np.int64]:
-        """Row of the sealed run under the baseline's conditions, for each run; `NO_BASELINE` without one."""
+        """Row of the sealed run under the baseline's conditions, for each run; `NO_BASELINE` if there is
+        none."""
         return self._sealed(self.columns[FIXED_BASELINE])
 
     @cached_property
     def matched_baseline(self) -> NDArray[np.int64]:
-        """Row of the sealed run under a run's own conditions, for each run; `NO_BASELINE` without one."""
+        """Row of the sealed run under the run's own conditions, for each run; `NO_BASELINE` if there is
+        none."""
         return self._sealed(self.columns[MATCHED_BASELINE])
 
     @cached_property
     def replicate_of(self) -> NDArray[np.int64]:
-        """Row of the healthy run that each run is a replicate of; `NO_BASELINE` for all others."""
+        """Row of the healthy run that a run is a replicate of, for each run; `NO_BASELINE` if it is not a
+        replicate."""
         return self.columns.get(REPLICATE_OF, np.full(self.n_run, NO_BASELINE))
 
     @property
@@ -121,11 +124,11 @@ class ExperimentData:
         return bool((self.replicate_of != NO_BASELINE).any())
 
     def _sealed(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Rows, without those that leak: earlier versions took them for baselines too."""
+        """Baseline rows, without those of leaking runs, which earlier versions also accepted as baselines."""
         return np.where((rows >= 0) & (self.leakage_requests[rows] == 0.0), rows, NO_BASELINE)
 
     def values(self, name: str) -> list[Any]:
-        """The value of a dotted parameter in SI, for each run; None if it is not set."""
+        """Value of a dotted parameter in SI, for each run; None if it is not set."""
         variable = axis_variable(name)
         if variable in self.columns:
             stored = self.columns[variable].tolist()
@@ -140,9 +143,7 @@ class ExperimentData:
     def signal(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sampling instants [s] and a signal of one run, each of shape (n_time,).
 
-        Raises
-        ------
-        StoreError
-            The experiment did not store it.
+        Raises ------ StoreError
+            The experiment did not store this signal.
         """
         return self.signals.read(name, position)

@@ -1,7 +1,7 @@
 """The experiment file: all runs of an experiment as one labelled data set.
 
-It opens with h5py, and with xarray (engine ``h5netcdf``) as a data set with the dimensions run, time, level.
-Its bytes depend on the configuration, the results and the library versions alone.
+h5py opens it, and xarray (engine ``h5netcdf``) as a data set with the dimensions run, time, level. Its bytes
+depend only on the configuration, the results and the library versions.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ from hydrofdi.store.signals import create_signal, write_block
 def write_experiment(
     path: Path, experiment: ExperimentConfig, table: RunTable, results: Results, versions: Mapping[str, str]
 ) -> None:
-    """Write the experiment file, whole or not at all.
+    """Write the experiment file atomically.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def write_experiment(
     table : RunTable
         The runs in the order of the rows.
     results : Results
-        What they computed.
+        Results of the runs.
     versions : mapping
         Library versions, stored as attributes ``version_<name>``.
 
@@ -104,14 +104,14 @@ def write_experiment(
 
 
 def computed_variables(table: RunTable) -> tuple[Variable, ...]:
-    """The variables that the runs of a table compute, signals left out."""
+    """Variables that the runs of a table compute, without signals."""
     measured = indicators_of(table.runs)
     phases = any(request.wavelet.phase == "all" for request in table.runs.distinct("wavelet"))
     return (*stored_variables("none", phases=phases), *output_variables(measured))
 
 
 def computed_columns(results: Results, table: RunTable) -> dict[str, NDArray[Any]]:
-    """The computed results of the runs of a table, without signals; gaps where there are none."""
+    """Computed results of the runs of a table, without signals; gaps for runs without results."""
     variables = computed_variables(table)
     columns = results.columns(variables)
     fit_to_dimensions(columns, variables, dimensions(table.runs))
@@ -120,7 +120,7 @@ def computed_columns(results: Results, table: RunTable) -> dict[str, NDArray[Any
 
 
 def _describe_indicators(file: h5py.File, experiment: ExperimentConfig) -> None:
-    """Write the definition of each label; a wavelet that varies is among the other swept parameters."""
+    """Write the definition of each indicator label; a wavelet that varies is stored as a swept parameter."""
     for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
         attributes = file[f"{label}{ANALYSIS_ID}"].attrs
         attributes["indicator"], attributes["version"] = indicator.name, indicator.version
@@ -128,7 +128,7 @@ def _describe_indicators(file: h5py.File, experiment: ExperimentConfig) -> None:
 
 
 def _share_input(table: RunTable) -> bool:
-    """Whether all runs have the same voltage in their records."""
+    """Whether all runs have the same input voltage."""
     parameters = [run.parameters for run in table.runs]
     is_open = not any(run.control.is_closed for run in parameters)
     is_exact = all(run.is_shown_exactly("voltage_sensor") for run in parameters)
@@ -136,7 +136,7 @@ def _share_input(table: RunTable) -> bool:
 
 
 def fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:
-    """Name K_i also where a run has no result, if it was asked for as such."""
+    """Fill in K_i for runs without a result whose configuration specifies K_i directly."""
     for position, given in enumerate(table.runs.values("leakage.internal_coefficient")):
         if given is not None and np.isnan(coefficients[position]):
             coefficients[position] = given
@@ -234,7 +234,7 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
 
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
-    """Values of a swept parameter; NaN if a number is not set; all as text if some are text."""
+    """Values of a swept parameter: numbers with NaN for unset values, or text if any value is text."""
     values = [without_contents(value) for value in table.runs.values(parameter)]
     if any(isinstance(value, str) for value in values):
         return np.array([_as_text(value, parameter_unit(parameter) or "") for value in values], dtype=object)
@@ -248,7 +248,7 @@ def _as_text(value: Any, unit: str) -> str:
 
 
 def _plain_axes(table: RunTable) -> list[str]:
-    """Swept parameters that no other variable of the file holds."""
+    """Swept parameters that no other variable of the file contains."""
     return [
         name
         for name in table.axes
@@ -257,6 +257,6 @@ def _plain_axes(table: RunTable) -> list[str]:
 
 
 def _axis(parameter: str, values: NDArray[Any]) -> tuple[Variable, NDArray[Any]]:
-    """The variable of a swept parameter, and its values."""
+    """Variable of a swept parameter, and its values."""
     units = "" if values.dtype == object else parameter_unit(parameter) or ""
     return Variable(axis_variable(parameter), (RUN,), units, f"swept parameter {parameter}"), values

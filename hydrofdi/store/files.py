@@ -1,4 +1,4 @@
-"""Files that are either whole or not there."""
+"""Atomic writing and checked reading of files."""
 
 from __future__ import annotations
 
@@ -12,18 +12,16 @@ import h5py
 from hydrofdi.errors import StoreError
 
 LIBRARY_VERSIONS = ("v110", "v110")
-"""HDF5 formats that files are written in: from 1.10 on all metadata carry checksums, so that a damaged file
-is reported and not followed in circles."""
+"""HDF5 format versions of written files: from 1.10 on, all metadata have checksums, so a damaged file is
+reported instead of causing an endless loop."""
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A path beside `path` to write to; it takes the place of `path` once the block ends without an error.
+    """Yield a temporary path to write to; it replaces `path` when the block ends without an error.
 
-    Raises
-    ------
-    StoreError
-        The folder cannot be made or written.
+    Raises ------ StoreError
+        The folder cannot be created or written to.
     """
     if path.is_dir():
         raise StoreError(f"{path}: cannot be written: is a directory")
@@ -45,24 +43,24 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def require_regular(path: Path) -> None:
-    """Check, without opening it, that a path, or the target of its link, is a regular file if it exists.
+    """Check, without opening it, that a path or its link target is a regular file if it exists.
 
     Raises
     ------
     StoreError
-        Something else does: a folder, a pipe, a device.
+        The path is a folder, a pipe or a device.
     """
     if path.exists() and not path.is_file():
         raise StoreError(f"{path}: is not a regular file and was not changed")
 
 
 def require_replaceable(path: Path) -> None:
-    """Check that an HDF5 file may be written at a path without harm to another kind of file.
+    """Check that writing an HDF5 file to a path does not overwrite another kind of file.
 
     Raises
     ------
     StoreError
-        The name does not end in ``.h5``, or something else stands there.
+        The name does not end in ``.h5``, or another kind of file exists there.
     """
     if path.suffix != ".h5":
         raise StoreError(f"{path}: results are written to a file whose name ends in .h5")
@@ -71,25 +69,22 @@ def require_replaceable(path: Path) -> None:
 
 
 def write_whole_text(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all.
+    """Write a text file atomically.
 
-    Raises
-    ------
-    StoreError
-        It cannot be written.
+    Raises ------ StoreError The file cannot be written.
     """
     with whole_file(path) as aside:
         aside.write_text(text, encoding="utf-8")
 
 
 def remove_leftovers(directory: Path) -> None:
-    """Remove half-written files of killed processes below an experiment's folder."""
+    """Remove incomplete files of killed processes from an experiment's folder."""
     for path in directory.rglob(".*.part"):
         path.unlink(missing_ok=True)
 
 
 def sync_folder(folder: Path) -> None:
-    """Make new names in a folder survive a crash of the machine."""
+    """Flush the entries of a folder to disk, so that they survive a crash of the machine."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -99,12 +94,9 @@ def sync_folder(folder: Path) -> None:
 
 @contextmanager
 def open_for_reading(path: Path) -> Iterator[h5py.File]:
-    """An HDF5 file.
+    """Open an HDF5 file for reading.
 
-    Raises
-    ------
-    StoreError
-        It is missing or damaged.
+    Raises ------ StoreError The file is missing or damaged.
     """
     try:
         file = h5py.File(path, "r")

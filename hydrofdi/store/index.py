@@ -1,7 +1,7 @@
-"""The index of an experiment's shards: the location of each run.
+"""Index of an experiment's shards: the location of each run.
 
-It is rebuilt from the shards whenever it is missing; a shard is read and checked again when its size or its
-time of change differs from what the index remembers.
+It is rebuilt from the shards if it is missing. A shard is read and checked again if its size or modification
+time differs from that in the index.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _FORMAT = 2
 
 
 class StoredRun(NamedTuple):
-    """Location and kind of the results of a run. A tuple, because there are very many."""
+    """Location and kind of the results of a run; a tuple to save memory."""
 
     shard: Path
     row: int
@@ -32,18 +32,18 @@ class StoredRun(NamedTuple):
 
 
 class ShardIndex:
-    """All shards below an experiment's folder.
+    """All shards in an experiment's folder.
 
     Attributes
     ----------
     runs : dict
-        Identity of a run → where it lies. Of several copies the one with the most signals counts.
+        Identity of a run → its location. If there are several copies, the one with the most signals is used.
     records : dict
-        Identity of a record → the run that holds most of its signals.
+        Identity of a record → the run that stores most of its signals.
     damaged : dict
-        Shard whose content is broken → what is wrong with it.
+        Damaged shard → description of the damage.
     lost : set of str
-        Runs that the index remembers in shards which are broken or gone.
+        Runs that the index lists in shards that are damaged or missing.
     physics_versions : set of int
         Physics versions that the shards were computed with.
     """
@@ -73,17 +73,17 @@ class ShardIndex:
 
     @property
     def n_run_of_earlier_physics(self) -> int:
-        """Number of runs in shards of earlier versions of the physics."""
+        """Number of runs in shards of earlier physics versions."""
         earlier = (entry for entry in self._entries.values() if entry["physics_version"] < PHYSICS_VERSION)
         return sum(len(entry["run_ids"]) for entry in earlier)
 
     def signals_of(self, run: StoredRun) -> StoredRun:
-        """Location of the signals of a run's record: in its own shard, or in one with more of them."""
+        """Location of the signals of a run's record: its own shard, or one that stores more signals."""
         record = self.records.get(run.record_id, run)
         return record if _richness(record) > _richness(run) else run
 
     def save(self) -> None:
-        """Remember what was read, for the next time.
+        """Save the index, so that unchanged shards need not be read again.
 
         Raises
         ------
@@ -97,16 +97,16 @@ class ShardIndex:
 
 
 def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = frozenset()) -> ShardIndex:
-    """The index of the shards below a folder.
+    """Read the index of the shards in a folder.
 
     Parameters
     ----------
     directory : Path
         Folder of the experiment.
     trust : bool
-        Whether shards that look unchanged are taken as the index remembers them, or checked again.
+        Whether shards that look unchanged are taken from the index; if false, they are checked again.
     fresh : frozenset of str
-        Names of shards that have just been written, whose content needs no check.
+        Names of shards that have just been written; their content is not checked.
     """
     remembered = _remembered(directory / _FILE)
     entries: dict[str, dict[str, Any]] = {}
@@ -150,7 +150,7 @@ def _richness(stored: StoredRun) -> tuple[int, int]:
 
 
 def holds_enough(stored: StoredRun, signals: str, dtype: str) -> bool:
-    """Whether a stored run has the signals that are asked for, in at least that precision."""
+    """Whether a stored run has the requested signals in at least the requested precision."""
     if signals == "none":
         return True
     has_signals = stored_signals(stored.signals) >= stored_signals(signals)

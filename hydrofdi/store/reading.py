@@ -1,4 +1,4 @@
-"""Experiment files read back."""
+"""Reading of experiment files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from hydrofdi.store.results import MISSING
 from hydrofdi.store.signals import signal_rows
 
 _VERSION = "version_"
-"""Prefix of the attributes that hold library versions."""
+"""Prefix of the attributes that contain library versions."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class FileSignals:
     path: Path
 
     def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants and a signal of one run."""
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
         with open_for_reading(self.path) as file:
             if name not in file:
                 raise StoreError(
@@ -65,13 +65,13 @@ class FileSignals:
             return np.asarray(file[TIME][:]), np.asarray(values[:] if values.ndim == 1 else values[position])
 
     def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name; those that the file lacks are left out."""
+        """Signals of some runs by name; signals that the file lacks are omitted."""
         with open_for_reading(self.path) as file:
             return {name: signal_rows(file[name], positions) for name in names if name in file}
 
 
 def read_experiment(path: Path) -> ExperimentData:
-    """An experiment file, signals left on disk.
+    """Read an experiment file; signals stay on disk.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def read_experiment(path: Path) -> ExperimentData:
         physics = int(file.attrs["physics_version"])
         configuration = json.loads(file.attrs["configuration"])
     remarks = tuple(
-        f"Indicator {label} is left out: {why}. Its numbers stay in the file."
+        f"Indicator {label} is omitted: {why}. Its values remain in the file."
         for label, why in experiment.indicator_choice.absent.items()
     )
     return ExperimentData(
@@ -116,7 +116,7 @@ def _configuration(path: Path, file: h5py.File) -> ExperimentConfig:
 
 
 def is_current(path: Path, experiment: ExperimentConfig) -> bool:
-    """Whether an experiment file contains all runs of exactly this configuration."""
+    """Whether an experiment file contains all runs of this exact configuration."""
     try:
         with _experiment_file(path) as file:
             same = file.attrs["configuration"] == experiment.model_dump_json()
@@ -127,19 +127,16 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
 
 
 def is_experiment_file(path: Path) -> bool:
-    """Whether an HDF5 file is an experiment file of hydrofdi, of whatever version.
+    """Whether an HDF5 file is an experiment file of hydrofdi, of any version.
 
-    Raises
-    ------
-    StoreError
-        It is damaged.
+    Raises ------ StoreError The file is damaged.
     """
     with open_for_reading(path) as file:
         return "format_version" in file.attrs and "configuration" in file.attrs
 
 
 def read_statuses(path: Path) -> list[str]:
-    """How the runs of an experiment file ended.
+    """Status of each run of an experiment file.
 
     Raises
     ------
@@ -151,7 +148,7 @@ def read_statuses(path: Path) -> list[str]:
 
 
 def read_verdicts(path: Path) -> list[str]:
-    """How far the runs of an experiment file can be believed; empty where it has no verdicts.
+    """Quality verdict on each run of an experiment file; empty if the file has no verdicts.
 
     Raises
     ------
@@ -163,7 +160,8 @@ def read_verdicts(path: Path) -> list[str]:
 
 
 def read_obstacles(path: Path) -> dict[str, list[str]]:
-    """Label of an indicator → why each run of an experiment file has no number; empty if it has.
+    """Label of an indicator → why it could not measure each run of an experiment file; empty text if it
+    could.
 
     Raises
     ------
@@ -194,7 +192,7 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
 
 
 def _axes(file: h5py.File, swept: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Values of swept parameters, by the present names of their variables."""
+    """Values of swept parameters, by the current names of their variables."""
     earlier = {new: old for old, new in RENAMED.items()}
     columns = {}
     for name in swept:
@@ -208,7 +206,7 @@ def _axes(file: h5py.File, swept: Sequence[str]) -> dict[str, NDArray[Any]]:
 
 
 def _outputs(file: h5py.File) -> list[Variable]:
-    """The outputs of indicators that a file holds, in whatever way."""
+    """Indicator outputs that a file contains, in any format version."""
     names = [name for name in file if is_output(name) and not file[name].is_scale] or earlier_outputs(file)
     return [Variable(name, (RUN,), "", "") for name in names]
 

@@ -1,4 +1,4 @@
-"""Stored runs as records: their signals, and nothing of the parameters behind them."""
+"""Stored runs as records: their signals, without the parameters that made them."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from hydrofdi.store.layout.names import (
 from hydrofdi.units import convert
 
 _MOST_RECORDS, _MOST_SAMPLES = 256, 320_000
-"""Records of a batch, and samples of each channel in it: what is held in memory at a time."""
+"""Limits of a batch: records, and samples per channel that are in memory at a time."""
 
 _SIGNALS = {Channel.SUPPLY_PRESSURE: VALVE_SUPPLY_PRESSURE}
-"""Channels whose signal has another name."""
+"""Channels whose signal has a different name."""
 
 SIGNAL_OF_CHANNEL = {
     channel: signal
@@ -39,25 +39,25 @@ SIGNAL_OF_CHANNEL = {
     if (signal := _SIGNALS.get(channel, channel.value))
     in {variable.name for variable in stored_variables("all") if variable.is_signal}
 }
-"""Channel → name of its signal; simulated runs have no others."""
+"""Channel → name of its signal, for all channels of simulated runs."""
 
 
 def batch_length(n_time: int) -> int:
-    """Number of records of so many samples that make a batch."""
+    """Number of records per batch for records of `n_time` samples."""
     return max(1, min(_MOST_RECORDS, _MOST_SAMPLES // max(n_time, 1)))
 
 
 def distinct_records(
     record_ids: Sequence[str], are_ok: Sequence[bool], only: Collection[int] | None = None
 ) -> list[int]:
-    """Positions of the runs that stand for their records: of each the first that went well, or the first.
+    """Position of one run per record: the first successful run, or else the first.
 
     Parameters
     ----------
     record_ids, are_ok : sequence of str, of bool
-        Of all runs.
+        Record identity and success of each run.
     only : collection of int, optional
-        Positions of the runs that are looked at; all where left out.
+        Positions of the runs to consider; by default all.
     """
     chosen: dict[str, int] = {}
     looked_at = None if only is None else set(only)
@@ -71,17 +71,17 @@ def distinct_records(
 
 
 def drive_period(drive: InputConfig, random_force: float) -> float | None:
-    """Period of what acts on the actuator [s]; None if it does not repeat itself."""
+    """Period of the input of the actuator [s]; None if the input is not periodic."""
     return drive.period if drive.is_periodic and random_force == 0.0 else None
 
 
 def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str:
-    """What is known of a simulated run: its leakage and its EBM.
+    """Label of a simulated run: its leakage and EBM.
 
     Parameters
     ----------
     flow : float
-        Mean leakage flow [m³/s]; NaN if the coefficient was given.
+        Mean leakage flow [m³/s]; NaN if the coefficient was specified.
     coefficient : float
         K_i [m^3.5/kg^0.5].
     bulk_modulus : float
@@ -97,18 +97,18 @@ def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str
 
 @dataclass(frozen=True)
 class StoredRecords:
-    """Records of the runs of an experiment; runs that share a record give it once.
+    """Records of the runs of an experiment; a record that several runs share occurs once.
 
     Attributes
     ----------
     data : ExperimentData
-        From an experiment file, or from shards.
+        Data of an experiment file, or of shards.
     name : str
-        What a person calls it.
+        Name of the source in messages.
     channels : collection of Channel
-        What is read, as far as it is stored.
+        Channels to read, if stored.
     only : collection of int, optional
-        Positions of the runs that are read; all where left out.
+        Positions of the runs to read; by default all.
     """
 
     data: ExperimentData
@@ -117,7 +117,7 @@ class StoredRecords:
     only: Collection[int] | None = None
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """The runs in their order; those that failed are rejected with how they ended.
+        """Batches of records in the order of the runs; failed runs are rejected with their status.
 
         Raises
         ------
@@ -142,7 +142,7 @@ class StoredRecords:
             )
 
     def _windows(self) -> Iterator[list[int]]:
-        """Runs that follow each other and have the period of their drive in common."""
+        """Groups of consecutive runs with the same drive period."""
         length = batch_length(self._n_time)
         are_ok = [self._is_ok(row) for row in range(self.data.n_run)]
         rows = distinct_records(self.record_ids, are_ok, self.only)
@@ -183,7 +183,7 @@ class StoredRecords:
 
     @cached_property
     def record_ids(self) -> list[str]:
-        """Of the records; of the runs in files that do not name records."""
+        """Identities of the records, or of the runs in files without record identities."""
         run_ids = self.data.columns[RUN_ID]
         record_ids = self.data.columns.get(RECORD_ID, run_ids)
         return [str(record or run) for record, run in zip(record_ids, run_ids, strict=True)]
@@ -209,7 +209,7 @@ class StoredRecords:
 
 def _holes(channels: dict[Channel, Array], row: int) -> tuple[Remark, ...]:
     return tuple(
-        Remark("missing_values", f"{channel} is not stored whole", channel, is_unusable=True)
+        Remark("missing_values", f"{channel} is not stored completely", channel, is_unusable=True)
         for channel, samples in channels.items()
         if not np.isfinite(samples[row]).all()
     )

@@ -1,4 +1,4 @@
-"""What was asked for, kept in an experiment's folder so that a sweep can be gone on with."""
+"""The requested configuration, stored in an experiment's folder so that a sweep can be resumed."""
 
 from __future__ import annotations
 
@@ -18,27 +18,21 @@ from hydrofdi.settings.naming import setting
 from hydrofdi.store.files import write_whole_text
 
 REQUEST_FILE = "experiment.json"
-"""Name of the file in an experiment's folder."""
+"""Name of the request file in an experiment's folder."""
 
 
 def write_request(directory: Path, experiment: ExperimentConfig) -> None:
-    """Keep the resolved configuration of a sweep.
+    """Store the resolved configuration of a sweep.
 
-    Raises
-    ------
-    StoreError
-        It cannot be written.
+    Raises ------ StoreError The file cannot be written.
     """
     write_whole_text(directory / REQUEST_FILE, experiment.model_dump_json(indent=2) + "\n")
 
 
 def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> None:
-    """Check that a folder contains no experiment of another name.
+    """Check that a folder does not contain an experiment with a different name.
 
-    Raises
-    ------
-    StoreError
-        It does.
+    Raises ------ StoreError It contains another experiment.
     """
     if not (directory / REQUEST_FILE).exists():
         return
@@ -51,12 +45,9 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
 
 
 def request_record(directory: Path) -> dict[str, Any]:
-    """The latest request as it is written, in SI; empty if there is none.
+    """The latest request as written, in SI; empty if there is none.
 
-    Raises
-    ------
-    StoreError
-        It cannot be read.
+    Raises ------ StoreError The file cannot be read.
     """
     path = directory / REQUEST_FILE
     try:
@@ -70,10 +61,7 @@ def request_record(directory: Path) -> dict[str, Any]:
 def read_request(directory: Path) -> ExperimentConfig:
     """The resolved configuration of the latest sweep on a folder.
 
-    Raises
-    ------
-    StoreError
-        There is none, or it cannot be read.
+    Raises ------ StoreError The file is missing or cannot be read.
     """
     path = directory / REQUEST_FILE
     try:
@@ -94,12 +82,9 @@ def _reason(error: Exception) -> str:
 
 
 def stored_experiment(text: str) -> ExperimentConfig:
-    """A resolved configuration as this or an earlier version wrote it.
+    """Parse a resolved configuration written by this or an earlier version.
 
-    Raises
-    ------
-    ValueError
-        It is none.
+    Raises ------ ValueError The text is not a resolved configuration.
     """
     with suppress(json.JSONDecodeError):
         text = json.dumps(with_present_keys(json.loads(text)))

@@ -1,4 +1,4 @@
-"""The results of the runs of an experiment, in the order of its table, wherever they lie."""
+"""Results of the runs of an experiment, in the order of its table, in memory or in shards."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Results(Protocol):
         ...
 
     def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
-        """Variables that are no signals, by name, one row per run."""
+        """Variables other than signals, by name, one row per run."""
         ...
 
     def signal(self, name: str, position: int) -> NDArray[Any]:
@@ -39,7 +39,7 @@ class Results(Protocol):
         ...
 
     def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
-        """All rows of a signal in their order, to be written to a target one by one."""
+        """All rows of a signal in order, in blocks to be written to a target."""
         ...
 
     def time(self) -> NDArray[np.float64] | None:
@@ -65,11 +65,11 @@ class HeldResults:
         return len(self._columns[RUN_ID])
 
     def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
-        """Variables that are no signals, by name, one row per run."""
+        """Variables other than signals, by name, one row per run."""
         return {variable.name: self._columns[variable.name] for variable in variables}
 
     def signal(self, name: str, position: int) -> NDArray[Any]:
-        """A signal of one run."""
+        """A signal of one run, shape (n_time,)."""
         return np.asarray(self._columns[name][position])
 
     def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
@@ -82,7 +82,7 @@ class HeldResults:
 
 
 class _Stretch(NamedTuple):
-    """Runs that follow each other both in the experiment and in a shard, or that lack a result."""
+    """Runs that are consecutive both in the experiment and in a shard, or that lack a result."""
 
     shard: Path | None
     row: int
@@ -95,11 +95,11 @@ class ShardResults:
     Parameters
     ----------
     run_ids : sequence of str
-        The runs in their order.
+        Identities of the runs, in order.
     index : ShardIndex
-        Where the runs lie, and the signals of their records.
+        Location of the runs and of the signals of their records.
     failures : mapping
-        Identity → why a run has no result.
+        Identity of a run → why it has no result.
     """
 
     def __init__(self, run_ids: Sequence[str], index: ShardIndex, failures: dict[str, Failure]) -> None:
@@ -128,7 +128,7 @@ class ShardResults:
         return {variable.name: columns[variable.name] for variable in variables}
 
     def statuses(self) -> list[str]:
-        """How the runs ended, or why they have no result."""
+        """Status of each run, or why it has no result."""
         return [
             self._reason(position)[0] if located is None else located.status
             for position, located in enumerate(self._located)
@@ -143,7 +143,7 @@ class ShardResults:
             return np.asarray(file[name][located.row]) if name in file else np.empty(0)
 
     def signal_rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name; left out if no run has one, NaN if a run lacks it."""
+        """Signals of some runs by name; a signal that no run has is omitted, missing rows are NaN."""
         held: dict[str, NDArray[np.float64]] = {}
         places: dict[Path, list[int]] = {}
         for place, position in enumerate(positions):
@@ -158,7 +158,7 @@ class ShardResults:
         return held
 
     def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
-        """All rows of a signal in their order; NaN if it is not stored."""
+        """All rows of a signal in order; NaN if it is not stored."""
         for shard, row, n_run in self._stretches:
             if shard is None:
                 yield from lacking_blocks(n_run, target)
@@ -196,7 +196,7 @@ class ShardResults:
         return (failure.status, failure.message) if failure else (MISSING, "not computed yet")
 
     def _gathered(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
-        """Variables out of the shards, each of which is opened once."""
+        """Variables read from the shards, each of which is opened once."""
         positions_in: dict[Path, list[int]] = {}
         rows_in: dict[Path, list[int]] = {}
         for position, located in enumerate(self._located):
@@ -216,7 +216,7 @@ class ShardResults:
 def _joined(
     variable: Variable, pieces: Sequence[tuple[NDArray[np.int64], NDArray[Any]]], n_run: int
 ) -> NDArray[Any]:
-    """One array from the rows of some runs, as large as the largest; NaN, or no text, for the others."""
+    """One array from the rows of some runs, in the largest shape; NaN or empty text for the other runs."""
     axes = range(1, len(variable.dimensions))
     sizes = [max((values.shape[axis] for _, values in pieces), default=0) for axis in axes]
     blank, kind = ("", object) if variable.is_text else (np.nan, float)

@@ -1,4 +1,4 @@
-"""Shards: the results of one batch of runs, written whole and named by their content."""
+"""Shards: the results of one batch of runs, written atomically and named by a hash of their content."""
 
 from __future__ import annotations
 
@@ -35,34 +35,34 @@ from hydrofdi.store.layout.variables import held_values
 from hydrofdi.store.signals import create_signal, write_block
 
 Columns = Mapping[str, NDArray[Any]]
-"""Variable name → array with one row per run; and ``time`` → sampling instants [s]."""
+"""Variable name → array with one row per run; ``time`` → sampling instants [s]."""
 
 SHARDS = "shards"
 """Folder of the shards within an experiment's folder."""
 
 
 class StoredPlace(Protocol):
-    """Where a run is stored."""
+    """Location of a stored run."""
 
     @property
     def shard(self) -> Path:
-        """The shard."""
+        """Path of the shard."""
         ...
 
     @property
     def row(self) -> int:
-        """Its row there."""
+        """Row in the shard."""
         ...
 
 
 @dataclass(frozen=True)
 class ShardContent:
-    """What a shard holds.
+    """Description of the content of a shard.
 
     Attributes
     ----------
     run_ids, record_ids, statuses : tuple of str
-        One per row; files before format version 3 do not name their records.
+        One per row; files before format version 3 have no record identities.
     signals, dtype : str
         As in the ``store`` section.
     physics_version : int
@@ -77,12 +77,12 @@ class ShardContent:
 
 
 def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
-    """Write the results of a batch below an experiment's folder, whole or not at all.
+    """Write the results of a batch atomically into an experiment's folder.
 
     Returns
     -------
     Path
-        The shard; its name is the hash of its content.
+        Path of the shard; its name is the hash of its content.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
 
 
 def store_shard_bytes(directory: Path, content: bytes) -> Path:
-    """Place the content of a shard that was made elsewhere.
+    """Store the content of a shard that was made elsewhere, and return its path.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def _has_phases(columns: Columns) -> bool:
 
 
 def _outputs(columns: Columns) -> list[Variable]:
-    """The outputs of indicators and their descriptions in experiment files."""
+    """Variables of indicator outputs among the columns."""
     return [
         Variable(name, (RUN,), "", "")
         for name, values in columns.items()
@@ -166,12 +166,9 @@ def content_digest(path: Path) -> str:
 
 
 def read_content(path: Path, *, check: bool = True) -> ShardContent:
-    """What a shard holds; its content is checked against its name unless that is not wanted.
+    """Read the description of a shard, after checking its content against its name if `check` is true.
 
-    Raises
-    ------
-    StoreError
-        It is damaged, or of another format version.
+    Raises ------ StoreError The shard is damaged, or has another format version.
     """
     if check and content_digest(path) != path.stem:
         raise StoreError(f"{path}: is damaged: its content does not match its name")
@@ -191,7 +188,7 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
 def read_variables(
     path: Path, variables: Collection[Variable], rows: NDArray[np.int64]
 ) -> dict[str, NDArray[Any]]:
-    """Rows of variables of a shard, by name; nothing in its further dimensions where it lacks one."""
+    """Rows of variables of a shard, by name; a variable that it lacks has size zero beyond the rows."""
     with open_for_reading(path) as file:
         return {variable.name: _read_rows(file, variable, rows) for variable in variables}
 
@@ -212,15 +209,15 @@ def _held(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any] | No
 
 
 def read_records(places: Sequence[StoredPlace], signals: Collection[str], n_time: int) -> Columns:
-    """Stored records: some of their signals and their metadata.
+    """Read stored records: the requested signals and their metadata.
 
     Parameters
     ----------
     places : sequence
-        Where each record lies; of one that failed, signals may be missing.
+        Location of each record; signals of failed records may be missing.
     signals : collection of str
     n_time : int
-        Samples of each signal.
+        Number of samples of each signal.
     """
     variables = [
         variable
@@ -243,6 +240,6 @@ def read_records(places: Sequence[StoredPlace], signals: Collection[str], n_time
 
 
 def held_names(path: Path) -> set[str]:
-    """The variables that a shard holds."""
+    """Names of the variables in a shard."""
     with open_for_reading(path) as file:
         return set(file)

@@ -1,4 +1,4 @@
-"""Signals in HDF5 files: how their rows are laid out, and how they get from one file into another."""
+"""Signals in HDF5 files: layout of their rows, and copying from one file to another."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from numpy.typing import NDArray
 from hydrofdi.config.store import StoreConfig
 
 _BLOCK_BYTES = 1_000_000
-"""About so much is held in memory at a time, so that it stays in the processor's cache."""
+"""Approximate size of a block in memory, so that it fits the processor cache [bytes]."""
 
 
 class Chunk(NamedTuple):
-    """One row of a signal as it lies in a file, compressed or not."""
+    """One row of a signal as stored in a file, compressed or not."""
 
     filter_mask: int
     content: bytes
 
 
 Block = NDArray[Any] | Chunk
-"""Rows of a signal on their way: an array of shape (n_row, n_time), or one row."""
+"""Rows of a signal that are being copied: an array of shape (n_row, n_time), or one stored row."""
 
 
 def create_signal(
     file: h5py.File, name: str, shape: tuple[int, int], store: StoreConfig, still: float | None = None
 ) -> h5py.Dataset:
-    """A signal of shape (n_run, n_time), in chunks of one run where it is compressed.
+    """Create a signal of shape (n_run, n_time), in chunks of one run if compressed.
 
-    With a value that it mostly stands still at, it holds that and takes no space until rows are written.
+    If `still` is given, it is the fill value: rows that are constant at this value take no space.
     """
     options: dict[str, Any] = {}
     if still is not None:
@@ -45,10 +45,10 @@ def create_signal(
 
 
 def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset) -> Iterator[Block]:
-    """Rows of a signal in the form that suits a target; each has to be written before the next one is read.
+    """Rows of a signal in the form that suits a target; write each block before reading the next one.
 
-    Rows in chunks like those of the target stay packed. The others are dropped from the system's page cache
-    once they are read: its pages then serve the target.
+    Rows in the same chunk layout as the target stay compressed. Others are dropped from the system's page
+    cache after reading, to leave its pages to the target.
     """
     if _laid_out_alike(source, target):
         for k in range(row, row + n_row):
@@ -64,7 +64,8 @@ def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset
 
 
 def signal_rows(signal: h5py.Dataset, rows: Sequence[int]) -> NDArray[np.float64]:
-    """Some rows of a signal in double precision; a signal that all runs share is repeated."""
+    """Some rows of a signal in double precision, shape (n_row, n_time); a signal shared by all runs is
+    repeated."""
     if signal.ndim == 1:
         return np.tile(np.asarray(signal[:], dtype=float), (len(rows), 1))
     first, last = min(rows), max(rows)
@@ -73,7 +74,7 @@ def signal_rows(signal: h5py.Dataset, rows: Sequence[int]) -> NDArray[np.float64
 
 
 def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
-    """NaN for rows of a signal that nobody has."""
+    """Blocks of NaN for missing rows of a signal."""
     n_time = target.shape[1]
     block = np.full((_rows_per_block(n_time), n_time), np.nan, target.dtype)
     for first in range(0, n_row, len(block)):
@@ -81,7 +82,8 @@ def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
 
 
 def write_block(target: h5py.Dataset, row: int, block: Block) -> int:
-    """Write rows from a row on; returns how many. Rows that stand at the signal's own value are left out."""
+    """Write a block starting at a row, and return the number of rows. Rows equal to the fill value are
+    skipped."""
     if isinstance(block, Chunk):
         if block.content:
             target.id.write_direct_chunk((row, 0), block.content, block.filter_mask)
@@ -109,7 +111,7 @@ def _laid_out_alike(source: h5py.Dataset, target: h5py.Dataset) -> bool:
 
 
 def _read_chunk(source: h5py.Dataset, row: int) -> Chunk:
-    """A row as it lies in the file; empty if it stands still."""
+    """A row as stored in the file; empty if it is constant at the fill value."""
     if source.id.get_chunk_info_by_coord((row, 0)).byte_offset is None:
         return Chunk(0, b"")
     return Chunk(*source.id.read_direct_chunk((row, 0)))

@@ -1,4 +1,4 @@
-"""Experiments without an up-to-date experiment file: what their shards contain."""
+"""Reading of experiments without an up-to-date experiment file, from their shards."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ShardSignals:
     results: ShardResults
 
     def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s] and a signal of one run."""
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
         time = self.results.time()
         values = self.results.signal(name, position)
         if time is None or values.size == 0:
@@ -35,7 +35,7 @@ class ShardSignals:
         return time, values
 
     def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name; those in no shard are left out."""
+        """Signals of some runs by name; signals in no shard are omitted."""
         return self.results.signal_rows(names, positions)
 
 
@@ -46,17 +46,17 @@ def read_unfinished(
     results: ShardResults,
     versions: Mapping[str, str],
 ) -> ExperimentData:
-    """An experiment as it is in its shards; runs without a result have the reason.
+    """Read an experiment from its shards; runs without a result contain the reason.
 
     Parameters
     ----------
     path : Path
-        Where its file will lie.
+        Future path of the experiment file.
     experiment : ExperimentConfig
     table : RunTable
-        Its runs.
+        Runs of the experiment.
     results : ShardResults
-        What is stored of them.
+        Stored results of the runs.
     versions : mapping
         Library versions.
     """
@@ -66,13 +66,13 @@ def read_unfinished(
 
 
 def join_results(data: ExperimentData, results: ShardResults) -> ExperimentData:
-    """An experiment file with the runs that its shards contain so far.
+    """Add the runs that shards contain so far to the data of an experiment file.
 
     Parameters
     ----------
     data : ExperimentData
     results : ShardResults
-        Of the runs of the file, in its order.
+        Results of the runs of the file, in the same order.
     """
     held = [variable for variable in stored_variables("none", phases=True) if variable.name in data.columns]
     outputs = [name for name in data.columns if is_output(name)]

@@ -1,1 +1,1 @@
-"""Transforms of a sampled signal: wavelets, spectra, and changes against a baseline."""
+"""Transforms of sampled signals: wavelets, spectra, and changes relative to a baseline."""

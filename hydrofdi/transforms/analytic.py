@@ -1,4 +1,4 @@
-"""The analytic signal of a band: its magnitude is the envelope of the oscillation there."""
+"""Analytic signal of a frequency band; its magnitude is the envelope of the oscillation."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _EDGE = 0.375
-"""Share of a band that its gain takes to rise, and to fall: a sharper edge would ring for longer."""
+"""Width of each transition of the gain, as a fraction of the band; a sharper edge would ring longer."""
 
 
 def analytic_signal(
     signal: Array, sampling_frequency: float, band: tuple[float, float]
 ) -> NDArray[np.complex128]:
-    """Analytic signal of a band, without delay, of records taken as circles.
+    """Zero-delay analytic signal of a band; records are treated as periodic.
 
     Parameters
     ----------
@@ -22,12 +22,12 @@ def analytic_signal(
     sampling_frequency : float
         [Hz].
     band : (float, float)
-        Lowest and highest frequency [Hz]; between them the gain rises to one and falls by half a cosine.
+        Lowest and highest frequency [Hz]; in between, the gain has raised-cosine transitions.
 
     Returns
     -------
     ndarray, shape (..., n_time)
-        Its real part is the signal in the band, its imaginary part the Hilbert transform of that.
+        The real part is the band-pass signal, the imaginary part its Hilbert transform.
     """
     n_time = signal.shape[-1]
     gain = _gain(np.arange(n_time // 2 + 1) * (sampling_frequency / n_time), band)

@@ -36,7 +36,7 @@ Extension = Literal[
     "symmetric", "periodization", "zero", "constant", "periodic", "smooth", "reflect",
     "antisymmetric", "antireflect",
 ]  # fmt: skip
-"""Extension of a record at its ends, as PyWavelets calls it."""
+"""Signal extension at the ends of a record; names as in PyWavelets."""
 
 
 class WaveletConfig(Section):
@@ -52,30 +52,30 @@ class WaveletConfig(Section):
     """Extension of the record at its ends."""
 
     boundary: Literal["kept", "left_out"] = "kept"
-    """Whether the coefficients that depend on the extension count."""
+    """Whether coefficients that depend on the extension are used."""
 
     phase: Annotated[int | Literal["all"], Field(union_mode="left_to_right"), BeforeValidator(_phase)] = 0
-    """Sample that the analysed record starts at, counted from what ``analysis.discard`` leaves: the transform
-    is decimated, so its coefficients depend on where its grid of 2^levels samples begins. ``all`` measures
-    every phase from 0 to 2^levels − 1 beside phase 0."""
+    """First sample of the analysed record, counted after ``analysis.discard``. The transform is decimated, so
+    its coefficients depend on where the grid of 2^levels samples starts. ``all`` measures every phase from 0
+    to 2^levels − 1 in addition to phase 0."""
 
     @model_validator(mode="after")
     def _phase_is_one_of_the_grid(self) -> Self:
         if isinstance(self.phase, int) and self.phase >= 2**self.levels:
             raise ValueError(
-                f"phase = {self.phase} is not below 2^levels = {2**self.levels}, where the phases repeat"
+                f"phase = {self.phase} must be below 2^levels = {2**self.levels}, where the phases repeat"
             )
         return self
 
     @model_validator(mode="after")
     def _inner_coefficients_are_known(self) -> Self:
         if self.boundary == "left_out" and self.extension == "periodization":
-            raise ValueError("boundary = left_out does not go with extension = periodization")
+            raise ValueError("boundary = left_out cannot be combined with extension = periodization")
         return self
 
     @property
     def first_sample(self) -> int:
-        """Sample that the analysed record starts at."""
+        """First sample of the analysed record."""
         return self.phase if isinstance(self.phase, int) else 0
 
     @property

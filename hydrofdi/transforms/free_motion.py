@@ -1,8 +1,8 @@
 """Natural frequency and damping ratio of a second-order system from pieces of its free motion.
 
-A matrix pencil of all pieces of a record gives the start, and least squares in each piece the answer. The
-model of a piece is a polynomial and c_1 exp(s_1 t) + c_2 exp(s_2 t), where s_1 and s_2 are the roots of
-s² + a s + b, complex or real.
+A matrix pencil over all pieces of a record gives initial values; least squares refine them in each piece. The
+model of a piece is a polynomial plus c_1 exp(s_1 t) + c_2 exp(s_2 t), where s_1 and s_2 are the complex or
+real roots of s² + a s + b.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ Array = NDArray[np.float64]
 
 _MOST_ITERATIONS = 10
 _SETTLED = 1e-7
-"""A relative change so small is the last one: the next would be its square."""
+"""Relative change at which the iteration has converged: the next change would be its square."""
 _LEAST_SPLIT = 1e-3
-"""Least size of ((s_1 − s_2)/2)², in windows: closer roots are taken so far apart."""
+"""Lower limit of abs((s_1 − s_2)/2)², time in windows; closer roots are moved this far apart."""
 _RIDGE = 1e-13
 
 
 @dataclass(frozen=True)
 class FreeMotion:
-    """What least squares find in each piece; all of shape (n_piece,).
+    """Least-squares estimates of each piece; all of shape (n_piece,).
 
     Attributes
     ----------
     frequency, frequency_deviation : ndarray
-        √b/2π [Hz], and its standard deviation if what the model leaves is white.
+        √b/2π [Hz], and its standard deviation if the residuals are white.
     damping_ratio, damping_deviation : ndarray
-        a/(2√b) [-], at least 1 where the roots are real; and its standard deviation.
+        a/(2√b) [-], at least 1 if the roots are real; and its standard deviation.
     explained : ndarray
-        Share of the piece less its polynomial that the motion explains [-].
+        Fraction of the detrended energy of the piece that the motion explains [-].
     """
 
     frequency: Array
@@ -54,13 +54,14 @@ def fit_free_motion(
     Parameters
     ----------
     pieces : ndarray, shape (n_piece, n_time)
-        Finite; n_time is at least degree + 8. What is a mere polynomial gives numbers without meaning.
+        Finite values; n_time is at least degree + 8. A piece that is only a polynomial gives meaningless
+        results.
     group : ndarray of int, shape (n_piece,)
-        Ascending; pieces of a group, such as those of a record, have a common start.
+        Ascending; pieces of a group (of a record, say) share initial values.
     sampling_frequency : float
         [Hz]
     degree : int
-        Of the polynomial.
+        Degree of the polynomial.
     """
     n_time = pieces.shape[1]
     trend = orthonormal_polynomials(n_time, degree)
@@ -80,8 +81,8 @@ def fit_free_motion(
 
 
 def _improvement(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Array, Array]:
-    """Step of Gauss and Newton for a and b, by how much the best motion lowers the squares, and the inverse
-    of the normal equations for a and b."""
+    """Gauss-Newton step for a and b, reduction of the sum of squares by the best motion, and inverse normal
+    matrix."""
     products, with_rest = _products(a, b, rest, trend)
     motion, slopes = _slopes(a, b, products, with_rest)
     normal = slopes @ products @ slopes.transpose(0, 2, 1)
@@ -94,14 +95,14 @@ def _improvement(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, 
 
 
 def _moved(a: Array, b: Array, change: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """a and b after a change, shortened where it would leave the neighbourhood; whether it is large."""
+    """a and b after a change, limited to the neighbourhood, and whether the change is still large."""
     by_a, by_b = np.abs(change[:, 0]) / np.sqrt(b), np.abs(change[:, 1]) / b
     share = 1.0 / np.maximum(1.0, np.maximum(by_a / 3.0, by_b / 0.9))
     return a + share * change[:, 0], b + share * change[:, 1], np.maximum(by_a, by_b) > _SETTLED
 
 
 def _products(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Array]:
-    """Products (n_piece, 4, 4) of C, S, tC and tS less their polynomials, and with the rest (n_piece, 4).
+    """Inner products of detrended C, S, tC, tS (n_piece, 4, 4), and with the residual (n_piece, 4).
 
     C and S are the motions exp(−a t/2) cosh(r t) and exp(−a t/2) sinh(r t)/r with r² = a²/4 − b.
     """
@@ -117,7 +118,7 @@ def _products(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Arr
 
 
 def _slopes(a: Array, b: Array, products: Array, with_rest: Array) -> tuple[Array, Array]:
-    """The best motion (n_piece, 4), and the slopes of it over c_1, c_2, a and b, in terms of C, S, tC, tS."""
+    """Best motion (n_piece, 4), and its derivatives by c_1, c_2, a and b, in terms of C, S, tC, tS."""
     determinant = products[:, 0, 0] * products[:, 1, 1] - products[:, 0, 1] ** 2
     motion = np.zeros_like(with_rest)
     motion[:, 0] = products[:, 1, 1] * with_rest[:, 0] - products[:, 0, 1] * with_rest[:, 1]
@@ -141,7 +142,7 @@ def _split(a: Array, b: Array) -> Array:
 
 
 def _powers(base: NDArray[np.complex128], n_power: int) -> NDArray[np.complex128]:
-    """1, z, z², … in rows, by doubling."""
+    """Rows 1, z, z², …, computed by doubling."""
     powers = np.ones((base.size, n_power), dtype=complex)
     known, factor = 1, base[:, None]
     while known < n_power:
@@ -157,7 +158,7 @@ def _times(matrices: Array, vectors: Array) -> Array:
 
 
 def _in_frequency(a: Array, b: Array, covariance: Array, explained: Array, windows: float) -> FreeMotion:
-    """Frequency and damping ratio from a and b, with `windows` of them per second."""
+    """Frequency [Hz] and damping ratio from a and b; `windows` converts from windows to seconds [1/s]."""
     root = np.sqrt(b)
     frequency, damping_ratio = root * windows / (2.0 * np.pi), a / (2.0 * root)
     frequency_variance = covariance[:, 1, 1] * (0.5 * frequency / b) ** 2

@@ -14,19 +14,19 @@ _LONGEST_PENCIL = 24
 
 
 def common_motion(pieces: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:
-    """a and b of the second-order motion, with roots of s² + a s + b, that pieces of a group have in common.
+    """Coefficients a and b of the characteristic polynomial s² + a s + b that the pieces of a group share.
 
     Parameters
     ----------
     pieces : ndarray, shape (n_piece, n_time)
-        Less their trends.
+        Detrended.
     group : ndarray of int, shape (n_piece,)
         Ascending.
 
     Returns
     -------
     a, b : ndarray, shape (n_piece,)
-        Equal in each group; time counts in lengths of a piece.
+        Equal within a group; the unit of time is the length of a piece.
     """
     n_time = pieces.shape[1]
     first = np.flatnonzero(np.diff(group, prepend=-1))
@@ -47,9 +47,9 @@ def common_motion(pieces: Array, group: NDArray[np.intp]) -> tuple[Array, Array]
 
 
 def _pencil_products(pieces: Array, first: NDArray[np.intp], length: int) -> Array:
-    """Products of the columns of Hankel matrices, summed in each group: (n_group, length + 1, length + 1).
+    """Gram matrices of the Hankel matrices, summed over each group: (n_group, length + 1, length + 1).
 
-    Along a diagonal each is the one before it, less its first term and with one more.
+    Along a diagonal, each entry follows from the previous one: drop its first term and add one.
     """
     n_row = pieces.shape[1] - length
     ahead = np.lib.stride_tricks.sliding_window_view(pieces[:, : length + n_row], n_row, axis=1)

@@ -1,4 +1,4 @@
-"""Wavelet packets: a decimated transform that splits details as it splits approximations."""
+"""Wavelet packets: a decimated transform that splits details as well as approximations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 def packet_coefficients(
     signal: NDArray[np.float64], wavelet: str, level: int, extension: str
 ) -> NDArray[np.float64]:
-    """Coefficients of all nodes of a level, in the order of their frequency.
+    """Wavelet-packet coefficients of all nodes of a level, in frequency order.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def packet_coefficients(
     nodes = signal[..., None, :]
     for _ in range(level):
         children = np.stack(dwt(nodes, wavelet, mode=extension, axis=-1), axis=-2)
-        # Decimation mirrors the band of every high-pass branch.
+        # Decimation mirrors the spectrum of every high-pass branch.
         children[..., 1::2, :, :] = children[..., 1::2, ::-1, :]
         nodes = children.reshape(*signal.shape[:-1], -1, children.shape[-1])
     return nodes

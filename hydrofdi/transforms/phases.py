@@ -1,8 +1,8 @@
-"""Details of a decimated transform at every start phase; common parts of the phases are computed once.
+"""Details of a decimated transform at every start phase; parts common to the phases are computed once.
 
-The record from its sample p on has the coefficients of level j of the record from its sample p − 2^j on, one
-place earlier, but for the first ones, which depend on its first samples. So level j needs 2^j transforms, and
-the first coefficients of each phase follow from the head of its record.
+At level j, phase p has the coefficients of phase p − 2^j, shifted by one, except for the first ones, which
+depend on the first samples. So level j needs 2^j transforms, and the first coefficients of each phase are
+computed from the head of its record.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from hydrofdi.transforms.wavelet import (
 Array = NDArray[np.float64]
 
 _WRAPPED = {"periodization", "periodic"}
-"""Extensions by which the first coefficients depend on the last samples."""
+"""Extensions with which the first coefficients depend on the last samples."""
 
 
 def phase_rms(signal: Array, wavelet: WaveletConfig) -> Array:
@@ -40,7 +40,7 @@ def phase_rms(signal: Array, wavelet: WaveletConfig) -> Array:
     Returns
     -------
     ndarray, shape (..., n_phase, n_level)
-        Phase p is the record from its sample p on, to the bit.
+        Phase p is bit-identical to a transform of the record from sample p on.
     """
     phases, n_time = range(n_phase(wavelet.levels)), signal.shape[-1]
     if wavelet.extension in _WRAPPED or n_time < len(phases) * 4 * _head_length(wavelet):
@@ -70,7 +70,7 @@ def _details(signal: Array, wavelet: WaveletConfig) -> Iterator[Iterator[Array]]
 
 
 def _joined(heads: Array, phase: int, records: list[Array], length: int | None = None) -> Array:
-    """The coefficients of a phase: its own first ones, and those that it shares with an earlier phase."""
+    """Coefficients of a phase: its own first ones, then those shared with an earlier phase."""
     later, earlier = divmod(phase, len(records))
     shared = records[earlier][..., later : None if length is None else later + length]
     if later == 0:
@@ -80,6 +80,9 @@ def _joined(heads: Array, phase: int, records: list[Array], length: int | None =
 
 
 def _head_length(wavelet: WaveletConfig) -> int:
-    """At least as many coefficients as depend on the first samples, and as the filter has taps."""
+    """Number of coefficients to compute separately for each phase.
+
+    At least the number that depends on the first samples, and the number of filter taps.
+    """
     first_inner: int = inner_coefficients(1, wavelet)[-1].start
     return decomposition_filters(wavelet)[0].size + first_inner

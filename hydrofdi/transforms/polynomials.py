@@ -9,18 +9,18 @@ Array = NDArray[np.float64]
 
 
 def orthonormal_polynomials(n_time: int, degree: int) -> Array:
-    """Polynomials up to a degree, orthonormal over the samples, shape (degree + 1, n_time)."""
+    """Polynomials up to a degree, orthonormal on the sample grid, shape (degree + 1, n_time)."""
     powers = np.vander(np.linspace(-1.0, 1.0, n_time), degree + 1, increasing=True)
     return np.ascontiguousarray(np.linalg.qr(powers)[0].T)
 
 
 def less_polynomials(pieces: Array, polynomials: Array) -> Array:
-    """Pieces of a signal less their least-squares trend.
+    """Pieces of a signal minus their least-squares trend.
 
     Parameters
     ----------
     pieces : ndarray, shape (n_piece, n_time)
-        Contiguous: then a piece gives the same bits in any company.
+        Contiguous, so that the bits of a piece do not depend on the other pieces.
     polynomials : ndarray, shape (n_polynomial, n_time)
         Orthonormal.
     """

@@ -1,4 +1,4 @@
-"""Linear regressions with few unknowns, one for each record."""
+"""Linear regression with few unknowns, separately for each record."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Regression:
-    """Least squares of many records.
+    """Least-squares estimates of many records.
 
     Attributes
     ----------
     values : ndarray, shape (n_record, n_unknown)
         Estimates.
     covariance : ndarray, shape (n_record, n_unknown, n_unknown)
-        Covariance of their errors.
+        Covariance of the estimation errors.
     condition : ndarray, shape (n_record,)
-        Condition number of the equations with columns of equal length.
+        Condition number of the equations after columns are scaled to equal norm.
     """
 
     values: Array
@@ -42,28 +42,28 @@ def regress(
     error: float = 1.0,
     n_reweighting: int = 0,
 ) -> Regression:
-    """Least squares; deviations allow for errors that go along from one instant to its neighbours.
+    """Least squares with standard deviations that allow for correlated errors of adjacent instants.
 
-    With normal priors about zero it is the most probable estimate: minimise Σ (left/error)² + Σ (value/prior
-    deviation)². An unknown that nothing moves then keeps its prior.
+    With zero-mean normal priors this is the maximum a posteriori estimate: it minimises Σ (residual/error)² +
+    Σ (value/prior deviation)². An unknown without information keeps its prior.
 
     Parameters
     ----------
     columns : ndarray, shape (n_record, n_unknown, n_kind, n_instant)
-        Equations of some kinds at each instant; those of zeros do not count.
+        Regressors: one equation per kind and instant; equations of zeros are ignored.
     target : ndarray, shape (n_record, n_kind, n_instant)
     prior_deviations : ndarray, shape (n_unknown,), optional
-        Standard deviations of the unknowns about zero beforehand; infinite if nothing is known.
+        Prior standard deviations of the unknowns about zero; infinite for a flat prior.
     error : float
-        Standard deviation of what an equation leaves, which weighs it against the priors.
+        Standard deviation of the residuals, which weights the equations against the priors.
     n_reweighting : int
-        How often equations that leave much are weighed down: 1/(1 + z²)² with z what they leave over three
-        robust deviations. Geman and McClure, Bull. Int. Stat. Inst. 52 (1987) 5.
+        Number of reweighting iterations. The weight is 1/(1 + z²)², with z the residual over three robust
+        standard deviations. Geman and McClure, Bull. Int. Stat. Inst. 52 (1987) 5.
 
     Notes
     -----
-    The covariance is that of Newey and West, Econometrica 55 (1987) 703, with one neighbour, plus what the
-    priors leave open. It is too large where the errors of neighbours have opposite signs.
+    The covariance is that of Newey and West, Econometrica 55 (1987) 703, with lag one, plus the remaining
+    uncertainty of the priors. It is too large if adjacent errors have opposite signs.
     """
     n_unknown = columns.shape[1]
     known = np.zeros(n_unknown) if prior_deviations is None else np.square(error / prior_deviations)
@@ -80,7 +80,7 @@ def regress(
 
 
 def _solved(columns: Array, weighed: Array, target: Array, known: Array) -> tuple[Array, Array, Array]:
-    """Estimates, inverse of the normal equations, and their condition number."""
+    """Estimates, inverse normal matrix, and condition number."""
     n_record, n_unknown = columns.shape[:2]
     rows = columns.reshape(n_record, n_unknown, -1)
     weighed = weighed.reshape(n_record, n_unknown, -1)
@@ -103,7 +103,7 @@ def _left(columns: Array, target: Array, values: Array) -> Array:
 
 
 def _trust(left: Array) -> Array:
-    """Weight of each equation; those that leave nothing at all do not count for the median."""
+    """Weight of each equation; zero residuals do not count in the median."""
     size = np.abs(left).reshape(len(left), -1)
     with np.errstate(all="ignore"):
         middle = np.array(

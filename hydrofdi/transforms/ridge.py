@@ -1,4 +1,4 @@
-"""The ridge of a short-time Fourier transform: the strongest frequency of each segment."""
+"""Ridge of a short-time Fourier transform: the strongest frequency of each segment."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from hydrofdi.transforms.spectrum import short_time_spectra
 Array = NDArray[np.float64]
 
 _STILL = 1e-12
-"""Amplitude over the largest sample below which a segment counts as constant: it is rounding."""
+"""Amplitude relative to the largest sample below which a segment counts as constant (rounding)."""
 
 
 def spectral_ridge(
     signal: Array, sampling_frequency: float, band: tuple[float, float], n_segment: int, hop: int
 ) -> tuple[Array, Array]:
-    """Strongest frequency in a band, segment by segment, and its amplitude.
+    """Strongest frequency in a band and its amplitude, for each segment.
 
-    Both are interpolated between the largest spectral line and its larger neighbour, exact for a long tone:
-    Grandke, IEEE Trans. Instrum. Meas. 32(2) (1983) 350.
+    Both are interpolated between the largest spectral line and its larger neighbour, which is exact for a
+    long tone: Grandke, IEEE Trans. Instrum. Meas. 32(2) (1983) 350.
 
     Parameters
     ----------
@@ -29,14 +29,14 @@ def spectral_ridge(
     band : (float, float)
         Lowest and highest frequency [Hz]; at least two lines of the spectrum wide.
     n_segment, hop : int
-        Length of a segment, and from one to the next [samples].
+        Length of a segment, and distance between the starts of adjacent segments [samples].
 
     Returns
     -------
     frequency : ndarray, shape (..., n_segments)
         [Hz]
     amplitude : ndarray, shape (..., n_segments)
-        In the unit of the signal; zero if a segment stands still.
+        In the unit of the signal; zero if the segment is constant.
     """
     spacing = sampling_frequency / n_segment
     first, last = _lines(band, spacing, n_segment // 2)
@@ -54,5 +54,5 @@ def spectral_ridge(
 
 
 def _lines(band: tuple[float, float], spacing: float, n_line: int) -> tuple[int, int]:
-    """First and last line of a spectrum that lie in a band and have a neighbour on either side."""
+    """First and last spectral line that lie in a band and have a neighbour on either side."""
     return max(1, int(np.ceil(band[0] / spacing))), min(n_line - 1, int(np.floor(band[1] / spacing)))

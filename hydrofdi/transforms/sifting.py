@@ -1,9 +1,9 @@
 """Empirical mode decomposition: oscillations about the mean of the envelopes, the fastest first.
 
 Huang et al., Proc. R. Soc. A 454 (1998) 903. Neither the stopping rule nor the treatment of the ends is
-unique. Here each mode takes a fixed number of siftings (Wu and Huang, Adv. Adapt. Data Anal. 2 (2010) 397)
-and extrema are mirrored at the ends (Rilling, Flandrin and Gonçalves, NSIP 2003), so that a record has
-always the same modes.
+unique. Here each mode takes a fixed number of sifting steps (Wu and Huang, Adv. Adapt. Data Anal. 2 (2010)
+397) and extrema are mirrored at the ends (Rilling, Flandrin and Gonçalves, NSIP 2003), so that the modes of a
+record are reproducible.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _MIRRORED = 3
-"""So many maxima, and minima, are mirrored at each end."""
+"""Number of maxima, and of minima, mirrored at each end."""
 
 Places = NDArray[np.intp]
 
@@ -25,15 +25,15 @@ def empirical_modes(signal: Array, n_mode: int, n_sifting: int) -> Array:
     Parameters
     ----------
     signal : ndarray, shape (n_time,)
-        Finite.
+        Finite values.
     n_mode : int
     n_sifting : int
-        So often the mean of the envelopes is taken off for each mode.
+        Number of sifting steps per mode: each subtracts the mean of the envelopes.
 
     Returns
     -------
     ndarray, shape (n_mode, n_time)
-        In the unit of the signal. A mode is zero if what the ones before it leave does not oscillate.
+        In the unit of the signal. A mode is zero if the residual of the earlier modes does not oscillate.
     """
     modes, rest = np.zeros((n_mode, signal.size)), signal
     for mode in modes:
@@ -53,7 +53,7 @@ def _sifted(signal: Array, n_sifting: int) -> Array:
 
 
 def _mean_of_envelopes(signal: Array) -> Array | None:
-    """Mean of the splines through the maxima and the minima; None with fewer than two of either."""
+    """Mean of the splines through the maxima and the minima; None if there are fewer than two of either."""
     from scipy.interpolate import CubicSpline
     from scipy.signal import find_peaks
 
@@ -75,10 +75,10 @@ def _mean_of_envelopes(signal: Array) -> Array | None:
 
 
 def _before_start(signal: Array, maxima: Places, minima: Places) -> tuple[tuple[Places, Places], int]:
-    """The maxima and minima that are mirrored at the start of a record, the farthest first, and where.
+    """Maxima and minima mirrored at the start of a record, farthest first, and the place of the mirror.
 
-    They are mirrored at the first extremum; at the first sample, which then is an extremum itself, where that
-    lies beyond the next extremum, or the mirror image would not reach it.
+    The mirror is at the first extremum. It is at the first sample, which then counts as an extremum, if that
+    sample lies beyond the next extremum or if the mirror image would not reach it.
     """
     rises = maxima[0] < minima[0]
     first, other = (maxima, minima) if rises else (minima, maxima)

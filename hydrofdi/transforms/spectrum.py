@@ -1,4 +1,4 @@
-"""Spectra of records: Welch's power spectrum, its share in bands, and spectra over time."""
+"""Spectra of records: Welch's power spectral density, RMS in bands, and short-time spectra."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 def power_spectrum(signal: Array, sampling_frequency: float, segment: float = 2.0) -> tuple[Array, Array]:
-    """Power spectral density after Welch: Hann windows that overlap by half, each segment less its mean.
+    """Power spectral density by Welch's method: Hann windows, 50 % overlap, mean of each segment removed.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ def power_spectrum(signal: Array, sampling_frequency: float, segment: float = 2.
     sampling_frequency : float
         [Hz].
     segment : float
-        Length of a segment [s]; the record's own length where that is shorter.
+        Length of a segment [s]; the length of the record if that is shorter.
 
     Returns
     -------
@@ -40,8 +40,8 @@ def band_rms(
 ) -> Array:
     """RMS in bands of the power spectral density.
 
-    Each frequency stands for what lies halfway to its neighbours, so that bands without a gap share the
-    whole power.
+    Each spectral line covers the interval halfway to its neighbours, so that contiguous bands contain the
+    total power.
 
     Parameters
     ----------
@@ -67,21 +67,21 @@ def band_rms(
 
 
 def short_time_spectra(signal: Array, n_segment: int, hop: int) -> NDArray[np.complex128]:
-    """Spectra of Hann-windowed segments, each less its mean, as amplitudes of sines.
+    """Spectra of Hann-windowed segments, mean removed, scaled to amplitudes of sines.
 
-    One transform of all segments: `scipy.signal.ShortTimeFFT` takes them one by one, in three to ten times
-    the time.
+    All segments are transformed at once; `scipy.signal.ShortTimeFFT` transforms them one by one and takes
+    three to ten times as long.
 
     Parameters
     ----------
     signal : ndarray, shape (..., n_time)
     n_segment, hop : int
-        Length of a segment, and from one to the next [samples].
+        Length of a segment, and distance between the starts of adjacent segments [samples].
 
     Returns
     -------
     ndarray, shape (..., n_segments, n_segment // 2 + 1)
-        In the unit of the signal; the size at a frequency is the amplitude of a sine there.
+        In the unit of the signal; the magnitude at a frequency is the amplitude of a sine at that frequency.
     """
     from scipy.signal import get_window
 

@@ -1,4 +1,4 @@
-"""Instants at which the drive of an actuator steps, and what a signal does after them."""
+"""Instants at which the drive of an actuator steps, and windows of signals after them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Places = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps of the drive in records side by side, record by record, in the order of time.
+    """Steps of the drive in a batch of records, sorted by record and time.
 
     Attributes
     ----------
     record : ndarray of int, shape (n_step,)
-        Row of the record that steps.
+        Row of the record.
     sample : ndarray of int, shape (n_step,)
         First sample after the step.
     """
@@ -28,46 +28,47 @@ class Steps:
     sample: Places
 
     def where(self, chosen: NDArray[np.bool_]) -> Steps:
-        """Some of the steps."""
+        """Subset of the steps."""
         return Steps(self.record[chosen], self.sample[chosen])
 
     def with_window(self, first: int, length: int, n_time: int) -> Steps:
-        """Steps with `length` samples from `first` after them before the next step and the record's end."""
+        """Steps whose window of `length` samples, `first` samples after the step, ends before the next step
+        and the end of the record."""
         is_last = np.append(np.diff(self.record) != 0, True)[: self.record.size]
         stop = np.where(is_last, n_time, np.append(self.sample[1:], n_time)[: self.sample.size])
         return self.where(self.sample + first + length <= stop)
 
     def windows(self, signal: Array, first: int, length: int) -> Array:
-        """Samples of a signal (n_record, n_time) in the windows after the steps, shape (n_step, length)."""
+        """Samples of a signal (n_record, n_time) in the window after each step, shape (n_step, length)."""
         starts = self.sample + first
         windows: Array = signal[self.record[:, None], starts[:, None] + np.arange(length)]
         return windows
 
     def sums(self, values: Array, n_record: int) -> Array:
-        """Sums of values of the steps (n_step,) over the steps of each record, shape (n_record,)."""
+        """Sum of values (n_step,) over the steps of each record, shape (n_record,)."""
         return np.bincount(self.record, values, n_record).astype(np.float64)
 
     def counts(self, n_record: int) -> Places:
-        """Number of steps of each record."""
+        """Number of steps of each record, shape (n_record,)."""
         counts: Places = np.bincount(self.record, minlength=n_record)
         return counts
 
 
 def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0, least_share: float = 0.5) -> Steps:
-    """Where a signal jumps: it changes within `lag` samples by some share of its largest such change.
+    """Find jumps: changes within `lag` samples that exceed a fraction of the largest such change.
 
     Parameters
     ----------
     signal : ndarray, shape (n_record, n_time)
     lag : int
-        Number of samples that a jump may take, at least 1.
+        Largest duration of a jump [samples], at least 1.
     spacing : int
-        Jumps that follow another within so many samples belong to it.
+        Jumps closer than this to another one belong to it [samples].
     least_ratio : float
-        A record whose largest change is not so many times its mean change has no jumps: noise does not
-        jump, a square wave does.
+        Least ratio of largest to mean change; below it, a record has no jumps. This separates square waves
+        from noise.
     least_share : float
-        Share of the largest change that a jump has to exceed.
+        Fraction of the largest change that a jump must exceed.
     """
     n_change = max(signal.shape[1] - lag, 0)
     change = signal[:, lag:] - signal[:, :n_change]
@@ -83,14 +84,14 @@ def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0, least
 def half_periods(
     n_record: int, n_time: int, sampling_frequency: float, period: float, start_time: float = 0.0
 ) -> Steps:
-    """The middles and ends of the periods of a drive that began at time zero, in each record alike.
+    """Middles and ends of the periods of a drive that started at time zero, the same in each record.
 
     Parameters
     ----------
     n_record, n_time : int
-        Number of records, and of their samples.
+        Number of records, and samples per record.
     sampling_frequency, period, start_time : float
-        [Hz], [s], and the instant of the first sample [s].
+        Sampling frequency [Hz], period [s], and time of the first sample [s].
     """
     half, rounding = period / 2.0, 1e-9
     first = math.floor(start_time / half + rounding) + 1

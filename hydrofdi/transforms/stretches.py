@@ -1,4 +1,4 @@
-"""Stretches of a record in which something holds, and how signals drift there."""
+"""Stretches of a record in which a condition holds, and the drift of signals in them."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ Places = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Stretches:
-    """Stretches of records, and their samples one stretch after another.
+    """Stretches of records, and their samples, concatenated.
 
     Attributes
     ----------
     record, first, length : ndarray of int, shape (n_stretch,)
-        Row of the record that a stretch lies in, its first sample among all, and how many it has.
+        Row of the record, index of the first sample in `places`, and number of samples.
     places : ndarray of int, shape (n_sample,)
-        Of the samples in records (n_record, n_time) laid end to end.
+        Flat indices of the samples in an array (n_record, n_time).
     time : ndarray, shape (n_sample,)
-        Time of the samples, counted from the middle of their stretch, in samples.
+        Time from the middle of the stretch [samples].
     """
 
     record: Places
@@ -36,17 +36,17 @@ class Stretches:
         return self._sums(signal.reshape(-1)[self.places]) / self.length
 
     def n_sample(self, n_record: int) -> Array:
-        """Number of samples of each record that lie in stretches."""
+        """Number of samples in stretches, for each record, shape (n_record,)."""
         return np.bincount(self.record, self.length, n_record).astype(np.float64)
 
     def drifts(self, signal: Array, signs: Array | None = None) -> Array:
-        """Common slope of a signal in the stretches of each record, by least squares.
+        """Least-squares slope of a signal, common to all stretches of a record.
 
         Parameters
         ----------
         signal : ndarray, shape (n_record, n_time)
         signs : ndarray, shape (n_stretch,), optional
-            Factor of the signal in each stretch.
+            Factor applied to the signal in each stretch.
 
         Returns
         -------
@@ -70,15 +70,15 @@ class Stretches:
 
 
 def stretches_where(holds: NDArray[np.bool_], settling: int, least: int) -> Stretches:
-    """The stretches in which something holds.
+    """Find the stretches in which a condition holds.
 
     Parameters
     ----------
     holds : ndarray of bool, shape (n_record, n_time)
     settling : int
-        Number of samples at the start of each stretch that are left out.
+        Number of samples excluded at the start of each stretch.
     least : int
-        Stretches with fewer samples after these do not count; at least 2.
+        Least number of remaining samples, at least 2; shorter stretches are excluded.
     """
     n_record, n_time = holds.shape
     framed = np.zeros((n_record, n_time + 2), dtype=bool)

@@ -1,9 +1,9 @@
-"""The undecimated wavelet transform (MODWT) of records taken as circles.
+"""Undecimated wavelet transform (MODWT) of periodic records.
 
-It has a coefficient at every sample, so that its RMS does not depend on where a record starts: the mean
-square of a level is the mean over the 2^j start phases of a decimated transform. Coefficients are 2^(j/2)
-times those of the MODWT, which gives them the size of the decimated ones. Percival and Walden, Wavelet
-Methods for Time Series Analysis (2000), chapter 5.
+It has one coefficient per sample, so its RMS does not depend on where a record starts: the mean square of
+level j is the mean over the 2^j start phases of a decimated transform. Coefficients are 2^(j/2) times those
+of the MODWT, to match the scale of the decimated transform. Percival and Walden, Wavelet Methods for Time
+Series Analysis (2000), chapter 5.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ Complex = NDArray[np.complex128]
 
 
 def undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
-    """RMS of details and approximations of the undecimated transform of circular records.
+    """RMS of details and approximations of the undecimated transform of periodic records.
 
-    Computed in the frequency domain by Parseval's theorem: no coefficient is formed.
+    Computed in the frequency domain by Parseval's theorem, without computing coefficients.
 
     Parameters
     ----------
     signal : ndarray, shape (..., n_time)
-        Records that begin again where they end, such as whole periods of a settled motion.
+        Periodic records, e.g. an integer number of periods of a settled motion.
     wavelet : WaveletConfig
         Wavelet and number of levels.
     """
@@ -40,15 +40,15 @@ def undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
 
 
 def _root_of_sums(power: NDArray[np.float64], gains: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Root of what each gain (n_level, n_frequency) leaves of a power (..., n_frequency), record by record.
+    """Root of the power (..., n_frequency) weighted by each gain (n_level, n_frequency), record by record.
 
-    A product of matrices would round a record differently in another company.
+    With a matrix product, rounding would depend on the other records in the batch.
     """
     return np.stack([np.sqrt(np.sum(power * gain, axis=-1)) for gain in gains], axis=-1)
 
 
 def inner_undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
-    """RMS of the coefficients of the undecimated transform that look at nothing but the record.
+    """RMS of the undecimated coefficients that depend only on samples inside the record.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def inner_undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -
 def undecimated_coefficients(
     signal: NDArray[np.float64], wavelet: WaveletConfig
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients of the undecimated transform of circular records.
+    """Coefficients of the undecimated transform of periodic records.
 
     Parameters
     ----------
@@ -87,8 +87,7 @@ def undecimated_coefficients(
     Returns
     -------
     details, approximations : ndarray, shape (..., n_level, n_time)
-        In the unit of the signal. Coefficient t of level j looks at the samples from
-        t − (2^j − 1)(n_tap − 1) to t.
+        In the unit of the signal. Coefficient t of level j depends on samples t − (2^j − 1)(n_tap − 1) to t.
     """
     n_time = signal.shape[-1]
     spectrum = np.fft.rfft(signal, axis=-1)[..., None, :]
@@ -106,12 +105,12 @@ def phase_detail_rms(details: NDArray[np.float64], first_sample: int) -> NDArray
     details : ndarray, shape (..., n_level, n_time)
         From `undecimated_coefficients`.
     first_sample : int
-        Where these begin in the record whose start the phases count from.
+        Position of the first coefficient in the record; phases are counted from the start of the record.
 
     Returns
     -------
     ndarray, shape (..., n_phase, n_level)
-        Phase p is that of the record from its sample p on.
+        Phase p starts at sample p of the record.
     """
     n_level = details.shape[-2]
     rms = np.empty((*details.shape[:-2], n_phase(n_level), n_level))
@@ -124,14 +123,14 @@ def phase_detail_rms(details: NDArray[np.float64], first_sample: int) -> NDArray
 
 
 def boundary_length(wavelet: WaveletConfig) -> int:
-    """Number of coefficients at the start of the deepest level that look back beyond the record."""
+    """Number of coefficients at the deepest level that depend on samples before the record."""
     low_pass, _ = decomposition_filters(wavelet)
     return (n_phase(wavelet.levels) - 1) * (low_pass.size - 1)
 
 
 @lru_cache(maxsize=16)
 def _responses(wavelet: WaveletConfig, n_time: int) -> tuple[Complex, Complex]:
-    """Frequency responses from a record to details and approximations, each (n_level, n_frequency)."""
+    """Frequency responses of details and approximations, each (n_level, n_frequency)."""
     low_pass, high_pass = decomposition_filters(wavelet)
     places = np.arange(n_time // 2 + 1)
     approximation = np.ones(places.size, dtype=complex)
@@ -145,20 +144,20 @@ def _responses(wavelet: WaveletConfig, n_time: int) -> tuple[Complex, Complex]:
 
 @lru_cache(maxsize=16)
 def _gains(wavelet: WaveletConfig, n_time: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Squares of the sizes of the frequency responses, each (n_level, n_frequency)."""
+    """Squared magnitudes of the frequency responses, each (n_level, n_frequency)."""
     details, approximations = (np.square(np.abs(response)) for response in _responses(wavelet, n_time))
     return details, approximations
 
 
 def _response(taps: NDArray[np.float64], places: NDArray[np.int64], n_time: int) -> Complex:
-    """Response of a filter at frequencies in cycles per record."""
+    """Frequency response of a filter; frequencies in cycles per record."""
     circular = np.bincount(np.arange(taps.size) % n_time, taps, n_time)
     response: Complex = np.fft.fft(circular)[places % n_time]
     return response
 
 
 def _one_sided_weights(n_time: int) -> NDArray[np.float64]:
-    """How often each frequency of a real spectrum counts."""
+    """Weight of each line of a one-sided spectrum in a sum over all frequencies."""
     weights = np.full(n_time // 2 + 1, 2.0)
     weights[0] = 1.0
     if n_time % 2 == 0:

@@ -1,8 +1,8 @@
-"""Variational mode decomposition: modes that are narrow in frequency and together give the signal.
+"""Variational mode decomposition: narrow-band modes whose sum approximates the signal.
 
-Dragomiretskiy and Zosso, IEEE Trans. Signal Process. 62(3) (2014) 531, without the multiplier that enforces
-an exact sum (noise slack). The record is mirrored at its ends as there, so that its spectrum is a real cosine
-transform.
+Dragomiretskiy and Zosso, IEEE Trans. Signal Process. 62(3) (2014) 531, without the Lagrange multiplier that
+enforces exact reconstruction (noise slack). As in the paper, the record is mirrored at its ends; its spectrum
+is then a real cosine transform.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class VariationalModes:
-    """Modes of a record, the slowest first.
+    """Modes of a record, lowest frequency first.
 
     Attributes
     ----------
     rms : ndarray, shape (n_mode,)
         In the unit of the signal.
     frequency : ndarray, shape (n_mode,)
-        Mean frequency, weighted by power [cycles per sample].
+        Power-weighted mean frequency [cycles per sample].
     iterations : int
-        Taken until no mode changed any more; at the limit they still do.
+        Number of iterations until convergence; equal to the limit if it did not converge.
     """
 
     rms: Array
@@ -37,19 +37,19 @@ class VariationalModes:
 def variational_modes(
     signal: Array, n_mode: int, bandwidth_weight: float, tolerance: float, most_iterations: int
 ) -> VariationalModes:
-    """Modes of a record less its mean.
+    """Modes of a record with its mean removed.
 
     Parameters
     ----------
     signal : ndarray, shape (n_time,)
-        Finite.
+        Finite values.
     n_mode : int
     bandwidth_weight : float
-        α for frequencies in cycles per sample.
+        Penalty α, for frequencies in cycles per sample.
     tolerance : float
-        Iterations end where the squared change of the modes, each over its square, is below.
+        Convergence limit of the sum of squared relative changes of the modes.
     most_iterations : int
-        They end here in any case.
+        Maximum number of iterations.
     """
     from scipy.fft import dct
 

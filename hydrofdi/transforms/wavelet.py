@@ -1,4 +1,4 @@
-"""Wavelet features: the RMS of the coefficients of a record."""
+"""Wavelet features: RMS of the coefficients of a record."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def coefficient_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
     signal : ndarray, shape (..., n_time)
         Records, e.g. chamber-1 pressures [Pa].
     wavelet : WaveletConfig
-        Wavelet, number of levels, extension at the ends of the record, and whether the coefficients that
-        depend on it count.
+        Wavelet, number of levels, extension at the ends of the record, and whether coefficients that depend
+        on the extension are used.
     """
     from pywt import dwt
 
@@ -51,12 +51,12 @@ def coefficient_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
 
 
 def n_phase(levels: int) -> int:
-    """Number of start phases of a decimated transform: after so many samples its grid repeats."""
+    """Number of start phases of a decimated transform: the period of its grid in samples."""
     return 1 << levels
 
 
 def root_mean_square(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Root of the mean square over the last axis."""
+    """Root mean square over the last axis."""
     rms: NDArray[np.float64] = np.sqrt(np.mean(np.square(coefficients), axis=-1))
     return rms
 
@@ -80,7 +80,7 @@ def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[n
 
 
 def shortage(n_sample: int, wavelet: str, levels: int) -> str | None:
-    """Why a record is too short for the levels of a decimated transform; None if it is not."""
+    """Message if a record is too short for the levels of a decimated transform, else None."""
     from pywt import Wavelet, dwt_max_level
 
     reached = dwt_max_level(max(n_sample, 1), Wavelet(wavelet).dec_len)
@@ -97,7 +97,7 @@ def level_bands(sampling_frequency: float, levels: int) -> list[tuple[float, flo
 def detail_coefficients(
     signal: NDArray[np.float64], wavelet: WaveletConfig, level: int, time: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The detail coefficients of one level, and the instants that they belong to.
+    """Detail coefficients of one level and their instants.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def detail_coefficients(
 
 
 def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
-    """Share of each level's detail coefficients that depend on the extension of the record.
+    """Fraction of detail coefficients at each level that depend on the extension of the record.
 
     Parameters
     ----------
@@ -144,14 +144,14 @@ def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
 
 
 def counted_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
-    """Which coefficients of each level count."""
+    """Slice of the coefficients that are used, for each level."""
     if wavelet.boundary == "kept":
         return [slice(None)] * wavelet.levels
     return inner_coefficients(n_sample, wavelet)
 
 
 def inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
-    """The coefficients of each level that look at nothing but the record."""
+    """Slice of the coefficients that depend only on samples inside the record, for each level."""
     from pywt import Wavelet
 
     taps, first, last, inside = Wavelet(wavelet.name).dec_len, 0, n_sample - 1, []
@@ -162,7 +162,7 @@ def inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
 
 
 def decomposition_filters(wavelet: WaveletConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Taps of the low-pass and the high-pass filter."""
+    """Taps of the low-pass and high-pass decomposition filters."""
     from pywt import Wavelet
 
     filters = Wavelet(wavelet.name)
@@ -170,15 +170,15 @@ def decomposition_filters(wavelet: WaveletConfig) -> tuple[NDArray[np.float64], 
 
 
 def noise_rms(wavelet: WaveletConfig, autocovariance: Sequence[float]) -> list[float]:
-    """RMS of each level's detail coefficients of noise, d1 first, in the unit of the noise.
+    """Expected RMS of the detail coefficients of noise, d1 first, in the unit of the noise.
 
-    White noise of an orthogonal wavelet has its standard deviation in every level.
+    With an orthogonal wavelet, white noise has its standard deviation at every level.
 
     Parameters
     ----------
     wavelet : WaveletConfig
     autocovariance : sequence of float
-        Of the noise at distances of 0, 1, … samples; zero beyond.
+        Autocovariance of the noise at lags 0, 1, … [samples]; zero beyond.
     """
     low_pass, high_pass = decomposition_filters(wavelet)
     approximation, levels = np.ones(1), []
@@ -190,7 +190,7 @@ def noise_rms(wavelet: WaveletConfig, autocovariance: Sequence[float]) -> list[f
 
 
 def _filtered_variance(taps: NDArray[np.float64], autocovariance: Sequence[float]) -> float:
-    """Variance of noise behind a filter."""
+    """Variance of filtered noise."""
     variance = autocovariance[0] * float(taps @ taps)
     for distance, covariance in enumerate(autocovariance[1 : taps.size], 1):
         variance += 2.0 * covariance * float(taps[distance:] @ taps[:-distance])
@@ -200,7 +200,7 @@ def _filtered_variance(taps: NDArray[np.float64], autocovariance: Sequence[float
 def _spread_convolution(
     signal: NDArray[np.float64], taps: NDArray[np.float64], distance: int
 ) -> NDArray[np.float64]:
-    """A signal convolved with taps that are so many samples apart."""
+    """Convolution of a signal with taps spaced `distance` samples apart (à trous)."""
     result = np.zeros(signal.size + distance * (taps.size - 1))
     for position, tap in enumerate(taps):
         first = distance * position

@@ -1,7 +1,7 @@
-"""Balances in weak form: integrals of signals against a smooth function over short windows.
+"""Balance equations in weak form: integrals of signals times a test function over short windows.
 
-With a test function φ that vanishes at both ends of a window, ∫ φ s' dt = −∫ φ' s dt, so that no measured
-signal is differentiated. Shinbrot, On the analysis of linear and nonlinear dynamical systems from
+With a test function φ that vanishes at both ends of a window, ∫ φ s' dt = −∫ φ' s dt, so no measured signal
+needs to be differentiated. Shinbrot, On the analysis of linear and nonlinear dynamical systems from
 transient-response data, NACA TN 3288 (1954).
 """
 
@@ -17,22 +17,22 @@ Array = NDArray[np.float64]
 
 @lru_cache(maxsize=64)
 def weak_weights(half: int, sampling_frequency: float) -> Array:
-    """Weights of samples in integrals over windows of 2 `half` sampling intervals: trapezoidal rule.
+    """Trapezoidal-rule weights of the samples for integrals over windows of 2 `half` sampling intervals.
 
-    φ' is scaled so that the sums are exact for a ramp: the tangent stands for its argument.
+    φ' is scaled so that the sums are exact for a ramp: tan(π/(2 half)) replaces π/(2 half).
 
     Parameters
     ----------
     half : int
-        Half of a window, in sampling intervals; two windows overlap by half.
+        Half the window length [sampling intervals]; adjacent windows overlap by half.
     sampling_frequency : float
         [Hz]
 
     Returns
     -------
     ndarray, shape (2, 3, half)
-        In the first and in the second half of a window, for ∫ φ s dt, ∫ φ s' dt and ∫ φ τ s' dt. φ is sin²
-        over the window, and τ the time from its middle.
+        Weights in the first and second half of a window, for ∫ φ s dt, ∫ φ s' dt and ∫ φ τ s' dt. φ is sin²
+        over the window; τ is the time from its middle.
     """
     place = np.arange(2 * half)
     phase = np.pi * place / (2 * half)

@@ -1,4 +1,4 @@
-"""Friction of piston and seals: one module for each law, and one line here."""
+"""Friction of piston and seals. Each law is one module and one entry in `LAWS`."""
 
 from __future__ import annotations
 
@@ -11,35 +11,41 @@ from hydrofdi.physics.friction.smooth import SMOOTH
 from hydrofdi.physics.friction.threshold import THRESHOLD
 
 LAWS = (THRESHOLD, SMOOTH, LUGRE)
-"""The laws; the first is that of the paper."""
+"""All friction laws; the first is the law of the paper."""
 
 FRICTION_LAWS = {law.name: law for law in LAWS}
 """Value of ``friction.law`` → law."""
 
 LIMITED_PARAMETERS = sorted(frozenset[str]().union(*(law.parameters for law in LAWS)))
-"""Parameters that have an effect with some laws only."""
+"""Parameters that only some laws use."""
 
 
 def laws_that_use(parameter: str) -> tuple[str, ...]:
-    """Names of the laws that one of `LIMITED_PARAMETERS` has an effect with."""
+    """Names of the laws that use one of `LIMITED_PARAMETERS`."""
     return tuple(law.name for law in LAWS if parameter in law.parameters)
 
 
 Choice = tuple[bool | None, ...]
-"""True at the place of a law, None elsewhere: a type of its own for each law, so that each is compiled."""
+"""True at the index of the chosen law, None elsewhere.
+
+This gives each law its own type, and so its own compiled code.
+"""
 
 
 def choice_of_law(name: str) -> Choice:
-    """The choice of a law by its name."""
+    """`Choice` of the law with this name."""
     return tuple(law.name == name or None for law in LAWS)
 
 
 PAPER_FRICTION = choice_of_law(LAWS[0].name)
-"""The choice of the paper's law."""
+"""`Choice` of the paper's law."""
 
 
 def _first_chosen(place: int) -> Any:
-    """Friction by the chosen law, from some place on; compiled code contains only that law."""
+    """Friction function of the chosen law, searched from index `place` on.
+
+    Compiled code contains only the chosen law.
+    """
     law: Friction = LAWS[place].friction
     if place + 1 == len(LAWS):
 
@@ -63,7 +69,7 @@ def _first_chosen(place: int) -> Any:
 
 
 chosen_friction = _first_chosen(0)
-"""Friction force [N] by the chosen law, and the rate of its bristles [m/s]."""
+"""Function that returns friction force [N] and bristle rate [m/s] of the chosen law."""
 
 __all__ = [
     "FRICTION_LAWS",

@@ -1,4 +1,4 @@
-"""What a law of friction is."""
+"""Interface of a friction law."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class FrictionParameters(Protocol):
-    """Parameters of friction, in SI; a law uses some of them."""
+    """Friction parameters in SI; each law uses some of them."""
 
     @property
     def coulomb(self) -> float:
@@ -20,11 +20,11 @@ class FrictionParameters(Protocol):
 
     @property
     def viscous(self) -> float:
-        """The coefficient f [N·s/m]."""
+        """Viscous coefficient f [N·s/m]."""
 
     @property
     def transition(self) -> float:
-        """The coefficient c_v [s/m]."""
+        """Stribeck coefficient c_v [s/m]."""
 
     @property
     def velocity_threshold(self) -> float:
@@ -40,30 +40,30 @@ class FrictionParameters(Protocol):
 
 
 Friction = Callable[[float, float, FrictionParameters], tuple[float, float]]
-"""Velocity [m/s], deflection of bristles [m], parameters → force [N] and rate of the deflection [m/s]."""
+"""Velocity [m/s], bristle deflection [m], parameters → force [N] and deflection rate [m/s]."""
 
 Eigenvalues = Callable[[FrictionParameters, float, float], list[complex]]
-"""Parameters, moved mass [kg] and speed [m/s] → eigenvalues [1/s]."""
+"""Parameters, moving mass [kg], speed [m/s] → eigenvalues [1/s]."""
 
 
 @dataclass(frozen=True)
 class FrictionLaw:
-    """A law of friction.
+    """A friction law.
 
     Attributes
     ----------
     name : str
         Value of ``friction.law``.
     friction : callable
-        An `equation`; compiled code inlines it.
+        Function registered with `equation`, so that compiled code inlines it.
     zone : str
-        What limits the step, in the words of a message.
+        Term for the step-size limit, as it appears in messages.
     eigenvalues : callable
-        What the step has to be short enough for.
+        Eigenvalues that limit the step size.
     parameters : frozenset of str
-        Fields of the section ``friction`` that have an effect with some laws only, this one among them.
+        Fields of the section ``friction`` that this law uses but some other law does not.
     has_bristles : bool
-        Whether the deflection of bristles is a state.
+        Whether the bristle deflection is a state.
     """
 
     name: str
@@ -75,7 +75,7 @@ class FrictionLaw:
 
 
 def slope_at_rest(friction: Friction) -> Eigenvalues:
-    """The rate at which a law without bristles brakes a piston that is nearly at rest [1/s]."""
+    """Eigenvalue function of a law without bristles: damping rate of a piston near rest [1/s]."""
 
     def eigenvalues(p: FrictionParameters, mass: float, speed: float) -> list[complex]:
         slow = 1e-3 * p.velocity_threshold

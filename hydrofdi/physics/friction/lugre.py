@@ -1,4 +1,5 @@
-"""Bristles that bend before they slide. Canudas de Wit et al., IEEE Trans. Automatic Control 40 (1995)."""
+"""LuGre friction: bristles deflect before they slide. Canudas de Wit et al., IEEE Trans. Automatic Control 40
+(1995)."""
 
 from __future__ import annotations
 
@@ -10,14 +11,14 @@ from hydrofdi.physics.friction.stribeck import stribeck_force
 from hydrofdi.physics.stability import second_order_eigenvalues
 
 SMALLEST_FORCE = 1e-9
-"""Dry friction below which there are no bristles [N]."""
+"""Dry friction below which bristles are ignored [N]."""
 
 
 @equation
 def bristle_rate(
     velocity: float, deflection: float, coulomb: float, breakaway: float, transition: float, stiffness: float
 ) -> float:
-    """Rate at which the bristles between two surfaces bend (LuGre).
+    """Deflection rate of the bristles between two surfaces (LuGre).
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def bristle_rate(
 def bristle_friction_force(
     velocity: float, deflection: float, rate: float, stiffness: float, damping: float, viscous: float
 ) -> float:
-    """Friction force of bent bristles (LuGre).
+    """Friction force of deflected bristles (LuGre).
 
     Parameters
     ----------
@@ -60,21 +61,21 @@ def bristle_friction_force(
     Returns
     -------
     float
-        F_f = σ_0 z + σ_1 z' + f v_p [N]; in steady motion the Stribeck force and f v_p.
+        F_f = σ_0 z + σ_1 z' + f v_p [N]; in steady motion, the Stribeck force plus f v_p.
     """
     return stiffness * deflection + damping * rate + viscous * velocity
 
 
 @equation
 def bristle_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
-    """`bristle_friction_force` of a lane [N], and the rate of its bristles [m/s]."""
+    """`bristle_friction_force` [N] and `bristle_rate` [m/s]."""
     rate = bristle_rate(velocity, bristle, p.coulomb, p.breakaway, p.transition, p.bristle_stiffness)
     force = bristle_friction_force(velocity, bristle, rate, p.bristle_stiffness, p.bristle_damping, p.viscous)
     return force, rate
 
 
 def _eigenvalues(p: FrictionParameters, mass: float, speed: float) -> list[complex]:
-    """Of bristles that stick, and of bristles that reverse at a speed [1/s]."""
+    """Eigenvalues [1/s] of sticking bristles and of bristles that reverse at a given speed."""
     stiffness, damping = p.bristle_stiffness, p.bristle_damping
     if not stiffness:
         return []

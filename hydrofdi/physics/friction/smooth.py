@@ -1,4 +1,4 @@
-"""Friction without a kink: the sign of the velocity becomes a hyperbolic tangent."""
+"""Smooth friction: a hyperbolic tangent replaces the sign of the velocity."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def smooth_friction_force(
     transition: float,
     velocity_threshold: float,
 ) -> float:
-    """Stribeck friction without a kink.
+    """Stribeck friction, smooth at zero velocity.
 
     Parameters
     ----------
     velocity, coulomb, breakaway, viscous, transition, velocity_threshold : float
-        As of `friction_force`.
+        As for `friction_force`.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def smooth_friction_force(
 
 @equation
 def smooth_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
-    """`smooth_friction_force` of a lane [N]; there are no bristles."""
+    """`smooth_friction_force` [N] and a bristle rate of zero."""
     force = smooth_friction_force(
         velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold
     )

@@ -1,4 +1,4 @@
-"""What the laws of dry friction share: the Stribeck force over speed."""
+"""Stribeck force, shared by the laws of dry friction."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from hydrofdi.physics.equation import equation
 
 @equation
 def decaying_exponential(exponent: float) -> float:
-    """e^(−x) for x ≥ 0, in operations that a compiler can run side by side in SIMD lanes.
+    """e^(−x) for x ≥ 0, in operations that a compiler can vectorise.
 
-    The Taylor polynomial of degree 6 of e^(−x/64), to the power of 64; x is limited to 64. The absolute
-    error is below 3e-12 everywhere.
+    The 6th-degree Taylor polynomial of e^(−x/64), raised to the power of 64; x is limited to 64. The absolute
+    error is below 3e-12.
     """
     y = min(exponent, 64.0) * (-1.0 / 64.0)
     y2 = y * y
@@ -27,5 +27,5 @@ def decaying_exponential(exponent: float) -> float:
 
 @equation
 def stribeck_force(speed: float, coulomb: float, breakaway: float, transition: float) -> float:
-    """Size of the dry friction at a speed [m/s]: F_c + (F_brk − F_c) e^(−c_v·speed) [N]; c_v in s/m."""
+    """Dry friction at a speed [m/s]: F_c + (F_brk − F_c) e^(−c_v·speed) [N], c_v in s/m."""
     return coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)

@@ -1,4 +1,4 @@
-"""Friction that is linear in velocity below a threshold, with a kink there (paper)."""
+"""Friction that is linear in velocity below a threshold (paper)."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ def friction_force(
     transition : float
         c_v [s/m].
     velocity_threshold : float
-        v_th [m/s]; friction is linear below it.
+        v_th [m/s]; friction is linear in velocity below it.
 
     Returns
     -------
     float
-        F_f [N]. Equation (12), written without a branch: both of its cases are f v_p plus the
-        Stribeck force at max(abs(v_p), v_th) times v_p/v_th limited to ±1.
+        F_f [N]. Equation (12) without a branch: in both cases f v_p plus the Stribeck force at max(abs(v_p),
+        v_th), times v_p/v_th limited to ±1.
     """
     speed = max(abs(velocity), velocity_threshold)
     stribeck = stribeck_force(speed, coulomb, breakaway, transition)
@@ -45,7 +45,7 @@ def friction_force(
 
 @equation
 def threshold_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
-    """`friction_force` of a lane [N]; there are no bristles."""
+    """`friction_force` [N] and a bristle rate of zero."""
     force = friction_force(velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold)
     return force, 0.0
 

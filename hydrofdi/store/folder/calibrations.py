@@ -1,4 +1,4 @@
-"""Solved leakage coefficients, stored so that a resumed sweep need not solve them again."""
+"""Storage of solved leakage coefficients, so that a resumed sweep does not solve them again."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _FILE = "calibrations.json"
 
 
 def read_calibrations(directory: Path) -> dict[str, float]:
-    """Identity of a calibration → K_i [m^3.5/kg^0.5]; empty if nothing readable is kept."""
+    """Identity of a calibration → K_i [m^3.5/kg^0.5]; empty if no readable file exists."""
     try:
         return {str(key): float(value) for key, value in json.loads((directory / _FILE).read_text()).items()}
     except (OSError, ValueError, TypeError, AttributeError):
@@ -19,11 +19,11 @@ def read_calibrations(directory: Path) -> dict[str, float]:
 
 
 def write_calibrations(directory: Path, coefficients: dict[str, float]) -> None:
-    """Keep solved coefficients.
+    """Store solved coefficients.
 
     Raises
     ------
     StoreError
-        They cannot be written.
+        The file cannot be written.
     """
     write_whole_text(directory / _FILE, json.dumps(coefficients, indent=0, sort_keys=True))

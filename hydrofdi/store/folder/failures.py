@@ -1,4 +1,4 @@
-"""Runs that never gave a result: they raised, took too long, or their worker was killed."""
+"""Runs without a result: they raised, took too long, or their worker was killed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Failure:
     message : str
         One sentence.
     log : str
-        What the worker had to say, e.g. a traceback.
+        Output of the worker, e.g. a traceback.
     """
 
     run_id: str
@@ -38,13 +38,13 @@ def write_failure(directory: Path, failure: Failure) -> None:
     Raises
     ------
     StoreError
-        It cannot be written.
+        The file cannot be written.
     """
     write_whole_text(directory / _FOLDER / f"{failure.run_id}.json", json.dumps(asdict(failure), indent=2))
 
 
 def read_failures(directory: Path) -> dict[str, Failure]:
-    """The stored failures by identity of the run; files that cannot be read count as none."""
+    """Identity of a run → stored failure; unreadable files are ignored."""
     failures = {}
     for path in sorted((directory / _FOLDER).glob("*.json")):
         try:
@@ -56,5 +56,5 @@ def read_failures(directory: Path) -> dict[str, Failure]:
 
 
 def forget_failure(directory: Path, run_id: str) -> None:
-    """Remove the failure of a run."""
+    """Delete the stored failure of a run, if any."""
     (directory / _FOLDER / f"{run_id}.json").unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""One sweep at a time on an experiment's folder, and locks of other files."""
+"""Lock of an experiment's folder against concurrent sweeps, and locks of other files."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[No
     ----------
     directory : Path
     tell : callable
-        Is called when a lock that a dead process left is taken over.
+        Called with a message when a stale lock of a dead process is taken over.
 
     Raises
     ------
     StoreError
-        Another sweep holds it; the message names its process and host.
+        Another sweep holds the lock; the message names its process and host.
     """
     path = directory / _FILE
     with file_lock(path, _busy(directory)) as holder:
@@ -46,21 +46,21 @@ def file_lock(path: Path, refusal: str) -> Iterator[str]:
     ----------
     path : Path
     refusal : str
-        What to say where another process holds it.
+        Message if another process holds the lock.
 
     Yields
     ------
     str
-        The process that left a stale lock; empty if none did.
+        Process that left a stale lock; empty if there was none.
 
     Raises
     ------
     StoreError
-        Another process holds it, or it cannot be written.
+        Another process holds the lock, or the file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = open(path, "a+", encoding="utf-8")  # noqa: SIM115 (held for as long as the lock)
+        file = open(path, "a+", encoding="utf-8")  # noqa: SIM115 (stays open while locked)
     except OSError as error:
         raise StoreError(f"{path.parent}: cannot be written: {reason(error)}") from None
     with file:
@@ -81,12 +81,12 @@ def file_lock(path: Path, refusal: str) -> Iterator[str]:
 
 
 def require_unlocked(directory: Path) -> None:
-    """Check, without leaving a trace, that no sweep has locked the folder of an experiment.
+    """Check, without creating files, that no sweep has locked the folder of an experiment.
 
     Raises
     ------
     StoreError
-        One does; the message names its process and host.
+        A sweep has locked it; the message names its process and host.
     """
     try:
         file = open(directory / _FILE, encoding="utf-8")  # noqa: SIM115 (closed below)

@@ -1,4 +1,4 @@
-"""The structured log of an experiment: ``run.log``, one JSON object a line."""
+"""Structured log of an experiment: ``run.log``, one JSON object per line."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _FILE = "run.log"
 
 
 class RunLog:
-    """Appends events to the log below an experiment's folder."""
+    """Appends events to the log in an experiment's folder."""
 
     def __init__(self, directory: Path) -> None:
         self._path = directory / _FILE
 
     def write(self, event: str, **details: Any) -> None:
-        """Append one event with its time.
+        """Append one event with a time stamp.
 
         Raises
         ------

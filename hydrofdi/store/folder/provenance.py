@@ -1,4 +1,4 @@
-"""The provenance of a sweep, next to the data and never in it."""
+"""Provenance of a sweep, stored next to the data and never inside it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS
 
 
 def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
-    """Configuration, command, code, libraries and machine, as they are now."""
+    """Current configuration, command, code, libraries and machine."""
     return {
         "started": now(),
         "command": [without_credentials(argument) for argument in sys.argv],
@@ -47,7 +47,7 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
 
 
 def add_provenance(directory: Path, record: dict[str, Any]) -> None:
-    """Add the record of a sweep to those of the earlier ones.
+    """Append the provenance record of a sweep to the earlier records.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def add_provenance(directory: Path, record: dict[str, Any]) -> None:
 
 
 def read_provenance(directory: Path) -> list[dict[str, Any]]:
-    """The records of all sweeps on an experiment's folder."""
+    """Provenance records of all sweeps on an experiment's folder."""
     try:
         return list(json.loads((directory / _FILE).read_text()))
     except (OSError, ValueError):
@@ -66,18 +66,19 @@ def read_provenance(directory: Path) -> list[dict[str, Any]]:
 
 
 def read_costs(directory: Path) -> dict[str, float]:
-    """Label of an indicator → CPU time per record [s], of the latest sweep on a folder that measured any."""
+    """Label of an indicator → CPU time per record [s], from the latest sweep on the folder that measured
+    it."""
     measured = [record["costs"] for record in read_provenance(directory) if record.get("costs")]
     return dict(measured[-1]) if measured else {}
 
 
 def now() -> str:
-    """The time in UTC, in ISO 8601."""
+    """Current UTC time in ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def _git_state(folder: Path) -> dict[str, Any] | None:
-    """Commit of the code, and a hash of uncommitted changes; None if it is not a checkout."""
+    """Commit of the code and hash of uncommitted changes; None if the folder is not a checkout."""
     try:
         commit = _git(folder, "rev-parse", "HEAD").strip()
         difference = _git(folder, "diff", "HEAD")

@@ -1,1 +1,1 @@
-"""The contents of a result file and their names."""
+"""Layout of result files: variables and their names."""

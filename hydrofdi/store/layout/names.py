@@ -11,8 +11,8 @@ FORMAT_VERSION = 3
 """Version of the layout of shards and experiment files."""
 
 READABLE_FORMATS = (2, FORMAT_VERSION)
-"""Versions that are read. Before version 3, the numbers of the indicator ``dwt`` were ``detail_rms``,
-``approximation_rms`` and ``phase_detail_rms``."""
+"""Versions that can be read. Before version 3, the outputs of the indicator ``dwt`` were named
+``detail_rms``, ``approximation_rms`` and ``phase_detail_rms``."""
 
 RUN, TIME, LEVEL, PHASE = "run", "time", "level", "phase"
 """Dimensions."""
@@ -26,9 +26,9 @@ class Variable:
     ----------
     name : str
     dimensions : tuple of str
-        The first is always the run.
+        The first dimension is always the run.
     units : str
-        SI, as written into the file; ``"1"`` for numbers without a unit, ``""`` for texts and indices.
+        SI, as written to the file; ``"1"`` for dimensionless numbers, ``""`` for texts and indices.
     long_name : str
     """
 
@@ -39,27 +39,28 @@ class Variable:
 
     @property
     def is_text(self) -> bool:
-        """Whether it contains text."""
+        """Whether the variable contains text."""
         return self.name in {RUN_ID, RECORD_ID, STATUS, MESSAGE, VERDICT} or self.name.endswith(
             (ANALYSIS_ID, OBSTACLE)
         )
 
     @property
     def is_signal(self) -> bool:
-        """Whether it is sampled over time."""
+        """Whether the variable is a signal, sampled over time."""
         return TIME in self.dimensions
 
     @property
     def is_mostly_still(self) -> bool:
-        """Whether it is a signal that stands still but for some options of the model."""
+        """Whether the variable is a signal that is constant unless certain options of the model are used."""
         return self.name in {REFERENCE_POSITION, LOAD_FORCE, VALVE_SUPPLY_PRESSURE}
 
 
 RUN_ID, RECORD_ID, STATUS, MESSAGE = "run_id", "record_id", "status", "message"
 ANALYSIS_ID = ".analysis_id"
-"""Behind the label of an indicator: the identity of what it measured of a record."""
+"""Suffix of an indicator label: identity of the analysis of a record."""
 OBSTACLE = ".obstacle"
-"""Behind the label of an indicator: why it could not measure a record. Only in files where it could not."""
+"""Suffix of an indicator label: why it could not measure a record. Only in files that contain such
+records."""
 VERDICT = "verdict"
 DETAIL_RMS, APPROXIMATION_RMS = "detail_rms", "approximation_rms"
 SETTLED_DETAIL_RMS, SETTLED_APPROXIMATION_RMS = "settled_detail_rms", "settled_approximation_rms"
@@ -81,7 +82,7 @@ FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
 REPLICATE_OF = "replicate_of_run"
 
 NO_BASELINE = -1
-"""Row of the healthy run of a run that has none."""
+"""Row number that means "no healthy run"."""
 
 _SIGNALS = (
     Variable(INPUT_VOLTAGE, (RUN, TIME), "V", "valve input voltage u"),
@@ -97,14 +98,14 @@ _SIGNALS = (
 )
 
 SIGNALS = tuple(variable.name for variable in _SIGNALS)
-"""What is sampled over time."""
+"""Names of all signals."""
 
 JUDGED = (
-    Variable(VERDICT, (RUN,), "", "how far the run can be believed"),
-    Variable("cavitating_share", (RUN,), "1", "share of samples below the vapour limit"),
-    Variable("above_supply_share", (RUN,), "1", "share of samples above the supply pressure"),
+    Variable(VERDICT, (RUN,), "", "verdict on the quality of the run"),
+    Variable("cavitating_share", (RUN,), "1", "fraction of samples below the vapour limit"),
+    Variable("above_supply_share", (RUN,), "1", "fraction of samples above the supply pressure"),
     Variable("settling_change", (RUN,), "1", "largest relative change of a detail over the last two periods"),
-    Variable("volume_residual", (RUN,), "1", "what the volume balance of chamber 1 lacks, relative"),
+    Variable("volume_residual", (RUN,), "1", "relative residual of the volume balance of chamber 1"),
     Variable(
         "energy_residual", (RUN,), "1", "residual of the energy balance, relative to the energy supplied"
     ),
@@ -127,21 +128,21 @@ OVER_PHASES = (
         "RMS of the details of the settled P_1 at each phase",
     ),
 )
-"""Features that exist if every start phase was measured (``wavelet.phase: all``)."""
+"""Features that exist only if every start phase was measured (``wavelet.phase: all``)."""
 
 BY_LEVEL = (
     Variable(DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the detail coefficients of the chamber-1 pressure"),
     Variable(APPROXIMATION_RMS, (RUN, LEVEL), "Pa", "RMS of the approximations of the chamber-1 pressure"),
     Variable(PHASE_DETAIL_RMS, (RUN, PHASE, LEVEL), "Pa", "RMS of the details of P_1 at each start phase"),
 )
-"""What the indicator ``dwt`` measured, side by side by level: written into experiment files for readers."""
+"""Outputs of the indicator ``dwt``, arranged by level: written to experiment files for other readers."""
 
 LATER_ADDED = (
     Variable(EXTERNAL_LEAKAGE_FLOWS[0], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 1"),
     Variable(EXTERNAL_LEAKAGE_FLOWS[1], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 2"),
     Variable(MEAN_CHAMBER_1_PRESSURE, (RUN,), "Pa", "mean pressure of chamber 1"),
-    Variable("clipped_share", (RUN,), "1", "share of samples of P_1 at an end of its sensor's range"),
-    Variable("pressure_variation", (RUN,), "1", "largest less least P_1, over the supply pressure"),
+    Variable("clipped_share", (RUN,), "1", "fraction of samples of P_1 at a limit of its sensor's range"),
+    Variable("pressure_variation", (RUN,), "1", "range of P_1 relative to the supply pressure"),
     Variable(SETTLED_FROM, (RUN,), "s", "start of the settled periods"),
     Variable(SETTLED_DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the undecimated details of the settled P_1"),
     Variable(
@@ -152,12 +153,12 @@ LATER_ADDED = (
     ),
     Variable(RECORD_ID, (RUN,), "", "identity of the record: hash of what determines it and the physics"),
 )
-"""Computed numbers that older files lack; they are read as NaN, or as no text."""
+"""Computed variables that older files lack; they are read as NaN or empty text."""
 
 COMPUTED = (
     Variable(RUN_ID, (RUN,), "", "identity of the run: hash of its record and its analysis"),
     Variable(STATUS, (RUN,), "", "how the run ended"),
-    Variable(MESSAGE, (RUN,), "", "sentence on a run that failed"),
+    Variable(MESSAGE, (RUN,), "", "message of a failed run"),
     *LATER_ADDED,
     *OVER_PHASES,
     Variable(MEAN_LEAKAGE_FLOW, (RUN,), "m3 s-1", "mean of the absolute internal leakage flow"),
@@ -168,7 +169,7 @@ COMPUTED = (
     *JUDGED,
     *_SIGNALS,
 )
-"""What a run computes; these, and the outputs of its indicators, are the variables of a shard."""
+"""Variables that a run computes; a shard contains these and the outputs of its indicators."""
 
 REQUESTED = (
     Variable(BULK_MODULUS, (RUN,), "Pa", "effective bulk modulus of the fluid"),
@@ -176,7 +177,7 @@ REQUESTED = (
     Variable(FIXED_BASELINE, (RUN,), "", "row of the healthy run under the baseline's conditions, -1: none"),
     Variable(MATCHED_BASELINE, (RUN,), "", "row of the healthy run under the run's own conditions, -1: none"),
 )
-"""Variables of each run that come from the experiment, in addition to the computed ones."""
+"""Variables of each run that come from the experiment configuration."""
 
 
 REPLICATED = Variable(
@@ -187,12 +188,12 @@ REPLICATED = Variable(
 
 @cache
 def stored_signals(signals: str) -> frozenset[str]:
-    """The signals that ``store.signals`` keeps."""
+    """Signals that ``store.signals`` stores."""
     return frozenset(variable.name for variable in stored_variables(signals) if variable.is_signal)
 
 
 def stored_variables(signals: str, *, phases: bool = False) -> tuple[Variable, ...]:
-    """The computed variables that ``store.signals`` keeps, with or without those over start phases."""
+    """Computed variables that ``store.signals`` stores, with or without those over start phases."""
     kept = NAMED[signals] if signals in NAMED else signals.split(",")
     return tuple(
         variable
@@ -208,5 +209,5 @@ FEATURES = frozenset(
 
 
 def axis_variable(parameter: str) -> str:
-    """Name of the variable that holds a swept parameter, e.g. ``friction_viscous``."""
+    """Name of the variable that contains a swept parameter, e.g. ``friction_viscous``."""
     return BULK_MODULUS if parameter == "fluid.bulk_modulus" else parameter.replace(".", "_")

@@ -1,4 +1,4 @@
-"""The outputs of indicators as variables of a file: ``label.output``."""
+"""Outputs of indicators as variables of a file: ``label.output``."""
 
 from __future__ import annotations
 
@@ -14,44 +14,44 @@ from hydrofdi.transforms.wavelet import n_phase
 
 
 def is_output(name: str) -> bool:
-    """Whether a variable belongs to an indicator; no other name has a dot."""
+    """Whether a variable belongs to an indicator; only such names contain a dot."""
     return "." in name
 
 
 def indicators_of(runs: Runs) -> list[Indicators]:
-    """The different indicators that runs are measured with."""
+    """Distinct indicator sets of the runs."""
     return [runs.choice.made(request.wavelet) for request in runs.distinct("wavelet")]
 
 
 def is_needless(name: str, values: NDArray[Any]) -> bool:
-    """Whether a variable need not be stored: reasons if no record has one."""
+    """Whether a variable can be omitted: obstacles, if no record has one."""
     return name.endswith(OBSTACLE) and not any(values)
 
 
 def cf_unit(unit: str) -> str:
-    """A unit as all variables of a file state it, in the style of CF: ``m3 s-1`` for ``m^3/s``."""
+    """A unit in the style of the CF conventions: ``m3 s-1`` for ``m^3/s``."""
     first, *divisors = unit.replace("·", " ").replace("^", "").split("/")
     factors = [*first.split(), *map(_inverse, divisors)]
     return " ".join(factors[1:] if divisors and factors[0] == "1" else factors)
 
 
 def _inverse(unit: str) -> str:
-    """A unit to the negative power: ``kg-0.5`` for ``kg0.5``."""
+    """A unit with a negative exponent: ``kg-0.5`` for ``kg0.5``."""
     name = unit.rstrip("0123456789.")
     return f"{name}-{unit[len(name) :] or 1}"
 
 
 def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
-    """The variables with the outputs of indicators, each once."""
+    """Variables for the outputs of indicators, each once."""
     variables: dict[str, Variable] = {}
     for indicators in measured:
         for label, indicator in indicators.items():
             name = f"{label}{ANALYSIS_ID}"
-            text = f"identity of what {label} measured: hash of the record, the indicator and its options"
+            text = f"identity of the analysis {label}: hash of the record, the indicator and its options"
             variables[name] = Variable(name, (RUN,), "", text)
             name = f"{label}{OBSTACLE}"
             variables[name] = Variable(
-                name, (RUN,), "", f"why {label} could not be measured; empty where it was"
+                name, (RUN,), "", f"why {label} could not be measured; empty if it was"
             )
             for output in indicator.outputs:
                 dimensions = (RUN, *(f"{label}.{dimension}" for dimension in output.dims))
@@ -61,7 +61,7 @@ def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
 
 
 def dimensions(runs: Runs) -> dict[str, int]:
-    """All dimensions of the numbers of runs, and their lengths."""
+    """All dimensions of the variables of runs, and their lengths."""
     wavelets = [request.wavelet for request in runs.distinct("wavelet")]
     levels = max((wavelet.levels for wavelet in wavelets), default=0)
     phases = max((n_phase(wavelet.levels) for wavelet in wavelets if wavelet.phase == "all"), default=0)
@@ -69,7 +69,7 @@ def dimensions(runs: Runs) -> dict[str, int]:
 
 
 def output_dimensions(measured: Iterable[Indicators]) -> dict[str, int]:
-    """The dimensions of these variables beside the run, and their largest lengths."""
+    """Dimensions of these variables other than the run, and their largest lengths."""
     lengths: dict[str, int] = {}
     for indicators in measured:
         for label, indicator in indicators.items():

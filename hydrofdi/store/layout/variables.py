@@ -27,12 +27,12 @@ _OPTIONAL = {variable.name for variable in (*LATER_ADDED, *OVER_PHASES)}
 
 
 def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any] | None:
-    """Rows of a variable; None if a file lacks what it may lack.
+    """Rows of a variable; None if the file lacks an optional variable.
 
     Raises
     ------
     KeyError
-        The file lacks what each has.
+        The file lacks a required variable.
     """
     name = variable.name
     if name not in file and is_output(name):
@@ -41,13 +41,13 @@ def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any
         return None
     dataset = file[name]
     if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
-        raise KeyError(f"{dataset.name} is no variable with one row per run")
+        raise KeyError(f"{dataset.name} is not a variable with one row per run")
     is_text = h5py.check_string_dtype(dataset.dtype)
     return np.asarray(dataset.asstr()[rows] if is_text else dataset[rows])
 
 
 def absent_values(file: h5py.File, variable: Variable) -> NDArray[Any]:
-    """NaN, or no text, in the shape that a variable which a file lacks would have in it."""
+    """NaN or empty text, in the shape that the missing variable would have in the file."""
     n_level = next((file[name].shape[-1] for name in (DETAIL_RMS, SETTLED_DETAIL_RMS) if name in file), 0)
     sizes = {RUN: len(file[RUN_ID]), LEVEL: n_level, PHASE: 2**n_level}
     blank, kind = ("", object) if variable.is_text else (np.nan, float)
@@ -57,7 +57,7 @@ def absent_values(file: h5py.File, variable: Variable) -> NDArray[Any]:
 def fit_to_dimensions(
     columns: dict[str, NDArray[Any]], variables: Sequence[Variable], sizes: Mapping[str, int]
 ) -> None:
-    """Give numbers the shape of their dimensions, where no run or none of the largest has a result.
+    """Enlarge variables to the given dimensions, if no run with a result has the full length.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def fit_to_dimensions(
 
 
 def enlarged(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    """Values in a shape that is no smaller; NaN beyond."""
+    """Values padded with NaN to a larger shape."""
     if values.shape == shape:
         return values
     whole = np.full(shape, np.nan)

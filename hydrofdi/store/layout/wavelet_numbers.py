@@ -1,4 +1,4 @@
-"""The numbers of the paper, side by side by level: views of what the indicator ``dwt`` measured."""
+"""Wavelet features of the paper, arranged by level: views of the outputs of the indicator ``dwt``."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from hydrofdi.config.analysis import DWT
 from hydrofdi.store.layout.names import APPROXIMATION_RMS, DETAIL_RMS, PHASE_DETAIL_RMS, SETTLED_DETAIL_RMS
 
 _OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_phases"}
-"""Variable → outputs of the indicator that it contains, by level."""
+"""Variable → name pattern of the indicator outputs that it contains, by level."""
 
 
 def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """``detail_rms``, ``approximation_rms`` and, where measured, ``phase_detail_rms`` of runs.
+    """``detail_rms``, ``approximation_rms`` and, if measured, ``phase_detail_rms`` of runs.
 
     Parameters
     ----------
@@ -42,7 +42,8 @@ def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[An
 
 
 def earlier_output(file: h5py.File, name: str, rows: slice) -> NDArray[Any] | None:
-    """An output of ``dwt`` in a file before format version 3; None if it is none, or is not there."""
+    """An output of ``dwt`` from a file before format version 3; None if it is not such an output or is
+    missing."""
     for variable, output in _OUTPUT.items():
         match = re.fullmatch(re.escape(f"{DWT}.") + output.format(r"(\d+)"), name)
         if match and variable in file and int(match[1]) <= file[variable].shape[-1]:
@@ -51,7 +52,7 @@ def earlier_output(file: h5py.File, name: str, rows: slice) -> NDArray[Any] | No
 
 
 def earlier_outputs(file: h5py.File) -> list[str]:
-    """The outputs of ``dwt`` that a file before format version 3 contains under other names."""
+    """Outputs of ``dwt`` that a file before format version 3 contains under other names."""
     return [
         f"{DWT}.{output.format(level)}"
         for variable, output in _OUTPUT.items()

@@ -1,1 +1,1 @@
-"""Estimators that know a model of the actuator: samples in, estimates out, state between them in arrays."""
+"""Model-based estimators: samples in, estimates out, with the state in arrays."""

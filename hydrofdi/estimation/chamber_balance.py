@@ -1,4 +1,4 @@
-"""The volume balance of a chamber, linear in the unknowns of the actuator."""
+"""Volume balance of a chamber, linear in the unknown parameters of the actuator."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ UNKNOWNS = (
     "bias_1",
     "bias_2",
 )
-"""Unknowns of the balance, in the order of its columns: K_i, 1/β and deviations from the nominal actuator."""
+"""Unknowns of the balance, in column order: K_i, 1/β and deviations from the nominal actuator."""
 
 N_UNKNOWN = len(UNKNOWNS)
 
 COMPRESSIBILITY = UNKNOWNS.index("compressibility")
 
 N_SHARED = 3
-"""Integrals that both chambers use: of the position, of its rate, and of the root of the load pressure."""
+"""Number of integrals shared by both chambers: position, its rate, and root of the load pressure."""
 
 N_OWN = 10
-"""Integrals that each chamber has of its own."""
+"""Number of integrals of each chamber."""
 
 _LEAST_ROOT = 300.0
-"""Root of the drop over an edge below which its slope is not trusted [√Pa]: 0.09 MPa."""
+"""Root of the pressure drop at which the slope of an edge flow is limited [√Pa]: 0.09 MPa."""
 
 
 class Balance(NamedTuple):
-    """What is known of the actuator and of the sums.
+    """Known parameters of the actuator and of the windows.
 
     Attributes
     ----------
     area_1, area_2 : float
-        A of both chambers [m²].
+        Piston areas of both chambers [m²].
     volume_1, volume_2 : float
-        V of both chambers at position zero [m³].
+        Volumes of both chambers at position zero [m³].
     gain : float
         K_v w, flow gain times area gradient [m^2.5/kg^0.5].
     return_pressure : float
@@ -53,10 +53,10 @@ class Balance(NamedTuple):
     compressibility : float
         Nominal 1/β [1/Pa].
     own_feed, other_feed : float
-        What errors of the pressure of a chamber, and of the other one, do to the drop over its feeding edge:
-        −1 and 0 where the supply pressure is known apart, 0 and 1 where it is the sum of both.
+        Sensitivity of the drop over the feeding edge to errors of the chamber's own pressure and of the other
+        one: −1 and 0 if the supply pressure is known independently, 0 and 1 if it is the sum of both.
     half_time : float
-        Half the length of a window [s].
+        Half the window length [s].
     """
 
     area_1: float
@@ -72,22 +72,22 @@ class Balance(NamedTuple):
 
 
 class ValveSignals(NamedTuple):
-    """Nominal flow of a chamber through the valve, and its slopes at one sample.
+    """Nominal valve flow of a chamber, and its partial derivatives at one sample.
 
     Attributes
     ----------
     flow : float
         q_1 into chamber 1, or q_2 out of chamber 2 [m³/s].
     by_supply : float
-        Slope by the supply pressure, relative to the one that it is stated about [m³/s].
+        Derivative by the supply pressure, relative to the reference supply pressure [m³/s].
     supply_error : float
-        What the slope makes of the difference between the supply pressure that is used and that one [m³/s].
+        The same times the relative difference between the supply pressure used and the reference [m³/s].
     by_offset, by_lap : float
-        Slopes by the offset of the spool and the lap [m²/s].
+        Derivatives by the offset of the spool and by the lap [m²/s].
     by_clearance : float
         P_s + P_r − 2 P [Pa].
     by_fed, by_drained : float
-        Slopes by the drop over the feeding and the draining edge [m³/(s·Pa)].
+        Derivatives by the pressure drop over the feeding and the draining edge [m³/(s·Pa)].
     """
 
     flow: float
@@ -104,18 +104,18 @@ class ValveSignals(NamedTuple):
 def valve_signals(
     spool: float, pressure: float, supply: float, reference: float, ret: float, gain: float, sign: float
 ) -> ValveSignals:
-    """Flow through the valve and its slopes; chamber 2 is chamber 1 seen from the other side (`sign` −1).
+    """Valve flow of a chamber and its derivatives; chamber 2 mirrors chamber 1 (`sign` −1).
 
     Parameters
     ----------
     spool : float
         x_v [m].
     pressure : float
-        Of the chamber [Pa].
+        Chamber pressure [Pa].
     supply : float
-        P_s at which the equations are linear [Pa].
+        P_s at the linearisation point [Pa].
     reference : float
-        P_s about which its deviation is stated [Pa].
+        P_s that the prior deviation refers to [Pa].
     ret : float
         P_r [Pa].
     gain : float
@@ -143,7 +143,7 @@ def valve_signals(
 def write_equation(
     sums: Any, chamber: int, b: Balance, position: float, leak: float, travel: float, columns: Any
 ) -> float:
-    """Fill the columns of a window (N_UNKNOWN,) from its integrals, and give its target [m³].
+    """Fill the regressors of a window (N_UNKNOWN,) from its integrals, and return its target [m³].
 
     Parameters
     ----------

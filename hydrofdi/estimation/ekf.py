@@ -1,8 +1,8 @@
-"""Extended Kalman filter of the nominal plant: P_1, P_2 and x_p are measured, one scalar update each.
+"""Extended Kalman filter of the nominal plant, with scalar updates by P_1, P_2 and x_p.
 
 Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3; updates in the form of Bucy and
-Joseph, Filtering for Stochastic Processes (1968), which holds for any gain. The plant's transition leaves the
-held states as they are, so that only the rows of the moving states are multiplied.
+Joseph, Filtering for Stochastic Processes (1968), which is valid for any gain. The transition does not change
+the held states, so only the rows of the moving states are multiplied.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from hydrofdi.physics.equation import equation
 Array = NDArray[np.float64]
 
 N_MEASURED = 3
-"""P_1, P_2 and x_p: the first of the moving states."""
+"""Number of measurements: P_1, P_2 and x_p, the first of the moving states."""
 
 FIRST_PARAMETER = 5
-"""Place of the first state that is neither motion nor force."""
+"""Index of the first state that is neither motion nor force."""
 
 
 @equation
 def spread(covariance: Array, transition: Array, walk: Array, rows: Array) -> None:
-    """Carry a covariance over a sample, in place.
+    """Propagate a covariance over one sample, in place.
 
     Parameters
     ----------
     covariance : ndarray, shape (N_STATE, N_STATE)
     transition : ndarray, shape (N_MOVING, N_STATE)
-        How the moving states depend on all of them.
+        Derivatives of the moving states by all states.
     walk : ndarray, shape (N_STATE,)
-        Variance that the sample adds to each state.
+        Process noise variance of each state per sample.
     rows : ndarray, shape (N_MOVING, N_STATE)
         Workspace.
     """
@@ -57,9 +57,9 @@ def spread(covariance: Array, transition: Array, walk: Array, rows: Array) -> No
 
 @equation
 def find_gain(covariance: Array, place: int, total: float, is_trusted: bool, gain: Array) -> None:
-    """Fill the gain of a measurement of one state with a variance of the innovation in all.
+    """Fill the Kalman gain of a measurement of one state, given the total innovation variance.
 
-    Where it is not trusted, parameters do not learn from it and are considered with their variances alone;
+    If the measurement is not trusted, the gain of parameters is zero: only their variances are considered,
     Schmidt, Advances in Control Systems 3 (1966).
     """
     for j in range(N_STATE):
@@ -71,9 +71,9 @@ def find_gain(covariance: Array, place: int, total: float, is_trusted: bool, gai
 
 @equation
 def learn(covariance: Array, place: int, total: float, gain: Array, row: Array) -> None:
-    """What a covariance P is after a measurement of one state i with any gain K, in place.
+    """Update a covariance P for a measurement of state i with any gain K, in place.
 
-    (1 − K e_iᵀ) P (1 − K e_iᵀ)ᵀ + r K Kᵀ = P − K p − (p − s K) Kᵀ with p the row i of P and s = P_ii + r.
+    (1 − K e_iᵀ) P (1 − K e_iᵀ)ᵀ + r K Kᵀ = P − K p − (p − s K) Kᵀ with p = row i of P and s = P_ii + r.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def learn(covariance: Array, place: int, total: float, gain: Array, row: Array) 
 
 @equation
 def make_symmetric(matrix: Array) -> None:
-    """Replace a square matrix by its mean with its transpose."""
+    """Symmetrise a square matrix in place: mean with its transpose."""
     for i in range(N_STATE):
         for j in range(i):
             matrix[i, j] = matrix[j, i] = 0.5 * (matrix[i, j] + matrix[j, i])
@@ -105,7 +105,7 @@ def make_symmetric(matrix: Array) -> None:
 
 @equation
 def is_sound(mean: Array, covariance: Array, limits: Array) -> bool:
-    """Whether all estimates are within physical limits, and no variance is negative; NaN is neither."""
+    """Whether all estimates are within physical limits and no variance is negative; false for NaN."""
     sound = True
     for j in range(N_STATE):
         sound &= abs(mean[j]) <= limits[j]

@@ -1,4 +1,4 @@
-"""The extended Kalman filter along streams: what it keeps from chunk to chunk, and its estimates."""
+"""Extended Kalman filters of streams: state between chunks, and estimates."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from hydrofdi.estimation.spool_path import between_samples, follow_command
 from hydrofdi.physics.equation import equation
 
 LEAKAGE = 5
-"""Place of the leakage among the states."""
+"""Index of the leakage among the states."""
 
 N_SUM = 4
-"""Sums over the samples since the last estimate: ν²/s; ν² of the pressures [MPa²]; dν/s and d²/s of the
-signature d, with which a leak of 1 L/min from the start on would move the innovation ν."""
+"""Number of sums over the samples since the last estimate: ν²/s; ν² of the pressures [MPa²]; dν/s and d²/s,
+with d the signature: the change of innovation ν from a leak of 1 L/min since the start."""
 
 
 class Streams(NamedTuple):
@@ -35,10 +35,10 @@ class Streams(NamedTuple):
     Attributes
     ----------
     mean : ndarray, shape (n_stream, N_STATE)
-        NaN in a stream whose filter diverged.
+        NaN if the filter of a stream diverged.
     covariance : ndarray, shape (n_stream, N_STATE, N_STATE)
     signature : ndarray, shape (n_stream, N_STATE)
-        By how much the filter's estimates are off for each L/min that it does not know of.
+        Error of the estimates per L/min of leakage that the filter does not model.
     sums : ndarray, shape (n_stream, N_SUM)
     spool : ndarray, shape (n_stream, 2)
         Position and velocity of the nominal spool [mm, mm/s].
@@ -55,7 +55,7 @@ class Streams(NamedTuple):
 
 
 class Tuning(NamedTuple):
-    """What a filter takes as known of plant and sensors.
+    """Known parameters of plant and sensors.
 
     Attributes
     ----------
@@ -63,19 +63,19 @@ class Tuning(NamedTuple):
     step : float
         Runge-Kutta step [s].
     spool_transition : ndarray, shape (2, 2)
-        Of half a step.
+        State transition of the spool over half a step.
     follows_command : bool
-        Whether the spool is driven by the command, or else measured.
+        Whether the spool is computed from the command; else it is measured.
     prior, walk : ndarray, shape (N_STATE,)
-        Variance of each state at the start, and what a sample adds.
+        Initial variance of each state, and process noise variance per sample.
     sensors : ndarray, shape (N_MEASURED,)
         Variances of P_1, P_2 and x_p [MPa², MPa², mm²].
     limits : ndarray, shape (N_STATE,)
-        Largest size of each estimate.
+        Largest absolute value of each estimate.
     null_zone : float
-        Distance of the spool from its centre within which parameters learn nothing [mm].
+        Distance of the spool from its centre within which parameters are not updated [mm].
     largest_travel : float
-        Travel of the spool within a sample above which they learn nothing [mm].
+        Travel of the spool within a sample above which parameters are not updated [mm].
     """
 
     plant: Plant
@@ -91,7 +91,7 @@ class Tuning(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays that a filter works in."""
+    """Scratch arrays of a filter."""
 
     path: Array
     transition: Array
@@ -102,7 +102,7 @@ class Workspace(NamedTuple):
 
 
 def workspace(n_step: int) -> Workspace:
-    """For so many Runge-Kutta steps in a sample."""
+    """Allocate scratch arrays for `n_step` Runge-Kutta steps per sample."""
     moving = (N_MOVING, N_STATE)
     shapes = ((2 * n_step + 1,), moving, TANGENT_SHAPE, moving, (N_STATE,), (N_STATE,))
     return Workspace(*map(np.empty, shapes))
@@ -110,7 +110,7 @@ def workspace(n_step: int) -> Workspace:
 
 @equation
 def begin(streams: Streams, k: int, measured: Array, tuning: Tuning) -> None:
-    """Start a filter at its first sample: at rest where it was measured, with the spool at its command."""
+    """Initialise a filter at its first sample: at rest at the measured position, spool at its command."""
     for i in range(N_STATE):
         streams.mean[k, i] = measured[i] if i < N_MEASURED else 0.0
         for j in range(N_STATE):
@@ -119,7 +119,7 @@ def begin(streams: Streams, k: int, measured: Array, tuning: Tuning) -> None:
 
 @equation
 def predict_sample(streams: Streams, k: int, drive: float, tuning: Tuning, work: Workspace) -> bool:
-    """Carry a filter to the next sample; whether parameters may learn there."""
+    """Predict a filter to the next sample; return whether parameters may be updated there."""
     is_open = find_path(streams.spool[k], streams.held[k, 0], drive, tuning, work.path)
     advance_with_transition(
         streams.mean[k],
@@ -137,7 +137,7 @@ def predict_sample(streams: Streams, k: int, drive: float, tuning: Tuning, work:
 
 @equation
 def find_path(spool: Array, before: float, drive: float, tuning: Tuning, path: Array) -> bool:
-    """Fill the path of a spool to the next sample; whether the valve is open and at rest all the way."""
+    """Fill the path of a spool to the next sample; return whether the valve stays open and nearly at rest."""
     if tuning.follows_command:
         follow_command(spool, before, tuning.spool_transition, path)
     else:
@@ -149,7 +149,7 @@ def find_path(spool: Array, before: float, drive: float, tuning: Tuning, path: A
 
 @equation
 def carry_signature(signature: Array, transition: Array) -> None:
-    """Propagate the filter's deviation with the plant, and let the leak act for another sample."""
+    """Propagate the error of the filter with the plant, and add the effect of the leak over one sample."""
     first, second, third, fourth = (
         transition[0, LEAKAGE], transition[1, LEAKAGE], transition[2, LEAKAGE], transition[3, LEAKAGE],
     )  # fmt: skip
@@ -194,25 +194,25 @@ def follow(
     streams: Streams, n_before: int, measured: Array, drive: Array, supply: Array, tuning: Tuning, every: int,
     means: Array, variances: Array, sums: Array, work: Workspace,
 ) -> None:  # fmt: skip
-    """Follow streams through a chunk.
+    """Process a chunk of streams.
 
     Parameters
     ----------
     streams : Streams
-        Moved on in place.
+        Updated in place.
     n_before : int
-        Samples of the streams before the chunk.
+        Number of samples of the streams before the chunk.
     measured : ndarray, shape (n_stream, n_sample, N_MEASURED)
         P_1, P_2 [MPa] and x_p [mm].
     drive : ndarray, shape (n_stream, n_sample)
-        Where the command would have the spool, or where it was measured [mm].
+        Static spool position under the command, or the measured one [mm].
     supply : ndarray, shape (n_stream, n_sample)
         [MPa]
     tuning : Tuning
     every : int
-        Samples from one estimate to the next.
+        Samples between estimates.
     means, variances : ndarray, shape (n_stream, n_estimate, N_STATE)
-        Filled with the estimates behind the samples that `indicators.recursive.instants` names.
+        Filled with the estimates after the samples that `indicators.recursive.instants` returns.
     sums : ndarray, shape (n_stream, n_estimate, N_SUM)
         Filled with the sums over the samples up to each estimate.
     work : Workspace

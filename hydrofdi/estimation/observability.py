@@ -1,7 +1,7 @@
-"""Information of outputs along a motion about states and parameters.
+"""Information of outputs about states and parameters along a motion.
 
-Krener and Ide, Measures of unobservability, IEEE Conference on Decision and Control (2009): the singular
-values of the Gramian of a finite horizon, here in units of what is known beforehand.
+Krener and Ide, Measures of unobservability, IEEE Conference on Decision and Control (2009): singular values
+of the finite-horizon Gramian, here scaled by the prior standard deviations.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ Array = NDArray[np.float64]
 
 
 def finite_horizon_gramian(transitions: Array, outputs: Array, deviations: Array) -> Array:
-    """Observability Gramian Σ_k Φ_kᵀ Cᵀ R⁻¹ C Φ_k with Φ_k = A_(k−1) … A_0, of the states at the start.
+    """Observability Gramian Σ_k Φ_kᵀ Cᵀ R⁻¹ C Φ_k with Φ_k = A_(k−1) … A_0, of the initial states.
 
     Parameters
     ----------
     transitions : ndarray, shape (n_step, n_state, n_state)
         A_k along the motion.
     outputs : ndarray, shape (n_output, n_state)
-        C; outputs are taken at the start and behind each step.
+        C; outputs are taken at the start and after each step.
     deviations : ndarray, shape (n_output,)
-        Roots of R, of independent noise.
+        Standard deviations of the independent output noise: roots of the diagonal of R.
 
     Returns
     -------
     ndarray, shape (n_state, n_state)
-        Not finite where the states grow beyond all numbers.
+        Not finite if the states overflow.
     """
     weighed = outputs / deviations[:, None]
     n_step, n_state = transitions.shape[:2]
@@ -47,14 +47,14 @@ def finite_horizon_gramian(transitions: Array, outputs: Array, deviations: Array
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Singular values of a Gramian, and the directions that they belong to.
+    """Singular values of a Gramian and their directions.
 
     Attributes
     ----------
     values : ndarray, shape (n,)
-        The largest first.
+        In descending order.
     directions : ndarray, shape (n, n)
-        A row each, of length one; its largest part is positive.
+        One unit vector per row; its largest component is positive.
     """
 
     values: Array
@@ -62,7 +62,7 @@ class Spectrum:
 
     @property
     def condition(self) -> float:
-        """The largest over the smallest; infinite if the Gramian has not the full rank."""
+        """Ratio of largest to smallest singular value; infinite if the Gramian does not have full rank."""
         return float(self.values[0] / self.values[-1]) if self.values[-1] > 0.0 else math.inf
 
 
@@ -81,11 +81,11 @@ def spectrum(gramian: Array) -> Spectrum:
 
 
 def covariance_with_prior(gramian: Array) -> Array:
-    """Covariance of unknowns in units of their deviations beforehand: (1 + G)⁻¹, G in the same units."""
+    """Posterior covariance (1 + G)⁻¹ of unknowns scaled by their prior standard deviations; G likewise."""
     return np.asarray(np.linalg.inv(np.eye(len(gramian)) + gramian))
 
 
 def correlations(covariance: Array) -> Array:
-    """Correlations of a covariance, shape (n, n)."""
+    """Correlation matrix of a covariance matrix, shape (n, n)."""
     deviations = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(deviations, deviations))

@@ -1,7 +1,7 @@
-"""The nominal plant of state estimators: actuator and valve with possible deviations from their data sheet.
+"""Nominal plant of state estimators: actuator and valve, with deviations from the data sheet.
 
-Units are mm, s, N, MPa and t (1 t·mm/s² = 1 N), so that all states are of the order of 1 to 100. They are
-consistent: the equations of `hydrofdi.physics` hold in them as in SI.
+Units are mm, s, N, MPa and t (1 t·mm/s² = 1 N), so that all states have magnitudes of about 1 to 100. The
+units are consistent, so the equations of `hydrofdi.physics` apply unchanged.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ PER_MINUTE = 1e6 / 60.0
 
 
 class Moving(NamedTuple):
-    """What moves within a sample: P_1 and P_2 as their sensors show them [MPa], x_p [mm], v_p [mm/s]."""
+    """States that change within a sample: P_1 and P_2 as measured [MPa], x_p [mm], v_p [mm/s]."""
 
     pressure_1: float
     pressure_2: float
@@ -30,24 +30,24 @@ class Moving(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What is held within a sample, and walks from one to the next; zero if the plant is nominal.
+    """States that are constant within a sample and perform random walks; zero for the nominal plant.
 
     Attributes
     ----------
     resistance : float
-        Force against the piston: friction and load, less friction by the model where there is one [N].
+        Force against the piston: friction and load, minus model friction if there is a friction model [N].
     leakage : float
         Internal leakage at the reference pressure [L/min].
     bulk_modulus, supply : float
         ln(β/β_nominal) and ln(P_s/P_s,nominal) [-].
     flow_gain : float
-        Flow through the open valve over the nominal one, less 1 [-].
+        Relative deviation of the flow through the open valve from nominal [-].
     offset, lap : float
         Spool position at which the valve is closed, and its lap [µm].
     clearance : float
-        Conductance of the clearance over each edge [mm³/(s·MPa)].
+        Conductance of the clearance at each edge [mm³/(s·MPa)].
     bias_1, bias_2 : float
-        What the sensors of P_1 and P_2 show too much [MPa].
+        Biases of the sensors of P_1 and P_2 [MPa].
     """
 
     resistance: float
@@ -63,22 +63,21 @@ class Held(NamedTuple):
 
 
 STATES = Moving._fields + Held._fields
-"""Names of all states, in their order."""
+"""Names of all states, in order."""
 
 N_MOVING, N_STATE = len(Moving._fields), len(STATES)
 
 
 class Plant(NamedTuple):
-    """Nominal values.
+    """Nominal parameters.
 
-    Attributes
-    ----------
+    Attributes ----------
     mass : float
         [t]
     area_1, area_2 : float
         [mm²]
     volume_1, volume_2 : float
-        At position zero [mm³].
+        Volume at position zero [mm³].
     stiffness : float
         [N/mm]
     bulk_modulus, ret, reference_pressure : float
@@ -90,7 +89,7 @@ class Plant(NamedTuple):
     viscous, transition, velocity_threshold : float
         f [N·s/mm], c_v [s/mm] and v_th [mm/s].
     has_friction_model : True or None
-        Whether friction is that of the paper's law; else it is part of the resistance alone.
+        Whether friction follows the law of the paper; else it is part of `resistance` only.
     """
 
     mass: float
@@ -113,7 +112,7 @@ class Plant(NamedTuple):
 
 
 class Actual(NamedTuple):
-    """What the held states make of the nominal values; lengths in mm, K_i in mm³/(s·√MPa)."""
+    """Actual parameters: nominal values changed by the held states; lengths in mm, K_i in mm³/(s·√MPa)."""
 
     bulk_modulus: float
     supply: float
@@ -129,7 +128,7 @@ class Actual(NamedTuple):
 
 @equation
 def actual(held: Held, supply: float, plant: Plant) -> Actual:
-    """The plant as the held states have it; nominal supply pressure in MPa."""
+    """Actual parameters of the plant for the held states and a nominal supply pressure [MPa]."""
     return Actual(
         plant.bulk_modulus * np.exp(held.bulk_modulus),
         supply * np.exp(held.supply),
@@ -190,7 +189,7 @@ def rates(moving: Moving, spool: float, a: Actual, plant: Plant) -> Moving:
 
 @equation
 def moved(moving: Moving, time: float, along: Moving) -> Moving:
-    """The states after going along rates for a time [s]."""
+    """States after moving with constant rates for a time [s]."""
     return Moving(
         moving.pressure_1 + time * along.pressure_1,
         moving.pressure_2 + time * along.pressure_2,
@@ -215,7 +214,7 @@ def mean_rates(first: Moving, second: Moving, third: Moving, fourth: Moving) -> 
 def step_of(
     moving: Moving, step: float, start: float, middle: float, end: float, a: Actual, plant: Plant
 ) -> Moving:
-    """The states one Runge-Kutta step [s] later; spool positions at its start, middle and end [mm]."""
+    """States after one Runge-Kutta step [s]; spool positions at its start, middle and end [mm]."""
     first = rates(moving, start, a, plant)
     second = rates(moved(moving, 0.5 * step, first), middle, a, plant)
     third = rates(moved(moving, 0.5 * step, second), middle, a, plant)

@@ -1,7 +1,6 @@
-"""The nominal plant from one sample to the next, and how its end depends on its start.
+"""Prediction of the nominal plant over one sample, and its state transition matrix.
 
-The transition is the exact derivative of the Runge-Kutta steps: it moves with the states, along the slopes at
-every stage.
+The transition matrix is the exact derivative of the Runge-Kutta steps, propagated through every stage.
 """
 
 from __future__ import annotations
@@ -33,13 +32,13 @@ TANGENT_SHAPE = (4, N_MOVING, N_STATE)
 
 @equation
 def moving_of(state: Array) -> Moving:
-    """The moving states of a vector."""
+    """Moving states of a state vector."""
     return Moving(state[0], state[1], state[2], state[3])
 
 
 @equation
 def held_of(state: Array) -> Held:
-    """The held states of a vector."""
+    """Held states of a state vector."""
     return Held(
         state[4], state[5], state[6], state[7], state[8], state[9], state[10], state[11], state[12], state[13]
     )
@@ -47,14 +46,14 @@ def held_of(state: Array) -> Held:
 
 @equation
 def keep_moving(state: Array, moving: Moving) -> None:
-    """Write the moving states into a vector."""
+    """Write the moving states into a state vector."""
     state[0], state[1] = moving.pressure_1, moving.pressure_2
     state[2], state[3] = moving.position, moving.velocity
 
 
 @equation
 def advance(state: Array, path: Array, step: float, supply: float, plant: Plant) -> None:
-    """Move a state on by a sample, in place.
+    """Advance a state by one sample, in place.
 
     Parameters
     ----------
@@ -78,14 +77,13 @@ def advance(state: Array, path: Array, step: float, supply: float, plant: Plant)
 def advance_with_transition(
     state: Array, path: Array, step: float, supply: float, plant: Plant, transition: Array, tangents: Array
 ) -> None:
-    """`advance`, and how the moving states at the end depend on all states at the start.
+    """`advance`, and the derivatives of the moving states at the end by all states at the start.
 
     Parameters
     ----------
     state, path, step, supply, plant
-        As of `advance`.
-    transition : ndarray, shape (N_MOVING, N_STATE)
-        Filled with ∂(moving states at the end)/∂(states at the start); the held states stay as they are.
+        As for `advance`. transition : ndarray, shape (N_MOVING, N_STATE) Filled with ∂(moving states at the
+        end)/∂(states at the start); the held states do not change.
     tangents : ndarray, shape TANGENT_SHAPE
         Workspace.
     """
@@ -121,7 +119,7 @@ def advance_with_transition(
 
 @equation
 def go(tangent: Array, time: float, along: Array, result: Array) -> None:
-    """Move a tangent along its rates for a time."""
+    """Advance a tangent with constant rates for a time."""
     for m in range(N_MOVING):
         for j in range(N_STATE):
             result[m, j] = tangent[m, j] + time * along[m, j]
@@ -166,14 +164,13 @@ def predict(
     states: Array, paths: Array, step: float, supply: Array, plant: Plant, ends: Array, transitions: Array,
     tangents: Array,
 ) -> None:  # fmt: skip
-    """States one sample later, each by itself, with their transitions.
+    """Predict several states over one sample, with their transition matrices.
 
     Parameters
     ----------
     states : ndarray, shape (n, N_STATE)
     paths : ndarray, shape (n, 2 n_step + 1)
-        As of `advance`.
-    step : float
+        As for `advance`. step : float
     supply : ndarray, shape (n,)
     plant : Plant
     ends : ndarray, shape (n, N_STATE)

@@ -1,4 +1,4 @@
-"""Variance of the white noise of a signal, as a stream."""
+"""Recursive estimate of the variance of white noise in a signal."""
 
 from __future__ import annotations
 
@@ -12,30 +12,31 @@ from hydrofdi.compilation.object_code import kernel
 Array = NDArray[np.float64]
 
 _ORDER = 8
-"""Differences of this order leave less than a tenth of what is slower than a tenth of the sampling frequency,
-and `_GAIN` of the variance of white noise."""
+"""Order of the differences. They attenuate frequencies below a tenth of the sampling frequency to less than a
+tenth, and scale the variance of white noise by `_GAIN`."""
 
 _GAIN = float(comb(2 * _ORDER, _ORDER))
 
 
 def new_noise(n_record: int) -> Array:
-    """State of `follow_noise` before the first sample: differences, clear samples in a row, sum, number."""
+    """State of `follow_noise` before the first sample: differences, consecutive clear samples, sum,
+    number."""
     return np.zeros((n_record, _ORDER + 3))
 
 
 @kernel
 def follow_noise(signal: Array, unclear: NDArray[np.bool_], state: Array, variance: Array) -> None:
-    """Variance of the noise of a signal up to each sample, from differences of high order.
+    """Fill the noise variance of a signal up to each sample, from high-order differences.
 
     Parameters
     ----------
     signal : ndarray, shape (n_record, n_time)
     unclear : ndarray of bool, shape (n_record, n_time)
-        Samples that do not count, such as those of jumps.
+        Samples to exclude, such as those of jumps.
     state : ndarray, shape (n_record, _ORDER + 3)
         From `new_noise`; updated in place.
     variance : ndarray, shape (n_record, n_time)
-        Filled; 0 before there is a difference.
+        Filled; 0 before the first difference.
     """
     for r in range(signal.shape[0]):
         own = state[r]

@@ -1,4 +1,4 @@
-"""Analytic Jacobian of the nominal plant: slopes of the rates over all states."""
+"""Analytic Jacobian of the nominal plant: derivatives of the rates by all states."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from hydrofdi.physics.friction.stribeck import decaying_exponential, stribeck_fo
 from hydrofdi.physics.signed_root import signed_root
 
 LEAST_ROOT = 0.3
-"""Root of a pressure difference below which slopes of flows are those at it [√MPa]: 0.09 MPa."""
+"""Root of the pressure difference at which derivatives of flows are limited [√MPa]: 0.09 MPa."""
 
 
 class ChamberSlopes(NamedTuple):
-    """Slopes of the rate of a chamber pressure [MPa/s] over the states, in their units."""
+    """Derivatives of the rate of a chamber pressure [MPa/s] by the states, in their units."""
 
     pressure_1: float
     pressure_2: float
@@ -32,7 +32,7 @@ class ChamberSlopes(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Slopes of the rates: those of both chambers, and of friction over the velocity [N·s/mm]."""
+    """Derivatives of the rates: of both chamber pressures, and of friction by velocity [N·s/mm]."""
 
     chamber_1: ChamberSlopes
     chamber_2: ChamberSlopes
@@ -40,7 +40,7 @@ class Slopes(NamedTuple):
 
 
 class EdgeSlopes(NamedTuple):
-    """Flow through the opening of an edge [mm³/s], and slopes over opening [mm] and drop [MPa]."""
+    """Flow through a metering edge [mm³/s], and derivatives by opening [mm] and pressure drop [MPa]."""
 
     opened: float
     by_opening: float
@@ -49,7 +49,7 @@ class EdgeSlopes(NamedTuple):
 
 @equation
 def edge_slopes(x: float, drop: float, a: Actual, plant: Plant) -> EdgeSlopes:
-    """Slopes of `edge_flow`."""
+    """Derivatives of `edge_flow`."""
     opening, gain = max(x - a.lap, 0.0), a.flow_gain * plant.area_gradient
     root = np.sqrt(abs(drop))
     by_opening = np.copysign(gain * root, drop) if opening > 0.0 else 0.0
@@ -60,7 +60,7 @@ def edge_slopes(x: float, drop: float, a: Actual, plant: Plant) -> EdgeSlopes:
 
 @equation
 def slopes(moving: Moving, spool: float, a: Actual, plant: Plant) -> Slopes:
-    """Slopes of `rates`."""
+    """Derivatives of `rates`."""
     x, (p_1, p_2) = spool - a.offset, true_pressures(moving, a)
     to_1, from_1, to_2, from_2 = a.supply - p_1, p_1 - plant.ret, a.supply - p_2, p_2 - plant.ret
     feed_1, drain_1 = edge_slopes(x, to_1, a, plant), edge_slopes(-x, from_1, a, plant)
@@ -105,7 +105,7 @@ def slopes(moving: Moving, spool: float, a: Actual, plant: Plant) -> Slopes:
 
 @equation
 def friction_slope(velocity: float, plant: Plant) -> float:
-    """Slope of `friction_force` over the velocity [N·s/mm]."""
+    """Derivative of `friction_force` by velocity [N·s/mm]."""
     speed, threshold = abs(velocity), plant.velocity_threshold
     if speed < threshold:
         held = stribeck_force(threshold, plant.coulomb, plant.breakaway, plant.transition)

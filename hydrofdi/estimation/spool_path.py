@@ -1,4 +1,4 @@
-"""The nominal spool between samples: a second-order lag under a command that is held, solved exactly."""
+"""Nominal spool position between samples: exact solution of a second-order lag under a held command."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def spool_transition(frequency: float, damping_ratio: float, time: float) -> Array:
-    """How a lag x'' = ω²(x_end − x) − 2ξω x' moves on.
+    """State transition matrix of the lag x'' = ω²(x_end − x) − 2ξω x'.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def spool_transition(frequency: float, damping_ratio: float, time: float) -> Arr
     Returns
     -------
     ndarray, shape (2, 2)
-        e^(At) of distance x − x_end and velocity, by Sylvester's formula; ξ = 1 is moved by 1e-6.
+        e^(At) for x − x_end and velocity, by Sylvester's formula; ξ = 1 is shifted by 1e-6.
     """
     damping = damping_ratio if abs(damping_ratio - 1.0) > 1e-6 else 1.0 + 1e-6
     one, two = second_order_eigenvalues(frequency, damping)
@@ -41,16 +41,16 @@ def spool_transition(frequency: float, damping_ratio: float, time: float) -> Arr
 
 @equation
 def follow_command(spool: Array, target: float, transition: Array, path: Array) -> None:
-    """Spool positions over a sample under a held command.
+    """Fill the spool positions over one sample under a held command.
 
     Parameters
     ----------
     spool : ndarray, shape (2,)
-        Position and velocity at the start [mm, mm/s]; moved to the end.
+        Position and velocity at the start [mm, mm/s]; updated to the end.
     target : float
-        Where the command would have the spool [mm].
+        Static spool position under the command [mm].
     transition : ndarray, shape (2, 2)
-        `spool_transition` over a part of the path.
+        `spool_transition` over one part of the path.
     path : ndarray, shape (n_part + 1,)
         Filled with positions [mm].
     """
@@ -66,6 +66,6 @@ def follow_command(spool: Array, target: float, transition: Array, path: Array) 
 
 @equation
 def between_samples(start: float, end: float, path: Array) -> None:
-    """Fill a path with positions on the straight line between two samples [mm]."""
+    """Fill a path with linearly interpolated positions between two samples [mm]."""
     for i in range(path.size):
         path[i] = start + (end - start) * (i / (path.size - 1))

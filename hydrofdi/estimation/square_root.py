@@ -1,4 +1,4 @@
-"""Covariances as a root S with P = S Sᵀ: symmetric and positive whatever is rounded.
+"""Square-root form of covariances, P = S Sᵀ: symmetric and positive semidefinite despite rounding.
 
 Source: Kaminski, Bryson & Schmidt 1971, *Discrete square root filtering: a survey of current techniques*,
 IEEE Transactions on Automatic Control 16.
@@ -16,23 +16,23 @@ Array = NDArray[np.float64]
 
 @equation
 def find_gain(root: Array, k: int, variance: float, gain: Array) -> float:
-    """Gain of a measurement of one state.
+    """Compute the Kalman gain of a measurement of one state.
 
     Parameters
     ----------
     root : ndarray, shape (n, n)
         S.
     k : int
-        The state.
+        Index of the state.
     variance : float
         R > 0 of the measurement.
     gain : ndarray, shape (n,)
-        Filled with K, the column k of P over s.
+        Filled with K, column k of P divided by s.
 
     Returns
     -------
     float
-        Variance s = P_kk + R of the innovation.
+        Innovation variance s = P_kk + R.
     """
     total = variance
     for j in range(gain.size):
@@ -47,7 +47,8 @@ def find_gain(root: Array, k: int, variance: float, gain: Array) -> float:
 
 @equation
 def shrink(root: Array, k: int, ratio: float, gain: Array) -> None:
-    """Take in a measurement of state k by its gain, in place: S −= K φᵀ/(1 + √(R/s)), where φ is row k of S.
+    """Update a root for a measurement of state k with its gain, in place: S −= K φᵀ/(1 + √(R/s)), where φ is
+    row k of S.
 
     Potter's update (Battin 1964, *Astronautical guidance*); no eigenvalue of its factor is below √(R/s).
 
@@ -58,7 +59,7 @@ def shrink(root: Array, k: int, ratio: float, gain: Array) -> None:
     ratio : float
         R/s.
     gain : ndarray, shape (n,)
-        As `find_gain` has it.
+        From `find_gain`.
     """
     share = 1.0 / (1.0 + np.sqrt(ratio))
     for i in range(gain.size):
@@ -71,14 +72,14 @@ def shrink(root: Array, k: int, ratio: float, gain: Array) -> None:
 
 @equation
 def grow(root: Array, error: Array, rows: Array) -> None:
-    """Add the square of a vector to a covariance, in place.
+    """Add the outer product of a vector to a covariance, in place.
 
-    The covariance behind a measurement with a gain that is not K but K − e grows by s e eᵀ.
+    With a gain K − e instead of K, the covariance after a measurement increases by s e eᵀ.
 
     Parameters
     ----------
     root : ndarray, shape (n, n)
-        A lower triangle afterwards.
+        Lower triangular afterwards.
     error : ndarray, shape (n,)
         √s e.
     rows : ndarray, shape (at least n + 2, n)
@@ -95,7 +96,7 @@ def grow(root: Array, error: Array, rows: Array) -> None:
 
 @equation
 def take_triangle(rows: Array, root: Array) -> None:
-    """Fill a root with the transpose of the triangle in the first rows."""
+    """Fill a root with the transpose of the triangular matrix in the first rows."""
     for i in range(root.shape[0]):
         for j in range(root.shape[0]):
             root[i, j] = rows[j, i] if j <= i else 0.0
@@ -103,14 +104,14 @@ def take_triangle(rows: Array, root: Array) -> None:
 
 @equation
 def triangularise(rows: Array, n_row: int) -> None:
-    """Turn rows A by Householder's reflections into an upper triangle R with Rᵀ R = Aᵀ A.
+    """Transform rows A by Householder reflections into an upper triangular R with Rᵀ R = Aᵀ A.
 
     Parameters
     ----------
     rows : ndarray, shape (at least n_row + 1, n)
-        A, whose first n rows become R above the diagonal and scratch below; the row behind A is scratch, too.
+        A; its first n rows become R on and above the diagonal, and scratch below. The row after A is scratch.
     n_row : int
-        Rows of A, at least n.
+        Number of rows of A, at least n.
     """
     n = rows.shape[1]
     for k in range(n):
@@ -127,7 +128,7 @@ def triangularise(rows: Array, n_row: int) -> None:
 
 @equation
 def reflect(rows: Array, n_row: int, k: int, scale: float) -> None:
-    """Add `scale` times v vᵀ A to the columns of A behind column k, in which v begins on the diagonal."""
+    """Add `scale` times v vᵀ A to the columns of A after column k, where v starts on the diagonal."""
     n = rows.shape[1]
     for j in range(k + 1, n):
         rows[n_row, j] = 0.0

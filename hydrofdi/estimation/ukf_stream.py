@@ -1,4 +1,4 @@
-"""The unscented Kalman filter along streams: what it keeps from chunk to chunk, and its estimates."""
+"""Unscented Kalman filters of streams: state between chunks, and estimates."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Streams(NamedTuple):
     Attributes
     ----------
     mean : ndarray, shape (n_stream, n)
-        Of the n states that are estimated; NaN in a stream whose filter diverged.
+        Means of the n estimated states; NaN if the filter of a stream diverged.
     root : ndarray, shape (n_stream, n, n)
-        S of their covariance S Sᵀ.
+        Root S of their covariance S Sᵀ.
     sums : ndarray, shape (n_stream, 1)
         Sum of squared innovations over their variances, since the last estimate.
     spool : ndarray, shape (n_stream, 2)
@@ -42,14 +42,14 @@ class Streams(NamedTuple):
 
     @classmethod
     def of(cls, n_stream: int, n: int) -> Streams:
-        """Before the first sample."""
+        """State before the first sample."""
         shapes = (n,), (n, n), (1,), (2,), (2,)
         return cls(*(np.zeros((n_stream, *shape)) for shape in shapes))
 
 
 @equation
 def begin(measured: Array, prior: Array, places: Places, work: Workspace) -> None:
-    """Start an estimate at its first sample: at rest where it was measured."""
+    """Initialise an estimate at its first sample: at rest at the measured position."""
     for i in range(places.size):
         work.mean[i] = measured[i] if i < N_MEASURED else 0.0
         for j in range(places.size):
@@ -58,9 +58,9 @@ def begin(measured: Array, prior: Array, places: Places, work: Workspace) -> Non
 
 @equation
 def take_in(measured: Array, is_open: bool, tuning: Tuning, places: Places, work: Workspace) -> float:
-    """Correct an estimate by the measurements of a sample; sum of squared innovations over their variances.
+    """Correct an estimate by the measurements of a sample; return the sum of normalised squared innovations.
 
-    Where the valve is closed, parameters do not learn, as in `ekf.find_gain`.
+    If the valve is closed, parameters are not updated, as in `ekf.find_gain`.
     """
     total = 0.0
     for k in range(N_MEASURED):
@@ -80,7 +80,7 @@ def take_in(measured: Array, is_open: bool, tuning: Tuning, places: Places, work
 
 @equation
 def copy_in(streams: Streams, k: int, work: Workspace) -> None:
-    """Take up the estimate of a stream."""
+    """Copy the estimate of a stream into the workspace."""
     for i in range(work.mean.size):
         work.mean[i] = streams.mean[k, i]
         for j in range(work.mean.size):
@@ -89,7 +89,7 @@ def copy_in(streams: Streams, k: int, work: Workspace) -> None:
 
 @equation
 def copy_out(streams: Streams, k: int, work: Workspace) -> None:
-    """Keep the estimate of a stream."""
+    """Copy the estimate from the workspace back to a stream."""
     for i in range(work.mean.size):
         streams.mean[k, i] = work.mean[i]
         for j in range(work.mean.size):
@@ -107,7 +107,7 @@ def state_variance(root: Array, i: int) -> float:
 
 @equation
 def give_up_unless_sound(limits: Array, places: Places, work: Workspace) -> None:
-    """Turn an estimate to NaN that is beyond physical limits, or whose covariance is not finite."""
+    """Set an estimate to NaN if it exceeds physical limits or its covariance is not finite."""
     sound = True
     for i in range(places.size):
         sound &= abs(work.mean[i]) <= limits[places[i]]
@@ -122,19 +122,19 @@ def follow_unscented(
     streams: Streams, n_before: int, measured: Array, drive: Array, supply: Array, tuning: Tuning, every: int,
     means: Array, variances: Array, sums: Array, estimated: Estimated, work: Workspace,
 ) -> None:  # fmt: skip
-    """Follow streams through a chunk.
+    """Process a chunk of streams.
 
     Parameters
     ----------
     streams : Streams
-        Moved on in place.
+        Updated in place.
     n_before, measured, drive, supply, tuning, every
-        As of `ekf_stream.follow`.
+        As for `ekf_stream.follow`.
     means, variances : ndarray, shape (n_stream, n_estimate, N_STATE)
-        Filled with the estimates behind the samples that `indicators.recursive.instants` names, where a
-        state is estimated.
+        Filled with the estimates after the samples that `indicators.recursive.instants` returns, for
+        estimated states only.
     sums : ndarray, shape (n_stream, n_estimate, at least 1)
-        The first is filled with the sum over the samples up to each estimate.
+        The first column is filled with the sum over the samples up to each estimate.
     estimated : Estimated
     work : Workspace
     """

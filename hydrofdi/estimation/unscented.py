@@ -1,8 +1,8 @@
-"""The unscented transform with a root of the covariance: how mean and covariance pass through a model.
+"""Square-root unscented transform: propagation of mean and covariance through a model.
 
-P = Σ W δ δᵀ + (b − a²) d dᵀ + Q, where δ is the way of a moved point from the moved centre, d = Σ W δ that of
-their mean, and W = 1 / (2 a² n). This is van der Merwe and Wan's sum, written so that no term is subtracted
-while a² ≤ b: the root follows by reflections alone, and no Cholesky factor is ever downdated.
+P = Σ W δ δᵀ + (b − a²) d dᵀ + Q, where δ is a propagated point minus the propagated centre, d = Σ W δ, and W
+= 1 / (2 a² n). This is van der Merwe and Wan's sum, written so that no term is subtracted as long as a² ≤ b:
+the root follows from reflections only, without a Cholesky downdate.
 
 Source: van der Merwe & Wan 2001, *The square-root unscented Kalman filter for state and
 parameter-estimation*, ICASSP.
@@ -20,12 +20,12 @@ Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 GAUSSIAN = 2.0
-"""b: the weight of the centre that is right for the fourth moments of a normal distribution."""
+"""b: weight of the centre, optimal for the fourth moments of a normal distribution."""
 
 
 @equation
 def place_points(mean: Array, root: Array, spread: float, places: Places, points: Array) -> None:
-    """Fill sigma points: the mean, and a √n standard deviations to both sides along each column of S.
+    """Fill sigma points: the mean, and points at ±a √n times each column of S.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ def place_points(mean: Array, root: Array, spread: float, places: Places, points
     spread : float
         a, 0 < a² ≤ b.
     places : ndarray of int, shape (n,)
-        Rows of the points that the states stand in.
+        Rows of `points` that contain the states.
     points : ndarray, shape (at least n, at least 2 n + 1)
-        Filled in these rows, one point a column.
+        Filled in these rows, one point per column.
     """
     n = places.size
     distance = spread * np.sqrt(n)
@@ -53,19 +53,19 @@ def place_points(mean: Array, root: Array, spread: float, places: Places, points
 def gather_points(
     points: Array, places: Places, spread: float, noise: Array, mean: Array, root: Array, rows: Array
 ) -> None:
-    """Mean and root of the covariance of moved points, and of noise that joins them.
+    """Compute mean and covariance root of propagated points plus process noise.
 
     Parameters
     ----------
     points : ndarray, shape (at least n, at least 2 n + 1)
-        Moved points, the centre first.
+        Propagated points, the centre first.
     places : ndarray of int, shape (n,)
     spread : float
         a.
     noise : ndarray, shape (n,)
-        Standard deviations of the noise, the roots of the diagonal Q.
+        Standard deviations of the process noise: roots of the diagonal of Q.
     mean, root : ndarray, shape (n,), (n, n)
-        Filled; the root is a lower triangle.
+        Filled; the root is lower triangular.
     rows : ndarray, shape (at least 3 n + 2, n)
         Scratch.
     """

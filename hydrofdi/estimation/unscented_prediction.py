@@ -1,4 +1,4 @@
-"""The nominal plant moved on from sigma points, side by side in SIMD lanes."""
+"""Prediction of sigma points with the nominal plant, in parallel SIMD lanes."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Places = NDArray[np.int64]
 
 
 class Estimated(NamedTuple):
-    """Which states are estimated, and how freely they walk.
+    """Estimated states and their random walks.
 
     Attributes
     ----------
     places : ndarray of int, shape (n,)
-        Places of the estimated states in ``STATES``, the moving ones first; the others are zero.
+        Indices of the estimated states in ``STATES``, moving states first; all other states are zero.
     walk : ndarray, shape (n,)
-        Standard deviations of what joins them in a sample, in their units.
+        Standard deviations of their random walks per sample, in their units.
     spread : float
-        Distance a of sigma points, over √n standard deviations.
+        Spread a of the sigma points, in √n standard deviations.
     """
 
     places: Places
@@ -34,7 +34,7 @@ class Estimated(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays that a filter works in: its estimate, gain and spool path; sigma points."""
+    """Arrays of a filter: estimate, gain, spool path and sigma points."""
 
     mean: Array
     root: Array
@@ -45,7 +45,7 @@ class Workspace(NamedTuple):
 
     @classmethod
     def of(cls, n: int, n_step: int) -> Workspace:
-        """For n estimated states and so many Runge-Kutta steps in a sample."""
+        """Allocate for n estimated states and `n_step` Runge-Kutta steps per sample."""
         shapes = (n,), (n, n), (n,), (2 * n_step + 1,), (N_STATE, 2 * n + 1), (3 * n + 2, n)
         return cls(*map(np.zeros, shapes))
 
@@ -54,7 +54,7 @@ class Workspace(NamedTuple):
 def predict_unscented(
     step: float, supply: float, estimated: Estimated, plant: Plant, work: Workspace
 ) -> None:
-    """Carry the estimate in a workspace over a sample, along its spool path.
+    """Predict the estimate in a workspace over one sample, along its spool path.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def predict_unscented(
 def move(
     points: Array, step: float, start: float, middle: float, end: float, supply: float, plant: Plant
 ) -> None:
-    """Move points on by a Runge-Kutta step."""
+    """Advance points by one Runge-Kutta step."""
     for k in range(points.shape[1]):
         moving, held = moving_at(points, k), held_at(points, k)
         moving = step_of(moving, step, start, middle, end, actual(held, supply, plant), plant)
@@ -87,13 +87,13 @@ def move(
 
 @equation
 def moving_at(points: Array, k: int) -> Moving:
-    """The moving states of a point."""
+    """Moving states of a point."""
     return Moving(points[0, k], points[1, k], points[2, k], points[3, k])
 
 
 @equation
 def held_at(points: Array, k: int) -> Held:
-    """The held states of a point."""
+    """Held states of a point."""
     return Held(
         points[4, k], points[5, k], points[6, k], points[7, k],
         points[8, k], points[9, k], points[10, k], points[11, k],

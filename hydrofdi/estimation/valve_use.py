@@ -1,4 +1,4 @@
-"""Samples that determine the flow through the valve, and their supply pressure, as streams."""
+"""Recursive selection of samples with well-determined valve flow, and their mean supply pressure."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _LONG_AGO = 1e9
-"""Samples since a jump before there was any."""
+"""Number of samples since the last jump, before the first jump."""
 
 
 def new_gate(n_record: int) -> Array:
-    """State of `mark_unclear` before the first sample: spool position, and samples since it jumped."""
+    """State of `mark_unclear` before the first sample: spool position, and samples since its last jump."""
     return np.tile([0.0, _LONG_AGO], (n_record, 1))
 
 
@@ -30,20 +30,21 @@ def mark_unclear(
     state: Array,
     unclear: Flags,
 ) -> None:
-    """Mark samples at the start, with the valve hardly open, or soon after its spool jumped.
+    """Mark samples at the start, with the valve almost closed, or soon after a jump of the spool.
 
     Parameters
     ----------
     spool : ndarray, shape (n_record, n_time)
         x_v [m].
     n_before, n_start : int
-        Samples of the stream before these, and samples at its start that are left out.
+        Number of samples of the stream before these, and of samples excluded at its start.
     least_opening : float
-        Nearer to its centre the spool is hardly open, or when it passes it [m]; 0 leaves nothing out.
+        Distance of the spool from its centre below which the valve counts as almost closed, also when the
+        spool crosses the centre [m]; 0 excludes nothing.
     least_jump : float
-        Travel from one sample to the next that is a jump [m].
+        Travel between two samples that counts as a jump [m].
     n_settling : int
-        Samples from a jump on that are left out; the one at which it is seen always is.
+        Samples excluded from a jump on; the sample that shows the jump is always excluded.
     state : ndarray, shape (n_record, 2)
         From `new_gate`; updated in place.
     unclear : ndarray of bool, shape (n_record, n_time)
@@ -62,23 +63,24 @@ def mark_unclear(
 
 
 def new_counts(n_record: int) -> Array:
-    """State of `count_windows` before the first sample: unclear samples of this block and the one before."""
+    """State of `count_windows` before the first sample: number of unclear samples in the current and the
+    previous block."""
     return np.zeros((n_record, 2))
 
 
 @kernel
 def count_windows(unclear: Flags, n_before: int, half: int, state: Array, counts: Array) -> None:
-    """Which windows count: those without an unclear sample.
+    """Determine which windows are valid: those without an unclear sample.
 
     Parameters
     ----------
     unclear : ndarray of bool, shape (n_record, n_time)
     n_before, half : int
-        Samples of the stream before these, and in half a window.
+        Number of samples of the stream before these, and in half a window.
     state : ndarray, shape (n_record, 2)
         From `new_counts`; updated in place.
     counts : ndarray, shape (n_record, n_window)
-        Filled with 1 and 0, for the windows that these samples complete.
+        Filled with 1 (valid) or 0, for the windows that these samples complete.
     """
     for r in range(unclear.shape[0]):
         n_window = 0
@@ -95,7 +97,8 @@ def count_windows(unclear: Flags, n_before: int, half: int, state: Array, counts
 
 
 def new_means(n_record: int, first: float) -> Array:
-    """State of `follow_means` before the first sample: sum and samples of this block, blocks, mean."""
+    """State of `follow_means` before the first sample: sum and number of samples of the current block, number
+    of blocks, mean."""
     return np.tile([0.0, 0.0, 0.0, first], (n_record, 1))
 
 
@@ -103,17 +106,17 @@ def new_means(n_record: int, first: float) -> Array:
 def follow_means(
     signal: Array, unclear: Flags, n_before: int, every: int, least_gain: float, state: Array, means: Array
 ) -> None:
-    """Mean of the clear blocks of a signal before each sample, exponential once there are many.
+    """Fill the mean of the clear blocks of a signal before each sample, with exponential forgetting.
 
     Parameters
     ----------
     signal : ndarray, shape (n_record, n_time)
     unclear : ndarray of bool, shape (n_record, n_time)
-        Samples whose block does not count.
+        Samples whose block is excluded.
     n_before, every : int
-        Samples of the stream before these, and in a block.
+        Number of samples of the stream before these, and in a block.
     least_gain : float
-        Weight of a new block: the larger of this and one over the number of blocks so far.
+        Minimum weight of a new block; before it is reached, the weight is one over the number of blocks.
     state : ndarray, shape (n_record, 4)
         From `new_means`; updated in place.
     means : ndarray, shape (n_record, n_time)

@@ -1,6 +1,6 @@
-"""Nonlinear autoregressive model of a signal and its input: a truncated Volterra series with feedback.
+"""Nonlinear autoregressive model with exogenous input (NARX): a truncated Volterra series with feedback.
 
-The signal at a sample is a polynomial in its own past and that of the input. Leontaritis and Billings,
+Each sample of the signal is a polynomial in past values of signal and input. Leontaritis and Billings,
 Input-output parametric models for non-linear systems, Int. J. Control 41 (1985) 303.
 """
 
@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Term = tuple[int, ...]
-"""Lagged values that are multiplied, by their places; the empty one is the constant."""
+"""Indices of the lagged values that are multiplied; the empty tuple is the constant term."""
 
 
 def lagged_values(first: str, n_first: int, second: str, n_second: int) -> tuple[str, ...]:
-    """Names of the lagged values, in their order: ``u1`` is the input one sample before."""
+    """Names of the lagged values, in order: ``u1`` is the input one sample earlier."""
     return tuple(
         f"{name}{lag}" for name, n in ((first, n_first), (second, n_second)) for lag in range(1, n + 1)
     )
 
 
 def polynomial_terms(n_value: int, order: int) -> tuple[Term, ...]:
-    """All products of up to `order` values, by degree."""
+    """All products of up to `order` values, sorted by degree."""
     places = range(n_value)
     return tuple(
         term for degree in range(order + 1) for term in combinations_with_replacement(places, degree)
@@ -32,20 +32,20 @@ def polynomial_terms(n_value: int, order: int) -> tuple[Term, ...]:
 
 
 def block_means(samples: Array, length: int) -> Array:
-    """Means of successive samples, shape (n_record, n_time // length)."""
+    """Block means of the samples, shape (n_record, n_time // length)."""
     n_block = samples.shape[1] // length
     blocks = np.ascontiguousarray(samples[:, : n_block * length])
     return np.asarray(blocks.reshape(-1, n_block, length).mean(axis=2))
 
 
 def regressors(given: Array, signal: Array, n_given: int, n_own: int, terms: tuple[Term, ...]) -> Array:
-    """Columns of the terms, shape (n_equation, n_term), of one record.
+    """Regressor matrix of one record, shape (n_equation, n_term).
 
     Parameters
     ----------
     given, signal : ndarray, shape (n_time,)
     n_given, n_own : int
-        Lags of the input and of the signal itself.
+        Number of lags of the input and of the signal.
     terms : tuple of Term
     """
     start = max(n_given, n_own)
@@ -59,14 +59,14 @@ def regressors(given: Array, signal: Array, n_given: int, n_own: int, terms: tup
 
 
 def ridge_regression(columns: Array, target: Array, ridge: float) -> tuple[Array, float]:
-    """Coefficients (n_term,) and the rms of the residual; NaN if they are not determined.
+    """Coefficients (n_term,) and RMS of the residual; NaN if they are not determined.
 
     Parameters
     ----------
     columns : ndarray, shape (n_equation, n_term)
     target : ndarray, shape (n_equation,)
     ridge : float
-        Weight of the size of the coefficients over that of an equation [-].
+        Weight of the squared coefficients relative to the mean squared residual [-].
     """
     n_equation, n_term = columns.shape
     roots = np.sqrt(ridge * n_equation) * np.eye(n_term)

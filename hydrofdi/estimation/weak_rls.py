@@ -1,9 +1,9 @@
-"""Recursive least squares in information form, whose prior is not forgotten.
+"""Recursive least squares in information form, with a prior that is not forgotten.
 
-The moments of the equations fade with the memory; the prior is added anew at each estimate. So the matrix is
-symmetric and positive by construction, and what the equations do not tell returns to its prior.
+The moments of the equations are forgotten exponentially; the prior is added at each estimate. So the matrix
+is symmetric and positive definite by construction, and unknowns without information return to their prior.
 
-The errors of a window come from noise under an antisymmetric weight, φ'. Two windows that overlap by half
+The errors of a window come from noise under the antisymmetric weight φ'. Two windows that overlap by half
 share half of it with opposite signs, so their covariance is that of differences of independent block errors.
 """
 
@@ -25,18 +25,18 @@ _WIDTH = N_UNKNOWN + 1
 """Columns and target of an equation."""
 
 EQUATIONS, DIFFERENCES = 0, 1
-"""Which moments: of the equations, and of their differences from window to window."""
+"""Indices of the moments: of the equations, and of their differences between adjacent windows."""
 
 
 class RlsState(NamedTuple):
-    """What is carried from window to window.
+    """State between windows.
 
     Attributes
     ----------
     moments : ndarray, shape (n_record, n_memory, n_kind, 2, _WIDTH, _WIDTH)
         Lower triangles of sums of products, of `EQUATIONS` and `DIFFERENCES`.
     counts : ndarray, shape (n_record, n_memory)
-        Windows that count, faded.
+        Number of valid windows, with forgetting.
     last : ndarray, shape (n_record, n_kind, _WIDTH)
         The latest equations.
     """
@@ -47,7 +47,7 @@ class RlsState(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Memory of one estimate.
+    """Scratch memory of one estimate.
 
     Attributes
     ----------
@@ -68,10 +68,11 @@ class Scratch(NamedTuple):
 
 
 COMBINED, CONDITION, MISFIT = 2 * N_UNKNOWN, 2 * N_UNKNOWN + 1, 2 * N_UNKNOWN + 2
-"""Places behind values and standard deviations: that of the combination, condition, rms left over `error`."""
+"""Indices after values and standard deviations: standard deviation of the combination, condition number,
+misfit."""
 
 N_ESTIMATE = 2 * N_UNKNOWN + 3
-"""Numbers of an estimate."""
+"""Number of values of an estimate."""
 
 
 def new_state(n_record: int, n_memory: int, n_chamber: int) -> RlsState:
@@ -84,7 +85,7 @@ def new_state(n_record: int, n_memory: int, n_chamber: int) -> RlsState:
 
 
 def new_scratch() -> Scratch:
-    """Memory for `follow_windows`."""
+    """Scratch memory for `follow_windows`."""
     square, row = (N_UNKNOWN, N_UNKNOWN), N_UNKNOWN
     return Scratch(
         np.zeros(_WIDTH), np.zeros(square), np.zeros(square), np.zeros(square), np.zeros(square),
@@ -94,7 +95,7 @@ def new_scratch() -> Scratch:
 
 @equation
 def fade_in(moments: Any, decay: float, row: Any, share: float, last: Any) -> None:
-    """Fade moments, and add the products of a row less a share of the last one."""
+    """Discount the moments, and add the products of a row minus `share` times the last row."""
     for i in range(_WIDTH):
         factor = row[i] - share * last[i]
         for j in range(i + 1):
@@ -103,7 +104,7 @@ def fade_in(moments: Any, decay: float, row: Any, share: float, last: Any) -> No
 
 @equation
 def factorise(matrix: Any, factor: Any) -> None:
-    """Cholesky factor of a symmetric matrix, from its lower triangle; NaN if it is not positive."""
+    """Cholesky factor of a symmetric matrix, from its lower triangle; NaN if it is not positive definite."""
     for j in range(N_UNKNOWN):
         for i in range(j, N_UNKNOWN):
             total = matrix[i, j]
@@ -118,7 +119,7 @@ def factorise(matrix: Any, factor: Any) -> None:
 
 @equation
 def invert(factor: Any, inverse: Any) -> None:
-    """Inverse of the matrix with a Cholesky factor L: of L in place first, then L⁻ᵀ L⁻¹."""
+    """Inverse of the matrix with Cholesky factor L: invert L in place, then L⁻ᵀ L⁻¹."""
     for j in range(N_UNKNOWN):
         factor[j, j] = 1.0 / factor[j, j]
         for i in range(j + 1, N_UNKNOWN):
@@ -136,7 +137,7 @@ def invert(factor: Any, inverse: Any) -> None:
 
 @equation
 def left_over(moments: Any, values: Any) -> float:
-    """Sum of the squares that estimates leave of the equations with these moments."""
+    """Sum of squared residuals of the equations with these moments, for given estimates."""
     total = moments[N_UNKNOWN, N_UNKNOWN]
     for i in range(N_UNKNOWN):
         product = -2.0 * moments[N_UNKNOWN, i] + moments[i, i] * values[i]
@@ -149,7 +150,7 @@ def left_over(moments: Any, values: Any) -> float:
 
 @equation
 def misfit(moments: Any, count: float, values: Any) -> float:
-    """Root mean square residual of the equations, in standard deviations of `error`."""
+    """RMS residual of the equations, in units of `error`."""
     total, n_kind = 0.0, moments.shape[0]
     for kind in range(n_kind):
         total += left_over(moments[kind, EQUATIONS], values)
@@ -159,7 +160,7 @@ def misfit(moments: Any, count: float, values: Any) -> float:
 
 @equation
 def spread_of_products(moments: Any, count: float, last: Any, values: Any, spread: Any) -> None:
-    """Covariance of the sum of equations times errors, prior included; symmetric, in full."""
+    """Covariance of the score (sum of equations times errors) including the prior; full symmetric matrix."""
     n_kind = moments.shape[0]
     for i in range(N_UNKNOWN):
         for j in range(i + 1):
@@ -194,7 +195,7 @@ def sandwich(inverse: Any, spread: Any, product: Any, covariance: Any) -> None:
 
 @equation
 def condition_number(normal: Any, inverse: Any) -> float:
-    """Root of the condition number of the normal matrix with columns of equal length, in the 1-norm."""
+    """Root of the 1-norm condition number of the normal matrix after scaling to equal column norms."""
     largest, largest_inverse = 0.0, 0.0
     for i in range(N_UNKNOWN):
         total, total_inverse = 0.0, 0.0
@@ -210,7 +211,7 @@ def condition_number(normal: Any, inverse: Any) -> float:
 
 @equation
 def add_prior(moments: Any, prior: Any, s: Scratch) -> None:
-    """Normal equations of the moments of all kinds and of the prior."""
+    """Fill the normal equations from the moments of all kinds and the prior."""
     for i in range(N_UNKNOWN):
         s.right[i] = prior[i]
         for j in range(i + 1):
@@ -223,10 +224,11 @@ def add_prior(moments: Any, prior: Any, s: Scratch) -> None:
 
 @equation
 def take_noise_out(noise: float, s: Scratch) -> float:
-    """Correct the inverse for noise in the column of 1/β, and give the information that was noise alone.
+    """Correct the inverse for noise in the column of 1/β, and return the information that was only noise.
 
-    Without it 1/β is estimated too small. What a column tells beside the others is never less than its prior.
-    Bias compensation: Söderström, Errors-in-Variables Methods in System Identification (2018), chapter 7.
+    Without this correction, 1/β is underestimated. The remaining information of the column is at least that
+    of its prior. Bias compensation: Söderström, Errors-in-Variables Methods in System Identification (2018),
+    chapter 7.
     """
     own = s.inverse[COMPRESSIBILITY, COMPRESSIBILITY]
     most = 1.0 / own - 1.0
@@ -245,7 +247,8 @@ def write_estimate(
     moments: Any, count: float, last: Any, noise: float, modulus: float, deviations: Any, combination: Any,
     s: Scratch, out: Any,
 ) -> None:  # fmt: skip
-    """The most probable unknowns, from factorised normal equations, with standard deviations."""
+    """Write the maximum a posteriori estimate and its standard deviations, from factorised normal
+    equations."""
     invert(s.factor, s.inverse)
     if deviations[COMPRESSIBILITY] > 0.0:
         taken = take_noise_out(count * noise, s)
@@ -272,7 +275,7 @@ def write_estimate(
 
 @equation
 def blank_unless_finite(out: Any) -> None:
-    """Leave no number of an estimate unless all are finite."""
+    """Set all values of an estimate to NaN unless all are finite."""
     nothing = 0.0
     for i in range(N_ESTIMATE):
         nothing += 0.0 * out[i]
@@ -285,7 +288,8 @@ def take_window(
     state: RlsState, r: int, columns: Any, targets: Any, counts: float, deviations: Any, error: float,
     decays: Any, row: Any,
 ) -> None:  # fmt: skip
-    """Add the equations of a window to the moments of a record: of two chambers, their sum and difference."""
+    """Add the equations of a window to the moments of a record; for two chambers, their sum and
+    difference."""
     n_kind = targets.shape[0]
     scale = np.sqrt(abs(1.0 / n_kind)) / error
     for kind in range(n_kind):
@@ -340,36 +344,35 @@ def follow_windows(
     scratch: Scratch,
     estimates: Array,
 ) -> None:
-    """Estimates along streams.
+    """Process windows of streams, and fill the estimates.
 
-    Parameters
-    ----------
+    Parameters ----------
     columns : ndarray, shape (n_record, n_window, n_chamber, N_UNKNOWN)
     targets : ndarray, shape (n_record, n_window, n_chamber)
         [m³]
     counts : ndarray, shape (n_record, n_window)
-        1 where a window counts, else 0; time passes all the same.
+        1 if a window is valid, else 0; forgetting continues in both cases.
     due : ndarray of int, shape (n_instant,)
-        How many of these windows are complete at each instant of an estimate.
+        Number of these windows that are complete at each estimate.
     priors : ndarray, shape (n_record, n_instant, N_UNKNOWN)
-        Where the unknowns are expected, over their deviations.
+        Prior means of the unknowns, over their standard deviations.
     deviations : ndarray, shape (N_UNKNOWN,)
-        Standard deviations of the unknowns beforehand; zero if they are known.
+        Prior standard deviations of the unknowns; zero if known.
     error : float
-        Standard deviation of what the equation of a window leaves [m³].
+        Standard deviation of the residual of a window [m³].
     decays : ndarray, shape (n_memory,)
-        Weight of a window over that of the next one, for each memory.
+        Forgetting factor per window, for each memory.
     combination : ndarray, shape (N_UNKNOWN,)
-        Factors of the unknowns in a sum whose standard deviation is wanted as well.
+        Factors of a linear combination of the unknowns whose standard deviation is also computed.
     noise : ndarray, shape (n_record, n_instant)
-        Information on 1/β that the noise of the pressures pretends, of a window, over that of the prior.
+        Spurious information on 1/β from pressure noise, per window, relative to that of the prior.
     modulus : float
         Nominal β [Pa].
     state : RlsState
         Updated in place.
     scratch : Scratch
     estimates : ndarray, shape (n_record, n_memory, n_instant, N_ESTIMATE)
-        Filled; NaN once a window was not finite. No estimate enters a later one, so that none diverges.
+        Filled; NaN once a window was not finite. Estimates are not fed back, so they cannot diverge.
     """
     for r in range(estimates.shape[0]):
         n_taken = 0

@@ -1,4 +1,4 @@
-"""Samples of chambers in, equations of overlapping windows out: the balance in weak form, as a stream."""
+"""Recursive weak form of the volume balance: from samples to equations of overlapping windows."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hydrofdi.physics.signed_root import signed_root
 Array = NDArray[np.float64]
 
 CURRENT, ENDING, BEFORE = 0, 1, 2
-"""Rows of sums: of this block as first and as second half of a window, and of the block before."""
+"""Rows of sums: current block as first and as second half of a window, and previous block."""
 
 
 def new_sums(n_record: int, n_chamber: int) -> Array:
@@ -31,13 +31,13 @@ def new_sums(n_record: int, n_chamber: int) -> Array:
 
 
 def windows_before(n_sample: int, half: int) -> int:
-    """Windows that are complete after so many samples of a stream."""
+    """Number of windows that are complete after `n_sample` samples of a stream."""
     return max(n_sample // half - 1, 0)
 
 
 @equation
 def add(sums: Any, place: int, signal: float, first: float, second: float) -> None:
-    """Add a weighed sample to the windows that begin and end with this block."""
+    """Add a weighted sample to the windows that start and end with this block."""
     sums[CURRENT, place] += first * signal
     sums[ENDING, place] += second * signal
 
@@ -56,7 +56,7 @@ def integrate_windows(
     columns: Array,
     targets: Array,
 ) -> None:
-    """Equations of the windows that samples complete.
+    """Fill the equations of the windows that these samples complete.
 
     Parameters
     ----------
@@ -65,9 +65,9 @@ def integrate_windows(
     pressures : ndarray, shape (2, n_record, n_time)
         P_1 and P_2 [Pa].
     supply, reference : ndarray, shape (n_record, n_time)
-        P_s at which the equations are linear, and about which its deviation is stated [Pa].
+        P_s at the linearisation point, and the reference of its prior deviation [Pa].
     weights : ndarray, shape (2, 3, half)
-        Of the samples in the first and second half of a window, for ∫ φ s, ∫ φ s' and ∫ φ τ s'.
+        Weights of the samples in the first and second half of a window, for ∫ φ s, ∫ φ s' and ∫ φ τ s'.
     n_before : int
         Samples of the stream before these.
     balance : Balance
@@ -135,7 +135,8 @@ def window_equations(
     balance: Balance,
     sums: Array,
 ) -> tuple[Array, Array]:
-    """Columns and targets of `integrate_windows`; the state is updated in place."""
+    """Allocate and return the regressors and targets of `integrate_windows`; the state is updated in
+    place."""
     n_record, n_time = spool.shape
     half, n_chamber = weights.shape[2], (sums.shape[2] - N_SHARED) // N_OWN
     n_window = windows_before(n_before + n_time, half) - windows_before(n_before, half)

@@ -1,4 +1,4 @@
-"""Indicators: numbers of a record that may change with leakage. They see records and nothing else."""
+"""Indicators: quantities computed from records that may change with leakage. They see only records."""
 
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.measuring import Measures, measure

@@ -1,4 +1,4 @@
-"""Indicators of stored experiments whose package is not installed any more."""
+"""Placeholders for indicators of stored experiments whose package is no longer installed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hydrofdi.records import Array, Channel, RecordBatch
 
 
 class AbsentIndicator(Indicator[Any]):
-    """Stands for an indicator that is not installed: stored results are read without it."""
+    """Placeholder for an indicator that is not installed: stored results are read without it."""
 
     name = "absent"
     version = 0
@@ -32,9 +32,9 @@ class AbsentIndicator(Indicator[Any]):
         return ()
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """It is not installed."""
+        """Message that the indicator is not installed."""
         return self.reason
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Nothing."""
+        """No values."""
         return {}

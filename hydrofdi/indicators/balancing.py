@@ -1,4 +1,4 @@
-"""Common parts of the indicators that balance the volume of the chambers."""
+"""Common parts of the volume-balance indicators."""
 
 from __future__ import annotations
 
@@ -21,35 +21,36 @@ from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.regression import regress
 
 _REWEIGHTING = 4
-"""Rounds of weights where the estimate is robust."""
+"""Number of reweighting iterations if the estimate is robust."""
 
 
 class WindowOptions(UncertainActuator):
-    """Prior knowledge of the actuator, its accuracy, and the samples that count in windows."""
+    """Prior knowledge of the actuator, its uncertainty, and the selection of windows."""
 
     chambers: Literal["both", 1] = "both"
-    """Chamber pressures that are used. ``1``: only that of chamber 1; a matched valve gives the other."""
+    """Chamber pressures that are used. ``1``: only that of chamber 1; the other follows from a matched
+    valve."""
 
     half_window: Annotated[int, Field(strict=True, ge=2, le=100_000)] = 16
     """Half the length of a window [samples]; windows overlap by half."""
 
     least_opening: Annotated[float, SI("m", least=0)] = 2e-6
-    """Windows in which the spool comes closer to its centre than this are left out [m]: there the flow
-    depends on lap and offset."""
+    """Windows in which the spool is closer to its centre than this are excluded [m]: there the flow depends
+    on lap and offset."""
 
     settling: Annotated[float, SI("s", least=0)] = 0.0
-    """Time left out after a jump of the spool [s]; a jump is a fifth of the spool's range from one sample to
-    the next. The jump itself is always left out, because samples do not show the flow during it."""
+    """Time excluded after a jump of the spool [s]; a jump is a change by a fifth of the spool's range between
+    two samples. The jump itself is always excluded, because samples do not resolve the flow during it."""
 
     error: Annotated[float, SI("m^3", above=0)] = 4e-9
-    """Standard deviation of the residual of a window's balance [m³]; it weights the record against the
+    """Standard deviation of the residual of a window's balance [m³]; it weights the record against the prior
     deviations of the actuator."""
 
     reference_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
 
     def lack_of_windows(self, records: RecordBatch) -> str | None:
-        """Why records are too short for a balance, None if they are not."""
+        """Message if records are too short for a balance, else None."""
         n_window = records.n_time // self.half_window - 1
         return f"{max(n_window, 0)} windows are too few for a balance" if n_window < 8 else None
 
@@ -59,17 +60,17 @@ class BalanceOptions(WindowOptions):
 
     spool: Literal["measured", "command", "square"] = "measured"  # type: ignore[assignment]
     """Spool position: ``measured``; computed from the input voltage with the nominal valve (``command``); or
-    that of a ``square`` wave that switches with the period of the drive or, if that is unknown, with the
-    jumps of P_1."""
+    a ``square`` wave that switches with the period of the drive or, if that is unknown, at the jumps of
+    P_1."""
 
     drive_amplitude: Annotated[float, SI("V", above=0), PlantConstant("spool", ("square",))] = 2.0
     """Amplitude of the input voltage [V], for ``spool: square``."""
 
     robust: bool = False
-    """Whether windows that fit badly have less weight, such as those in which a force on the piston jumps."""
+    """Whether windows that fit poorly get less weight, such as those in which a force on the piston jumps."""
 
     def spool_position(self, records: RecordBatch) -> Array:
-        """x_v [m], of a square wave as well."""
+        """x_v [m], also for ``spool: square``."""
         if self.spool != "square":
             return super().spool_position(records)
         return self.spool_gain * self.drive_amplitude * alternating_side(records, records[P1])
@@ -79,7 +80,7 @@ Chosen = TypeVar("Chosen", bound=BalanceOptions)
 
 
 def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
-    """Results of a volume balance, with the leakage stated at a pressure difference [Pa]."""
+    """Outputs of a volume balance, with the leakage at a reference pressure difference [Pa]."""
     at, rising = f"at {reference_pressure / 1e6:g} MPa", Direction.RISING
     return (
         Output(
@@ -91,34 +92,34 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
         Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
         Output("mean_leakage", "m^3/s", "mean internal leakage flow of K_i", direction=rising),
         Output(
-            "cross_port_leakage", "m^3/s", f"flow past piston and closed valve, of any law, {at}",
+            "cross_port_leakage", "m^3/s", f"flow across piston and closed valve, for any leakage law, {at}",
             direction=rising,
         ),
-        Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow past both"),
+        Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow across both"),
         Output("bulk_modulus", "Pa", "effective bulk modulus β"),
         Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
-        Output("flow_gain", "1", "flow gain of the valve over its nominal value", is_score=False),
+        Output("flow_gain", "1", "flow gain of the valve relative to its nominal value", is_score=False),
         Output("supply_pressure", "Pa", "supply pressure", is_score=False),
         Output("offset", "m", "spool position at which the valve is closed", is_score=False),
         Output("lap", "m", "lap of the valve", is_score=False),
         Output(
-            "clearance", "m^3/(s*Pa)", "conductance of the clearance over an edge of the valve",
+            "clearance", "m^3/(s*Pa)", "conductance of the clearance at a valve edge",
             is_score=False,
         ),
-        Output.quality("condition", "1", "condition number of the equations and deviations"),
+        Output.quality("condition", "1", "condition number of the equations including the prior"),
     )  # fmt: skip
 
 
 class Balance(Indicator[Chosen], Generic[Chosen]):
-    """The most probable leakage and actuator, given a record and how far the actuator may be from nominal."""
+    """Maximum a posteriori estimate of leakage and actuator parameters from a record."""
 
-    absence = "the balance does not determine a leakage"
+    absence = "the balance does not determine the leakage"
     needs_scale = True
     by_spring = False
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """Pressures, position, and what moves the valve."""
+        """Pressures, position, and the spool position or input voltage."""
         pressures = {P1, P2} if self.options.chambers == "both" else {P1}
         return frozenset(pressures | (set() if self.by_spring else {X})) | self.options.valve_channels
 
@@ -129,15 +130,15 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Estimates; the first ones with their standard deviations."""
+        """Estimates, most of them with standard deviations."""
         return balance_outputs(self.options.reference_pressure)
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record of too few windows."""
+        """Message if there are too few windows."""
         return self.options.lack_of_windows(records)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """In SI."""
+        """Estimates in SI, each (n_record,)."""
         options, both = self.options, self.options.chambers == "both"
         balance = VolumeBalance(records, options, both, self.by_spring, options.half_window)
         deviations = options.prior_deviations(records, 2 if both else 1)
@@ -184,7 +185,7 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
 
 
 def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> NDArray[np.bool_]:
-    """Windows in which the valve is open to one side and does not jump, shape (n_record, n_window)."""
+    """Windows in which the valve is open to one side and does not jump; bool, (n_record, n_window)."""
     jumps = np.abs(np.diff(spool, axis=1, prepend=spool[:, :1])) > 0.2 * np.ptp(spool, axis=1)[:, None]
     n_settling = round(options.settling * frequency)
     if n_settling:

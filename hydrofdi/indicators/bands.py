@@ -1,4 +1,4 @@
-"""Options of indicators that look at bands of frequency, and what keeps a record from being measured."""
+"""Options of indicators of frequency bands, and checks that records fit them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from hydrofdi.records import RecordBatch
 from hydrofdi.settings.quantities import SI
 
 _FEWEST_SAMPLES = 8
-"""Of a segment."""
+"""Least number of samples of a segment."""
 
 
 def _rising(band: tuple[float, float]) -> tuple[float, float]:
     if not band[0] < band[1]:
-        raise ValueError(f"a band goes from its lowest to its highest frequency; found {list(band)} Hz")
+        raise ValueError(f"a band must be [lowest, highest] frequency; found {list(band)} Hz")
     return band
 
 
@@ -30,12 +30,12 @@ SegmentTime = Annotated[float, SI("s", above=0)]
 
 
 def middle_band(band: Band | None, sampling_frequency: float) -> Band:
-    """A band; from a sixteenth to a quarter of the sampling frequency where none is given [Hz]."""
+    """The band, by default from 1/16 to 1/4 of the sampling frequency [Hz]."""
     return (sampling_frequency / 16, sampling_frequency / 4) if band is None else band
 
 
 def band_obstacle(records: RecordBatch, band: Band) -> str | None:
-    """A band that ends above half of the sampling frequency."""
+    """Message if the band ends above half of the sampling frequency, else None."""
     highest = records.sampling_frequency / 2
     if band[1] > highest:
         return f"a band ends at {band[1]:g} Hz, above half of the sampling frequency, {highest:g} Hz"
@@ -43,10 +43,10 @@ def band_obstacle(records: RecordBatch, band: Band) -> str | None:
 
 
 def segment_obstacle(records: RecordBatch, segment: float) -> str | None:
-    """A segment that is longer than the record, or of too few samples."""
+    """Message if the segment is longer than the record or has too few samples, else None."""
     samples = round(segment * records.sampling_frequency)
     if samples < _FEWEST_SAMPLES:
         return f"a segment of {segment:g} s has {samples} samples; {_FEWEST_SAMPLES} are needed"
     if samples > records.n_time:
-        return f"a segment of {segment:g} s has {samples} samples, the record {records.n_time}"
+        return f"a segment of {segment:g} s has {samples} samples, but the record only {records.n_time}"
     return None

@@ -1,4 +1,4 @@
-"""The forms in which indicators are chosen: ``all``, names, or labels with options."""
+"""Parsing of a choice of indicators: ``all``, names, or labels with options."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _WITH_OPTIONS = "indicators: {dwt: {}, modwt: {levels: 3}}"
 
 
 def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
-    """Label → options of whatever form a choice has; mistakes are collected."""
+    """Label → options, for any form of choice; mistakes are collected in `source`."""
     for shadow in shadows():
         warnings.warn(shadow, IndicatorWarning, stacklevel=2)
     if isinstance(chosen, str) and chosen.strip() == "all":
@@ -59,12 +59,12 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
 
 
 def _sound_names() -> list[str]:
-    """All indicators that can be made; each of the others is warned of."""
+    """Names of all indicators that can be loaded; warn about the others."""
     names = []
     for name in indicator_names():
         try:
             sound_indicator(name)
             names.append(name)
         except ConfigError as error:
-            warnings.warn(f"{error}; it is left out", IndicatorWarning, stacklevel=3)
+            warnings.warn(f"{error}; the indicator is omitted", IndicatorWarning, stacklevel=3)
     return names

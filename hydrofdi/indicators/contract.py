@@ -1,4 +1,4 @@
-"""What an indicator is."""
+"""Interface of an indicator."""
 
 from __future__ import annotations
 
@@ -15,25 +15,24 @@ Chosen = TypeVar("Chosen", bound=Section)
 
 @dataclass(frozen=True)
 class Output:
-    """A number that an indicator gives for each record, or an array of them.
+    """A number or array that an indicator computes for each record.
 
     Attributes
     ----------
     name : str
         Letters, digits and ``_``.
     unit : str
-        SI; ``"1"`` for numbers without a unit. Where the unit is that of a channel in counts, the number is
-        in counts.
+        SI; ``"1"`` for dimensionless numbers. If the channel is in counts, so is the output.
     long_name : str
-        Short description for a person.
+        Short description.
     dims : dict of str to int
         Dimensions in addition to the record, and their lengths.
     direction : Direction, optional
-        Which departure from health means internal leakage, by definition or theory and not by what records
-        show; None if it depends on the actuator, the drive or the band.
+        Direction of change caused by internal leakage, by definition or theory rather than from data; None if
+        it depends on the actuator, the drive or the band.
     is_score : bool
-        Whether it is judged as a detector; False if it says how good the other outputs are (standard
-        errors, condition numbers, counts), what is estimated beside them, or one of them in another unit.
+        Whether the output is evaluated as a detector score; False for quality measures of other outputs
+        (standard errors, condition numbers, counts), auxiliary estimates, and repetitions in another unit.
     """
 
     name: str
@@ -45,42 +44,44 @@ class Output:
 
     @classmethod
     def quality(cls, name: str, unit: str, long_name: str) -> Output:
-        """An output that says how good the others are."""
+        """An output that measures the quality of other outputs; not a score."""
         return cls(name, unit, long_name, is_score=False)
 
     @property
     def departure(self) -> str:
-        """What leakage does to it, in a word for a table."""
+        """Effect of leakage on the output, as one word for tables."""
         return {"rising": "rises", "falling": "falls", "both": "departs"}.get(self.direction or "", "–")
 
 
 class Indicator(Protocol[Chosen]):
-    """Numbers measured from records. Subclass it, give it a model of ``Options`` and say what it needs.
+    """Interface of an indicator: quantities measured from records.
+
+    To add one, subclass it and define ``Options``, the channels and the outputs.
 
     Attributes
     ----------
     name : str
-        Name in files and on the command line; that of its module.
+        Name in files and on the command line; also the name of its module.
     version : int
-        Raised whenever the same record and options give other numbers.
+        Increased whenever results change for the same record and options.
     summary : str
-        What it tells, in one sentence.
+        What it measures, in one sentence.
     source : str
-        Where it was published.
+        Publication.
     equation : str
         Its definition, in one line.
     caution : str
-        What has to be known before its numbers are believed; empty if nothing has.
+        Limitations that users must know; empty if there are none.
     absence : str
-        Why a record may have none of its outputs, in a few words.
+        Short reason why a record may have no outputs.
     is_cheap : bool
-        Whether it costs less than the simulation of the record.
+        Whether it takes less time than the simulation of the record.
     needs_scale : bool
-        Whether channels in counts are of no use to it.
+        Whether it requires channels in SI, not in counts.
     Options : type of Section
-        Model of its options; it is valid without any.
+        Model of its options; all of them have defaults.
     options : Section
-        Its options.
+        Options of this instance.
     """
 
     name: ClassVar[str]
@@ -101,29 +102,29 @@ class Indicator(Protocol[Chosen]):
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """The channels that it needs."""
+        """Required channels."""
         ...
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
-        """Channels that it uses if records have them. It sees only these and the channels that it needs."""
+        """Channels that are used if available. An indicator sees only these and the required channels."""
         return frozenset()
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """What it gives."""
+        """Outputs of the indicator."""
         ...
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """Why records that have its channels cannot be measured, as a sentence; None if they can.
+        """Why records with the required channels cannot be measured, as a sentence; None if they can.
 
-        This concerns what a batch has in common: its length, its sampling, its drive.
+        It concerns the properties that a batch shares: length, sampling, drive.
         """
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Its outputs, each of shape (n_record, *dims); NaN if a record does not have them.
+        """Measure a batch: each output has shape (n_record, *dims), NaN if a record has no value.
 
-        The numbers of a record do not depend, to the bit, on the others in its batch.
+        The values of a record are bit-identical whatever other records are in its batch.
         """
         ...

@@ -1,4 +1,4 @@
-"""The description of an indicator, for the command line and its page."""
+"""Description of an indicator, for the command line and the documentation."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Option:
     ----------
     name : str
     default : str
-        With its unit; ``–`` where there is none.
+        With its unit; ``–`` if there is none.
     unit : str
-        SI; ``1`` for numbers without a unit, empty for what is no quantity.
+        SI; ``1`` for dimensionless numbers, empty if the option is not a quantity.
     text : str
-        What it is.
+        Description.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Description:
-    """An indicator with the outputs and channels that it has by default."""
+    """An indicator with its default outputs and channels."""
 
     name: str
     version: int
@@ -55,17 +55,15 @@ class Description:
 
     @property
     def cost(self) -> str:
-        """Class of its cost."""
+        """Cost class, for tables."""
         return "cheap" if self.is_cheap else "costly"
 
 
 def describe(name: str) -> Description:
-    """The description of an indicator.
+    """Describe an indicator.
 
-    Raises
-    ------
-    ConfigError
-        There is not an indicator of this name, or it cannot be loaded.
+    Raises ------ ConfigError
+        There is no indicator of this name, or it cannot be loaded.
     """
     kind = indicator_kind(name)
     indicator, texts = sound_indicator(name), field_texts(kind.Options)
@@ -103,7 +101,7 @@ def _unit(info: FieldInfo) -> str:
 
 
 def _nested_metadata(annotation: Any) -> list[Any]:
-    """Metadata of the parts of a union, a tuple or a list."""
+    """Metadata of the members of a union, a tuple or a list."""
     found: list[Any] = []
     for part in getattr(annotation, "__args__", ()):
         found += [*getattr(part, "__metadata__", ()), *_nested_metadata(part)]

@@ -1,4 +1,5 @@
-"""Faults of indicators, most of which other people write: each becomes a sentence, never a number."""
+"""Faults of indicators, many of which are third-party code: each is reported as a message, never as a
+number."""
 
 from __future__ import annotations
 
@@ -18,32 +19,32 @@ from hydrofdi.settings.quantities import Section
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _TAKEN = {"analysis_id", "obstacle"}
-"""Names that a file gives to what it says of an indicator itself."""
+"""Output names that are reserved in files."""
 
 
 class FaultyIndicatorError(Exception):
-    """An indicator cannot be measured through a fault of its own."""
+    """An indicator cannot be measured because of a fault in its code."""
 
 
 def raised(indicator: Indicator[Any], error: Exception) -> FaultyIndicatorError:
-    """The fault of an indicator that raised an exception, with the line of its module."""
+    """Error for an indicator that raised an exception, with the line of its module."""
     text = " ".join(str(error).split())
     what = f"{type(error).__name__}: {text}" if text else type(error).__name__
     return FaultyIndicatorError(f"indicator {indicator.name!r} raised {what}{_place(indicator, error)}")
 
 
 def gives_infinite(indicator: Indicator[Any]) -> str:
-    """The fault of an indicator in a record of which it gives infinite numbers alone."""
+    """Message for a record whose values from an indicator are all infinite."""
     return f"indicator {indicator.name!r} gives infinite numbers"
 
 
 def tells_fault(obstacle: str) -> bool:
-    """Whether an indicator has no value because of its own fault, not the record's."""
+    """Whether an obstacle is a fault of the indicator, not of the record."""
     return obstacle.startswith("indicator '")
 
 
 def _place(indicator: Indicator[Any], error: Exception) -> str:
-    """Where in the indicator's own module an exception came from; empty if that is not known."""
+    """File and line in the indicator's module where an exception came from; empty if unknown."""
     code = getattr(inspect.unwrap(type(indicator).measure), "__code__", None)
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if code and frame.filename == code.co_filename]
@@ -51,12 +52,12 @@ def _place(indicator: Indicator[Any], error: Exception) -> str:
 
 
 def require_sound_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -> None:
-    """Check what an indicator gave against what it says that it gives.
+    """Check the values of an indicator against its declared outputs.
 
     Raises
     ------
     FaultyIndicatorError
-        Outputs are missing or unknown, or one is no array of floating numbers of its shape.
+        Outputs are missing or unknown, or one is not a floating-point array of the declared shape.
     """
     fault = _fault_of_outputs(measured, indicator, n_record)
     if fault:
@@ -70,24 +71,24 @@ def _fault_of_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -
     if missing := [name for name in expected if name not in measured]:
         return f"no {' and no '.join(map(repr, missing))}"
     if unknown := [name for name in measured if name not in expected]:
-        return f"{unknown[0]!r}, which is none of its outputs"
+        return f"{unknown[0]!r}, which is not one of its outputs"
     for name, shape in expected.items():
         if not isinstance(measured[name], np.ndarray):
             return f"{name!r} as {type(measured[name]).__name__}, not as an array of shape {shape}"
         if measured[name].shape != shape:
             return f"{name!r} of shape {measured[name].shape}, not {shape}"
         if measured[name].dtype.kind != "f":
-            return f"{name!r} of type {measured[name].dtype}, not of real floating numbers"
+            return f"{name!r} of type {measured[name].dtype}, not of real floating-point numbers"
     return ""
 
 
 def made_soundly(kind: type[Indicator[Any]], name: str, options: Section) -> Indicator[Any]:
-    """An indicator of a class, once what it says of itself has been checked.
+    """Make an indicator and check its declaration.
 
     Raises
     ------
     ConfigError
-        It cannot be made, has no outputs or not of the kind that files can hold, or needs what is no channel.
+        It cannot be made, its outputs are missing or cannot be stored, or a required channel does not exist.
     """
     try:
         indicator = kind(options)
@@ -101,12 +102,12 @@ def made_soundly(kind: type[Indicator[Any]], name: str, options: Section) -> Ind
 
 def _fault_of_declaration(indicator: Indicator[Any]) -> str:
     if not all(isinstance(channel, Channel) for channel in frozenset(indicator.channels)):
-        return "its channels are no set of Channel"
+        return "its channels are not a set of Channel"
     outputs = tuple(indicator.outputs)
     if not outputs:
         return "it has no outputs"
     if not all(isinstance(output, Output) for output in outputs):
-        return "its outputs are no tuple of Output"
+        return "its outputs are not a tuple of Output"
     names = [output.name for output in outputs]
     for name in (*names, *{dimension for output in outputs for dimension in output.dims}):
         if not _NAME.fullmatch(name) or name in _TAKEN:

@@ -1,4 +1,4 @@
-"""Information of records about the unknowns of an estimator, in addition to the prior."""
+"""Fisher information of records about the unknowns of an estimator."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from hydrofdi.records import Array, RecordBatch
 
 @dataclass(frozen=True)
 class Unknown:
-    """What an estimator does not know.
+    """An unknown of an estimator.
 
     Attributes
     ----------
     name : str
-        In words.
+        Name in messages and tables.
     unit : str
-        SI; ``"1"`` for shares.
+        SI; ``"1"`` for relative quantities.
     deviation : float
-        Standard deviation beforehand.
+        Prior standard deviation.
     """
 
     name: str
@@ -29,17 +29,17 @@ class Unknown:
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """What a record tells an estimator.
+    """Information of one record about the unknowns of an estimator.
 
     Attributes
     ----------
     unknowns : tuple of Unknown, length n
     gramian : ndarray, shape (n, n)
-        Information of the record, in units of the deviations beforehand.
+        Information of the record, scaled by the prior standard deviations.
     covariance : ndarray, shape (n, n)
-        Of the unknowns behind the record, with what was known beforehand, in the same units.
+        Posterior covariance of the unknowns at the end of the record, in the same scaling.
     n_motion : int
-        How many of the first unknowns are states of the motion; the others are parameters.
+        Number of leading unknowns that are states of the motion; the others are parameters.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -50,8 +50,8 @@ class Information:
 
 @runtime_checkable
 class Informative(Protocol):
-    """An indicator that can say what a record will tell it."""
+    """An indicator that can compute the information of a record."""
 
     def information(self, records: RecordBatch) -> Information:
-        """What the first record tells."""
+        """Information of the first record."""
         ...

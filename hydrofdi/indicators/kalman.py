@@ -28,7 +28,7 @@ LARGEST = {
     "leakage": 100.0, "bulk_modulus": 3.0, "supply": 1.0, "flow_gain": 0.9, "offset": 100.0, "lap": 100.0,
     "clearance": 1e4, "bias_1": 10.0, "bias_2": 10.0,
 }  # fmt: skip
-"""Size of each state beyond which an estimate is no actuator's, in the units of estimators."""
+"""Absolute value of each state beyond which an estimate is not physical, in estimator units."""
 
 
 MEASURED_UNITS = {
@@ -36,18 +36,18 @@ MEASURED_UNITS = {
     Channel.CHAMBER_2_PRESSURE: 1e-6,
     Channel.PISTON_POSITION: 1e3,
 }
-"""Channels that correct a filter, and what 1 in SI is in the units of estimators."""
+"""Measured channels of a filter, and the factor from SI to estimator units."""
 
 
 class KalmanOptions(NominalPlant, RecursiveOptions):
-    """What a Kalman filter of the nominal plant assumes; a walk is the deviation that a second adds to a
-    state."""
+    """Assumptions of a Kalman filter of the nominal plant; a walk is the standard deviation that a random
+    walk adds within one second."""
 
     states: tuple[Parameter, ...] = (
         "leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance", "bias_1", "bias_2",
     )  # fmt: skip
     """Parameters estimated in addition to both pressures, position, velocity and friction; the others are
-    nominal. ``[leakage]`` makes six states, with ``bulk_modulus`` seven, with ``supply`` and ``flow_gain``
+    nominal. ``[leakage]`` gives six states, with ``bulk_modulus`` seven, with ``supply`` and ``flow_gain``
     nine, with ``offset`` and ``lap`` eleven, with ``clearance`` twelve, with ``bias_1`` and ``bias_2``, the
     constant errors of the pressure sensors, fourteen."""
 
@@ -61,17 +61,17 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     """Prior standard deviation of the velocity, about rest [m/s]."""
 
     pressure_walk: Annotated[float, SI("Pa", least=0)] = 45e3
-    """Random walk of each pressure in addition to the plant model [Pa]; 2 kPa in 2 ms. A smaller value trusts
-    the model too much if machines differ; a larger one blurs the leakage."""
+    """Random walk of each pressure in addition to the plant model [Pa]; 2 kPa in 2 ms. A smaller value relies
+    too much on the model if machines differ; a larger one makes the leakage less precise."""
 
     velocity_walk: Annotated[float, SI("m/s", least=0)] = 11e-3
     """Random walk of the velocity in addition to the plant model [m/s]; 0.5 mm/s in 2 ms."""
 
     friction_walk: Annotated[float, SI("N", least=0)] = 4.5e3
-    """Walk of friction and load [N]; 200 N in 2 ms. They reverse with the motion at once."""
+    """Walk of friction and load [N]; 200 N in 2 ms. They reverse abruptly with the motion."""
 
     leakage_walk: Annotated[float, SI("m^3/s", least=0)] = 2.2e-4 * LITRE_PER_MINUTE
-    """Walk of the leakage [m³/s]; 1e-5 L/min in 2 ms. A larger value follows a leak that sets in sooner, but
+    """Walk of the leakage [m³/s]; 1e-5 L/min in 2 ms. A larger value follows the onset of a leak sooner, but
     is less precise."""
 
     bulk_modulus_walk: Annotated[float, SI("1", least=0)] = 4.5e-4
@@ -81,7 +81,7 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     """Walk of ln P_s [-]; 2e-6 in 2 ms."""
 
     flow_gain_walk: Annotated[float, SI("1", least=0)] = 4.5e-5
-    """Walk of the flow gain over its nominal value [-]; 2e-6 in 2 ms."""
+    """Walk of the flow gain relative to its nominal value [-]; 2e-6 in 2 ms."""
 
     offset_walk: Annotated[float, SI("m", least=0)] = 0.22e-9
     """Walk of the spool position at which the valve is closed [m]; 0.01 nm in 2 ms."""
@@ -94,19 +94,19 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
 
     pressure_noise: Annotated[float, SI("Pa", above=0)] = 15e3
     """Standard deviation of the noise of each pressure sensor assumed by the filter [Pa]. It is deliberately
-    three times that of usual sensors: a filter that follows the noise finds β too low (Ljung, IEEE Trans.
-    Automatic Control 24 (1979), why estimates of parameters by this filter are biased)."""
+    three times that of usual sensors: a filter that follows the noise underestimates β (for this bias see
+    Ljung, IEEE Trans. Automatic Control 24 (1979))."""
 
     position_noise: Annotated[float, SI("m", above=0)] = 10e-6
     """Standard deviation of the noise of the position sensor [m]."""
 
     null_zone: Annotated[float, SI("m", least=0)] = 2e-6
     """Distance of the spool from its centre within which parameters are not updated [m]: there the flow
-    depends on offset, lap and clearance. Their variances are still considered."""
+    depends on offset, lap and clearance. Their variances still enter the gain (considered parameters)."""
 
     largest_travel: Annotated[float, SI("m", above=0)] = 5e-6
-    """Travel of the spool from sample to sample above which parameters are not updated [m]: no valve moves
-    exactly as fast as the nominal one."""
+    """Travel of the spool between two samples above which parameters are not updated [m]: no valve is exactly
+    as fast as the nominal one."""
 
     @field_validator("states")
     @classmethod
@@ -117,11 +117,11 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
 
     @property
     def estimated(self) -> frozenset[str]:
-        """States that are not fixed at their nominal values."""
+        """States that are estimated rather than fixed at nominal values."""
         return MOTION | frozenset(self.states)
 
     def prior_variances(self, records: RecordBatch) -> Array:
-        """Variance of each of ``STATES`` beforehand, in the units of estimators."""
+        """Prior variance of each of ``STATES``, in estimator units."""
         usual = 2e-3 if self.measures_supply(records) else 0.03
         return self._variances(
             pressure_1=1e-6 * self.pressure_noise,
@@ -141,7 +141,7 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
         )
 
     def walk_variances(self, sampling_frequency: float) -> Array:
-        """Variance that a sample adds to each of ``STATES``, in the units of estimators."""
+        """Process noise variance per sample of each of ``STATES``, in estimator units."""
         in_a_second = self._variances(
             pressure_1=1e-6 * self.pressure_walk,
             pressure_2=1e-6 * self.pressure_walk,
@@ -165,7 +165,7 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
 
     @property
     def limits(self) -> Array:
-        """Largest size of each of ``STATES`` that is an actuator's, in the units of estimators."""
+        """Largest physical absolute value of each of ``STATES``, in estimator units."""
         plant = self.plant
         half_stroke = min(plant.volume_1 / plant.area_1, plant.volume_2 / plant.area_2)
         return np.array([(LARGEST | {"position": half_stroke})[name] for name in STATES])

@@ -1,4 +1,4 @@
-"""What indicators by Kalman filters share: a filter for each record of a stream, extended by default."""
+"""Base of the Kalman filter indicators: one filter per record of a stream, extended by default."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ Chosen = TypeVar("Chosen", bound=KalmanOptions)
 
 @dataclass(frozen=True)
 class Estimates:
-    """What a filter has at some instants, in the units of estimators.
+    """Estimates of a filter at some instants, in estimator units.
 
     Attributes
     ----------
     means, variances : ndarray, shape (n_record, n_instant, N_STATE)
     sums : ndarray, shape (n_record, n_instant, N_SUM)
-        Over the samples since the instant before.
+        Sums over the samples since the previous instant.
     supply : ndarray, shape (n_record, n_instant)
         Nominal or measured supply pressure [MPa].
     n_sample : int
-        Samples from one instant to the next.
+        Samples between instants.
     """
 
     means: Array
@@ -44,7 +44,7 @@ class Estimates:
 
 
 class KalmanFilter(RecursiveIndicator[Chosen]):
-    """An indicator that reads the estimates, variances and innovations of a Kalman filter."""
+    """Base of indicators from the estimates, variances and innovations of a Kalman filter."""
 
     absence = "the filter diverged, or a sample is not a number"
     is_cheap = False
@@ -60,7 +60,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         return self.options.optional_channels
 
     def start(self, records: RecordBatch) -> State:
-        """Streams that have seen no sample."""
+        """State of the filters before the first sample."""
         n = records.n_record
         return {
             "n_seen": np.zeros(1, dtype=np.int64),
@@ -74,7 +74,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         }
 
     def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
-        """Follow the streams through a chunk."""
+        """Process a chunk."""
         moved: dict[str, NDArray[Any]] = {name: array.copy() for name, array in state.items()}
         n_before, frequency = int(moved["n_seen"][0]), chunk.sampling_frequency
         every = self.samples_per_estimate(frequency)
@@ -93,25 +93,25 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         )
 
     def information(self, records: RecordBatch) -> Information:
-        """What the first record tells."""
+        """Information of the first record."""
         state, _ = self.step(self.start(records), records)
         return plant_information(self.options, records, self.first_covariance(state))
 
     def first_covariance(self, state: State) -> Array:
-        """Covariance of the first record, (N_STATE, N_STATE)."""
+        """Covariance of the first record, shape (N_STATE, N_STATE)."""
         return np.asarray(state["covariance"][0])
 
     def follow(
         self, state: dict[str, NDArray[Any]], n_before: int, samples: tuple[Array, Array, Array],
         tuning: Tuning, every: int, found: tuple[Array, Array, Array],
     ) -> None:  # fmt: skip
-        """Move the filters on in place, and fill means, variances and sums at the instants that are due."""
+        """Advance the filters in place, and fill means, variances and sums at the instants that are due."""
         streams = Streams(**{name: state[name] for name in Streams._fields})
         follow(streams, n_before, *samples, tuning, every, *found, workspace(self.options.substeps))
 
     @abstractmethod
     def read(self, found: Estimates) -> Mapping[str, Array]:
-        """`estimates` along the time, each (n_record, n_instant)."""
+        """`estimates` over time, each (n_record, n_instant)."""
 
     def _tuning(self, chunk: RecordBatch) -> Tuning:
         options, frequency = self.options, chunk.sampling_frequency

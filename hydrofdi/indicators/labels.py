@@ -1,4 +1,4 @@
-"""Valid labels of indicators in an experiment: they are part of variable names."""
+"""Valid labels of indicators in an experiment; they become part of variable names."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ TAKEN = frozenset(_IN_FILES.split())
 
 
 def label_mistake(label: object, of: str = "an indicator") -> str | None:
-    """What is wrong with a label; None if nothing is."""
+    """Message if a label is not valid, else None."""
     if not isinstance(label, str) or not re.fullmatch(LABEL_PATTERN, label):
         rule = "letters, digits, '_' and '-', beginning with a letter, at most 64"
         return f"is not a valid label of {of} ({rule})"
     if label in TAKEN:
-        return "is the name of a variable of experiment files; take another label, with 'kind: NAME'"
+        return "is the name of a variable of experiment files; choose another label and add 'kind: NAME'"
     return None

@@ -1,4 +1,4 @@
-"""Indicators of a batch of records."""
+"""Measurement of indicators for a batch of records."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ Indicators = Mapping[str, Indicator[Any]]
 """Label → indicator."""
 
 Seconds = dict[str, float]
-"""Label of an indicator → CPU time that it took [s]."""
+"""Label of an indicator → its CPU time [s]."""
 
 
 @dataclass(frozen=True)
 class Measures:
-    """What indicators gave for a batch.
+    """Results of indicators for a batch.
 
     Attributes
     ----------
     values : dict of str to ndarray, shape (n_record, *dims)
-        ``label.output`` → numbers; NaN if there are none.
+        ``label.output`` → values; NaN if there are none.
     obstacles : dict of str to tuple of (str or None), length n_record
-        Label → why a record has no numbers; None if it has any.
+        Label → why a record has no values; None if it has any.
     faults : dict of str to str
-        Label → what is wrong with an indicator that failed; it is the obstacle of all records.
+        Label → error of an indicator that failed; it is the obstacle of all records.
     """
 
     values: dict[str, Array]
@@ -41,11 +41,11 @@ class Measures:
 
 
 def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | None = None) -> Measures:
-    """All outputs of indicators for a batch; what cannot be measured is NaN, with the reason.
+    """Measure all outputs of indicators for a batch; values that cannot be measured are NaN, with the reason.
 
-    Indicators are handed the samples of their own channels alone, read-only: no name, group, label or remark
-    of a record, and nothing that depends on which other indicators are measured. One that raises, or gives
-    other outputs than it says, is an obstacle of every record; the others go on.
+    An indicator receives only the samples of its own channels, read-only: no name, group, label or remark of
+    a record, and nothing that depends on the other indicators. If it raises, or its outputs differ from its
+    declaration, the fault is stored as the obstacle of every record; the other indicators are still measured.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
     indicators : mapping of str to Indicator
         Label → indicator.
     seconds : dict, optional
-        Label → CPU time [s], to which that of this batch is added.
+        Label → CPU time [s]; the time of this batch is added.
     """
     measures = Measures({}, {})
     blinded = _handed_out(records.blinded())
@@ -82,7 +82,7 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
 
 
 def output_unit(indicator: Indicator[Any], output: Output, records: RecordBatch) -> str:
-    """Unit of an output; that of the record, also per something, where a channel has no scale."""
+    """Unit of an output; counts, or counts per unit, if its channel has no scale."""
     units = {channel.unit: records.unit(channel) for channel in sorted(indicator.channels & records.relative)}
     unit, _, per = output.unit.rpartition("/")
     if output.unit in units:
@@ -91,9 +91,9 @@ def output_unit(indicator: Indicator[Any], output: Output, records: RecordBatch)
 
 
 def _handed_out(records: RecordBatch) -> RecordBatch:
-    """The samples as indicators see them: read-only, so that none changes what the next one is given.
+    """Read-only samples, so that no indicator can change the input of another.
 
-    Each record lies in one piece of memory, so that sums over it are rounded alike in any batch.
+    Each record is contiguous in memory, so that rounding of sums does not depend on the batch.
     """
     handed = {channel: np.ascontiguousarray(samples).view() for channel, samples in records.channels.items()}
     for samples in handed.values():
@@ -102,7 +102,7 @@ def _handed_out(records: RecordBatch) -> RecordBatch:
 
 
 def seen_by(indicator: Indicator[Any], records: RecordBatch) -> RecordBatch:
-    """Records with the channels of an indicator."""
+    """Records reduced to the channels of an indicator."""
     seen = indicator.channels | indicator.optional_channels
     return replace(records, channels={each: records[each] for each in records.channels if each in seen})
 
@@ -110,7 +110,7 @@ def seen_by(indicator: Indicator[Any], records: RecordBatch) -> RecordBatch:
 def _numbers(
     records: RecordBatch, indicator: Indicator[Any], reasons: Sequence[str | None]
 ) -> dict[str, Array]:
-    """Its outputs; NaN if there is an obstacle, infinite if they overflow."""
+    """Outputs of an indicator; NaN if there is an obstacle, infinite if they overflow."""
     numbers = _nothing(records, indicator)
     fit = [row for row, reason in enumerate(reasons) if reason is None]
     if not fit:
@@ -137,7 +137,7 @@ def _nothing(records: RecordBatch, indicator: Indicator[Any]) -> dict[str, Array
 def _any_of(
     kind: Callable[[Array], NDArray[np.bool_]], numbers: dict[str, Array], n_record: int
 ) -> NDArray[np.bool_]:
-    """Whether a record has any number of a kind, shape (n_record,)."""
+    """Whether a record has any value of a kind, shape (n_record,)."""
     found = np.zeros(n_record, dtype=bool)
     for array in numbers.values():
         found |= kind(array).any(axis=tuple(range(1, array.ndim)))
@@ -160,8 +160,8 @@ def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | N
         return f"has no {' and no '.join(missing)}"
     relative = sorted(indicator.channels & records.relative)
     if indicator.needs_scale and relative:
-        found = "is divided by another" if relative[0] in records.normalized else "is in counts"
-        return f"{relative[0]} {found}, and {indicator.name} needs it in {relative[0].unit}"
+        found = "is normalised" if relative[0] in records.normalized else "is in counts"
+        return f"{relative[0]} {found}, but {indicator.name} needs it in {relative[0].unit}"
     return indicator.obstacle(records)
 
 

@@ -16,19 +16,20 @@ _OF_SPOOL = PlantConstant("spool", ("command",))
 
 
 class NominalActuator(Section):
-    """Double-rod actuator with a servovalve of critical lap; the defaults are the paper's nominal values."""
+    """Double-rod actuator with a critically lapped servovalve; the defaults are the paper's nominal
+    values."""
 
     piston_area: Annotated[float, SI("m^2", above=0, most=1.0), PlantConstant()] = 633e-6
     """Annular area A of the piston in chamber 1 [m²]."""
 
     piston_area_2: Annotated[float, SI("m^2", above=0, most=1.0)] | None = None
-    """The same in chamber 2 [m²]; without it, that of chamber 1."""
+    """The same for chamber 2 [m²]; by default that of chamber 1."""
 
     chamber_volume: Annotated[float, SI("m^3", above=0, most=1.0), PlantConstant()] = 280e-6
     """Volume V of chamber 1 at position zero [m³]."""
 
     chamber_volume_2: Annotated[float, SI("m^3", above=0, most=1.0)] | None = None
-    """The same of chamber 2 [m³]; without it, that of chamber 1."""
+    """The same for chamber 2 [m³]; by default that of chamber 1."""
 
     bulk_modulus: Annotated[float, SI("Pa", above=0, most=1e10), PlantConstant()] = 551e6
     """Bulk modulus β of the fluid [Pa]."""
@@ -71,44 +72,45 @@ class NominalActuator(Section):
 
     @property
     def areas(self) -> tuple[float, float]:
-        """A of both chambers [m²]."""
+        """Piston areas of both chambers [m²]."""
         return self.piston_area, self.piston_area if self.piston_area_2 is None else self.piston_area_2
 
     @property
     def volumes(self) -> tuple[float, float]:
-        """V of both chambers [m³]."""
+        """Volumes of both chambers at position zero [m³]."""
         second = self.chamber_volume_2
         return self.chamber_volume, self.chamber_volume if second is None else second
 
     @property
     def valve_channels(self) -> frozenset[Channel]:
-        """The channels that the flow through the valve needs beside the chamber pressures."""
+        """Channels needed for the valve flow, in addition to the chamber pressures."""
         shown_by = {"measured": {Channel.SPOOL_POSITION}, "command": {Channel.INPUT_VOLTAGE}}
         supply = {Channel.SUPPLY_PRESSURE} if self.supply == "measured" else set()
         return frozenset(shown_by.get(self.spool, set()) | supply)
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
-        """The supply pressure, where it is used if records have it."""
+        """The supply pressure, if `supply` allows it to be used."""
         return frozenset({Channel.SUPPLY_PRESSURE} if self.supply == "auto" else set())
 
     def spool_position(self, records: RecordBatch) -> Array:
-        """x_v [m], shape (n_record, n_time). A command is held between samples; the spool starts at rest."""
+        """x_v [m], shape (n_record, n_time). The command is held between samples (zero-order hold); the spool
+        starts at rest."""
         if self.spool == "measured":
             return records[Channel.SPOOL_POSITION]
         command = records[Channel.INPUT_VOLTAGE]
         return self.follow_command(command, command[:, :1], None, records.sampling_frequency)[0]
 
     def spool_of_stream(self, chunk: RecordBatch, is_first: bool, state: Array) -> Array:
-        """x_v [m] of a chunk; under a command, it rests under the first one of a stream.
+        """x_v of a chunk [m]; with a command, the spool starts at rest under the first command of the stream.
 
         Parameters
         ----------
         chunk : RecordBatch
         is_first : bool
-            Whether the stream begins with it.
+            Whether this is the first chunk of the stream.
         state : ndarray, shape (n_record, 2)
-            Of the spool; updated in place.
+            State of the spool; updated in place.
         """
         if self.spool == "measured":
             return np.ascontiguousarray(chunk[Channel.SPOOL_POSITION])
@@ -122,14 +124,14 @@ class NominalActuator(Section):
     def follow_command(
         self, command: Array, rest: Array, state: Array | None, sampling_frequency: float
     ) -> tuple[Array, Array]:
-        """x_v [m] under a command [V], and the state of the spool (n_record, 2) behind it.
+        """x_v for a command, and the state of the spool (n_record, 2) after it.
 
         Parameters
         ----------
         command : ndarray, shape (n_record, n_time)
-            Held between samples [V].
+            Command, held between samples [V].
         rest : ndarray, shape (n_record, 1)
-            Command under which the spool rests, where there is no state [V].
+            Command under which the spool is initially at rest if `state` is None [V].
         state : ndarray, shape (n_record, 2), or None
         sampling_frequency : float
             [Hz]
@@ -144,7 +146,7 @@ class NominalActuator(Section):
         return self.spool_gain * np.asarray(position), np.asarray(after)
 
     def supply_known_by(self, records: RecordBatch) -> Literal["measured", "nominal", "sum"]:
-        """What `supply` means for these records."""
+        """Resolve ``supply: auto`` for these records."""
         if self.supply != "auto":
             return self.supply
         if Channel.SUPPLY_PRESSURE in records.channels.keys() - records.relative:
@@ -156,7 +158,7 @@ class NominalActuator(Section):
 def _held_command_filter(
     natural_frequency: float, damping_ratio: float, sampling_frequency: float
 ) -> tuple[Array, Array, Array]:
-    """Numerator and denominator of a second-order lag under a command that is held, and its state at rest."""
+    """Numerator and denominator of a second-order lag with zero-order hold, and its steady state."""
     from scipy.signal import cont2discrete, lfilter_zi
 
     rate = 2.0 * np.pi * natural_frequency

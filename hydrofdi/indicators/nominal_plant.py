@@ -1,4 +1,4 @@
-"""What state estimators assume about the moving actuator besides its data sheet."""
+"""Assumptions of state estimators about the motion of the actuator."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class NominalPlant(UncertainActuator):
     """An uncertain actuator whose motion is predicted from one sample to the next."""
 
     spool: Literal["command", "measured"] = "command"
-    """Where the spool is: where the nominal valve puts it under the input voltage, held between samples; or
-    on straight lines between its measured positions."""
+    """Spool position. ``command``: computed from the input voltage, held between samples, with the nominal
+    valve. ``measured``: interpolated linearly between its measured positions."""
 
     supply: Literal["auto", "measured", "nominal"] = "auto"
-    """Supply pressure that the estimate starts from. ``measured``: its channel. ``nominal``:
+    """Initial supply pressure of the estimate. ``measured``: its channel. ``nominal``:
     ``supply_pressure``. ``auto``: measured if available, else nominal."""
 
     load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant()] = 150e3
@@ -35,7 +35,7 @@ class NominalPlant(UncertainActuator):
     """Mass m of piston and load [kg]."""
 
     friction: Literal["random_walk", "model"] = "random_walk"
-    """Force that brakes the piston. ``random_walk``: an estimated force for friction and load together.
+    """Resisting force on the piston. ``random_walk``: an estimated force for friction and load together.
     ``model``: the nominal friction plus such a force."""
 
     coulomb_friction: Annotated[float, SI("N", least=0), _OF_FRICTION] = 200.0
@@ -48,14 +48,14 @@ class NominalPlant(UncertainActuator):
     """Coefficient f of viscous friction [N·s/m], for ``friction: model``."""
 
     friction_transition: Annotated[float, SI("s/m", least=0), _OF_FRICTION] = 40.0
-    """Coefficient c_v of the fall from breakaway to Coulomb friction [s/m], for ``friction: model``."""
+    """Coefficient c_v of the transition from breakaway to Coulomb friction [s/m], for ``friction: model``."""
 
     velocity_threshold: Annotated[float, SI("m/s", above=0)] = 10e-3
-    """Speed v_th below which dry friction is linear [m/s], for ``friction: model``; wider than that of an
-    actuator, so that the steps can follow it."""
+    """Speed v_th below which dry friction is linear [m/s], for ``friction: model``; larger than that of a
+    real actuator, so that the substeps can resolve it."""
 
     substeps: Annotated[int, Field(strict=True, ge=1, le=100)] = 4
-    """Runge-Kutta steps from one sample to the next; at 500 Hz four of 0.5 ms."""
+    """Runge-Kutta steps per sample; at 500 Hz, four steps of 0.5 ms."""
 
     reference_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
@@ -68,7 +68,7 @@ class NominalPlant(UncertainActuator):
 
     @property
     def plant(self) -> Plant:
-        """Its nominal values in the units of estimators."""
+        """Nominal parameters in estimator units."""
         (area_1, area_2), (volume_1, volume_2) = self.areas, self.volumes
         return Plant(
             mass=1e-3 * self.mass,
@@ -91,18 +91,18 @@ class NominalPlant(UncertainActuator):
         )
 
     def spool_transition(self, sampling_frequency: float) -> Array:
-        """How the spool moves on within half a Runge-Kutta step, (2, 2)."""
+        """State transition matrix of the spool over half a Runge-Kutta step, shape (2, 2)."""
         half_step = 0.5 / (sampling_frequency * self.substeps)
         return spool_transition(2.0 * np.pi * self.natural_frequency, self.damping_ratio, half_step)
 
     def spool_drive(self, records: RecordBatch) -> Array:
-        """Where the command would have the spool, or where it was measured [mm], (n_record, n_time)."""
+        """Static spool position under the command, or the measured one [mm], shape (n_record, n_time)."""
         if self.spool == "measured":
             return 1e3 * records[Channel.SPOOL_POSITION]
         return 1e3 * self.spool_gain * records[Channel.INPUT_VOLTAGE]
 
     def supply_of(self, records: RecordBatch) -> Array:
-        """Supply pressure that is measured, or the nominal one [MPa], (n_record, n_time)."""
+        """Measured or nominal supply pressure [MPa], shape (n_record, n_time)."""
         if self.measures_supply(records):
             return 1e-6 * records[Channel.SUPPLY_PRESSURE]
         any_channel = next(iter(records.channels.values()))

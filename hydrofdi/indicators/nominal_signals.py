@@ -1,4 +1,4 @@
-"""Streams of what observers need: measured where records have it, else as the nominal valve gives it."""
+"""Input signals of observers: measured if available, else computed with the nominal valve."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MEASURED = {
 }
 
 _BLOCK = 16
-"""Samples of P_1 + P_2 that count together, where the valve is open at all of them."""
+"""Number of consecutive samples of P_1 + P_2 that are averaged, if the valve is open at all of them."""
 
 
 class ObserverOptions(NominalActuator, RecursiveOptions):
@@ -54,7 +54,7 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
 
     @property
     def cylinder(self) -> Cylinder:
-        """What kernels know of the actuator."""
+        """Parameters of the cylinder for kernels."""
         return Cylinder(*self.areas, *self.volumes, self.flow_gain, self.area_gradient, self.return_pressure)
 
 
@@ -72,7 +72,7 @@ def start_of_signals(options: ObserverOptions, records: RecordBatch) -> dict[str
 def follow_signals(
     options: ObserverOptions, state: State, chunk: RecordBatch
 ) -> tuple[dict[str, NDArray[Any]], Array, NDArray[np.bool_]]:
-    """The state behind a chunk, its signals, and the samples that teach nothing.
+    """State after a chunk, its signals, and samples without information.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Which options of an indicator describe the plant, and which of them nobody gave."""
+"""Options of an indicator that describe the plant, and those of them left at their defaults."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class PlantConstant:
     Attributes
     ----------
     option : str
-        The constant is used only where this option has one of the `values`; always where it is empty.
+        The constant is used only if this option has one of the `values`; always if empty.
     values : tuple
     """
 
@@ -23,12 +23,12 @@ class PlantConstant:
     values: tuple[Any, ...] = ()
 
     def is_used(self, options: Section) -> bool:
-        """Whether the indicator uses it under some options."""
+        """Whether the indicator uses the constant with these options."""
         return not self.option or getattr(options, self.option, None) in self.values
 
 
 def plant_constants(options: Section) -> dict[str, str]:
-    """The constants of the plant that are used under some options → their SI units."""
+    """Plant constant used with these options → its SI unit."""
     found = {}
     for name, info in type(options).model_fields.items():
         marks = [each for each in info.metadata if isinstance(each, PlantConstant)]
@@ -38,5 +38,5 @@ def plant_constants(options: Section) -> dict[str, str]:
 
 
 def constants_not_given(options: Section) -> tuple[str, ...]:
-    """The constants of the plant that are used with their defaults because nobody gave them."""
+    """Plant constants that are used but were left at their defaults."""
     return tuple(name for name in plant_constants(options) if name not in options.model_fields_set)

@@ -1,4 +1,4 @@
-"""What records tell a Kalman filter of the nominal plant."""
+"""Information of records for a Kalman filter of the nominal plant."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ _IN_WORDS = {
     "bias_1": ("bias of P1", "Pa", 1e6),
     "bias_2": ("bias of P2", "Pa", 1e6),
 }
-"""State → its name and unit where a person reads what records tell of it, and its unit here in that one."""
+"""State → name and unit in tables, and the factor from estimator units to that unit."""
 
 
 def plant_information(options: KalmanOptions, records: RecordBatch, covariance: Array) -> Information:
-    """What the first record tells of the states that are estimated.
+    """Information of the first record about the estimated states.
 
-    The Gramian is that of the states at the start, and takes the plant as exact.
+    The Gramian refers to the initial states and assumes an exact plant model.
 
     Parameters
     ----------
     options : KalmanOptions
     records : RecordBatch
     covariance : ndarray, shape (N_STATE, N_STATE)
-        That a filter has behind the record, in the units of estimators.
+        Covariance of a filter after the record, in estimator units.
     """
     prior = np.sqrt(options.prior_variances(records))
     (open_,) = np.nonzero(prior)
@@ -57,9 +57,9 @@ def plant_information(options: KalmanOptions, records: RecordBatch, covariance: 
 
 
 def _transitions(options: KalmanOptions, records: RecordBatch) -> Array:
-    """How the states of the nominal plant depend on those a sample before, (n_time - 1, N_STATE, N_STATE).
+    """State transition matrices of the nominal plant, shape (n_time - 1, N_STATE, N_STATE).
 
-    Along the pressures and the position that are measured; the spool moves on straight lines between samples.
+    Linearised about the measured pressures and position; the spool position is interpolated linearly.
     """
     frequency, first = records.sampling_frequency, records.rows([0])
     measured = measured_states(first)[0]

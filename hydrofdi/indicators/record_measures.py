@@ -1,4 +1,4 @@
-"""What was measured of each record of some sources, one by one: tables and files are made of it."""
+"""Measured values of each record of several sources, for tables and files."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Column:
     Attributes
     ----------
     label : str
-        Of the indicator.
+        Label of the indicator.
     output : Output
     unit : str
-        Unit of its numbers: SI, counts, or 1.
+        Unit of the values: SI, counts, or 1.
     channels : tuple of Channel
-        What the indicator needs, sorted.
+        Channels that the indicator needs, sorted.
     """
 
     label: str
@@ -43,31 +43,30 @@ class Column:
 
     @property
     def size(self) -> int:
-        """Numbers for each record."""
+        """Number of values per record."""
         return prod(self.output.dims.values())
 
 
 @dataclass(frozen=True)
 class RecordMeasures:
-    """What was measured of one record.
+    """Measured values of one record.
 
     Attributes
     ----------
     record_id, source, group, label : str
-        As in a batch; empty if nothing is known.
+        As in a batch; empty if unknown.
     status : str
-        ``ok``, or the kinds of its remarks, on the record or on channels that are used, with commas between
-        them.
+        ``ok``, or the kinds of the remarks on the record or on used channels, separated by commas.
     values : dict of str to ndarray, shape (*dims)
-        Name of a column → its numbers; NaN if there are none.
+        Name of a column → its values; NaN if there are none.
     reasons : dict of str to str
         Label of an indicator → why it could not be measured.
     is_rejected : bool
-        Whether it is no record that anything could be measured of.
+        Whether the record was rejected, so that nothing could be measured.
     faults : mapping of str to str
-        Label of an indicator that failed → what is wrong with it; that is also its reason.
+        Label of an indicator that failed → its error; this is also its reason.
     digest : bytes
-        Of its samples: equal for records with the same ones. Empty if it is rejected.
+        Digest of the samples: equal for records with equal samples. Empty if the record is rejected.
     """
 
     record_id: str
@@ -83,12 +82,12 @@ class RecordMeasures:
 
     @property
     def has_numbers(self) -> bool:
-        """Whether any indicator gave any."""
+        """Whether any indicator has a value."""
         return any(np.isfinite(values).any() for values in self.values.values())
 
 
 def used_channels(indicators: Indicators) -> frozenset[Channel]:
-    """All channels that some indicators need, or look at where records have them."""
+    """All channels that the indicators need, or use if available."""
     return frozenset().union(
         *(indicator.channels | indicator.optional_channels for indicator in indicators.values())
     )
@@ -97,7 +96,7 @@ def used_channels(indicators: Indicators) -> frozenset[Channel]:
 def measure_sources(
     sources: Sequence[RecordSource], indicators: Indicators
 ) -> tuple[tuple[Column, ...], Iterator[RecordMeasures]]:
-    """The columns, and the records of all sources one by one; a batch is in memory at a time.
+    """Columns, and an iterator over the records of all sources; one batch is in memory at a time.
 
     Raises
     ------
@@ -142,8 +141,8 @@ def _require_same_units(
     for first, now in zip(columns, _columns(indicators, batch), strict=True):
         if batch.n_record and first.unit != now.unit:
             raise DataError(
-                f"{source.name}: {now.name} comes out in {now.unit}, and in {first.unit} before;"
-                " measure these sources apart"
+                f"{source.name}: {now.name} is in {now.unit}, but in {first.unit} in an earlier source;"
+                " measure these sources separately"
             )
 
 
@@ -164,7 +163,7 @@ def _record(batch: RecordBatch, measures: Measures, row: int, used: frozenset[Ch
 
 
 def samples_digest(batch: RecordBatch, row: int) -> bytes:
-    """Equal for records with the same samples of the same channels."""
+    """Digest of a record: equal for records with equal samples of the same channels."""
     digest = hashlib.blake2b(digest_size=16)
     for channel in sorted(batch.channels):
         digest.update(channel.encode())

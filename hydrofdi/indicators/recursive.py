@@ -15,26 +15,27 @@ from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
 
 State = Mapping[str, NDArray[Any]]
-"""All that a stream needs from one chunk to the next: arrays, so that it can be stored."""
+"""State of a stream between chunks: arrays, so that it can be stored."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """Estimates along records.
+    """Estimates over time.
 
     Attributes
     ----------
     time : ndarray, shape (n_instant,)
         Instants of the estimates, on the clock of the records [s].
     values : mapping of str to ndarray, shape (n_record, n_instant)
-        In SI; NaN from the instant on at which an estimator diverged.
+        In SI; NaN after an estimator diverged.
     """
 
     time: Array
     values: Mapping[str, Array]
 
     def since(self, instant: float) -> Trace:
-        """What comes at an instant [s] or later; rows in one piece, so that sums over them round alike."""
+        """Estimates at an instant [s] or later; rows are contiguous, so that rounding of sums is
+        reproducible."""
         later = self.time >= instant
         values = {name: np.ascontiguousarray(values[:, later]) for name, values in self.values.items()}
         return Trace(self.time[later], values)
@@ -47,7 +48,7 @@ class RecursiveOptions(Section):
     """Interval between estimates of a trace [s], rounded to whole samples."""
 
     transient: Annotated[float, SI("s", least=0)] = 2.0
-    """Time left out at the start of a record [s], while estimates still follow the data sheet."""
+    """Time excluded at the start of a record [s], while estimates are still close to the data sheet."""
 
     trace_duration: Annotated[float, SI("s", least=0)] = 0.0
     """Length of the records for which the time trace of the score is also stored [s], for charts; 0 stores
@@ -58,9 +59,9 @@ Chosen = TypeVar("Chosen", bound=RecursiveOptions)
 
 
 class RecursiveIndicator(Indicator[Chosen]):
-    """An indicator of a stream. Subclass it; say how it starts, steps, and sums up a record.
+    """Base of recursive indicators: subclasses define `start`, `step` and `of_record`.
 
-    The estimates of a stream are, to the bit, those of the record as a whole, whatever its chunks.
+    The estimates of a stream are bit-identical to those of the whole record, however it is split into chunks.
     """
 
     needs_scale = True
@@ -68,64 +69,64 @@ class RecursiveIndicator(Indicator[Chosen]):
     @property
     @abstractmethod
     def estimates(self) -> tuple[Output, ...]:
-        """What it gives of a whole record; the first one is the score that is traced."""
+        """Outputs of a whole record; the first one is the score whose trace can be stored."""
 
     @abstractmethod
     def start(self, records: RecordBatch) -> State:
-        """The state before the first sample. Records tell their number, channels and sampling; not more."""
+        """State before the first sample; depends only on the number, channels and sampling of the records."""
 
     @abstractmethod
     def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
-        """The state behind a chunk, and the estimates that came with it; the old state stays as it was.
+        """State after a chunk, and the estimates within it; the old state is not modified.
 
-        Estimates come every ``interval`` after the start of the stream. A chunk may be a single sample.
+        There is an estimate every ``interval`` from the start of the stream. A chunk may be a single sample.
         """
 
     @abstractmethod
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """`estimates` of whole records, each (n_record,), from what came after the transient."""
+        """`estimates` of whole records, each (n_record,), from the trace after the transient."""
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Estimates, and the trace of the score where it is kept."""
+        """Estimates, and the trace of the score if it is stored."""
         score = self.estimates[0]
         kept = Output(
-            f"{score.name}_trace", score.unit, f"{score.long_name}, along the time",
+            f"{score.name}_trace", score.unit, f"{score.long_name}, over time",
             dims={"instant": self.n_instant}, is_score=False,
         )  # fmt: skip
         return (*self.estimates, kept) if self.n_instant else self.estimates
 
     @property
     def n_instant(self) -> int:
-        """Estimates in the trace that is kept."""
+        """Number of estimates in the stored trace."""
         return int(self.options.trace_duration / self.options.interval + 1e-9)
 
     def samples_per_estimate(self, sampling_frequency: float) -> int:
-        """Samples from one estimate to the next, at least one."""
+        """Samples between estimates, at least one."""
         return max(1, round(self.options.interval * sampling_frequency))
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record without an estimate after the transient, or one that is shorter than its trace."""
+        """Message if a record has no estimate after the transient, or is shorter than its trace."""
         options = self.options
         if records.duration < options.transient + options.interval:
             needed = f"a transient of {options.transient:g} s and an interval of {options.interval:g} s"
             return f"{records.duration:g} s are too few for {needed}"
         traced = self.trace_instants(records.sampling_frequency)[-1:]
         if traced.size and records.duration <= traced[0]:
-            return f"{records.duration:g} s are less than the trace of {options.trace_duration:g} s"
+            return f"{records.duration:g} s are shorter than the trace of {options.trace_duration:g} s"
         return None
 
     def trace_instants(self, sampling_frequency: float) -> Array:
-        """Instants of the trace that is kept [s], on the clock of records that begin at 0."""
+        """Instants of the stored trace [s], for records that start at 0."""
         samples = self.samples_per_estimate(sampling_frequency) * np.arange(1, self.n_instant + 1) - 1
         return samples / sampling_frequency
 
     def trace(self, records: RecordBatch) -> Trace:
-        """Estimates along whole records."""
+        """Estimates over time of whole records."""
         return self.step(self.start(records), records)[1]
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """In SI."""
+        """Values in SI."""
         trace = self.trace(replace(records, start_time=0.0))
         values = dict(self.of_record(trace.since(self.options.transient)))
         if self.n_instant:
@@ -135,16 +136,16 @@ class RecursiveIndicator(Indicator[Chosen]):
 
 
 def instants(n_before: int, n_sample: int, every: int) -> NDArray[np.intp]:
-    """Places in a chunk after whose sample an estimate is due.
+    """Indices of the samples in a chunk after which an estimate is due.
 
     Parameters
     ----------
     n_before : int
-        Samples of the stream before the chunk.
+        Number of samples of the stream before the chunk.
     n_sample : int
-        Samples of the chunk.
+        Number of samples of the chunk.
     every : int
-        Samples from one estimate to the next; the first estimate comes with sample number `every` − 1.
+        Samples between estimates; the first estimate is due after sample `every` − 1.
     """
     first = (-n_before - 1) % every
     return np.arange(first, n_sample, every)

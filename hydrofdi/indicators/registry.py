@@ -1,6 +1,6 @@
-"""All indicators: those of this package, and those that other packages add.
+"""Registry of indicators: built-in ones and those of other packages.
 
-A package adds its own by an entry point in the group ``hydrofdi.indicators``::
+A package adds indicators by entry points in the group ``hydrofdi.indicators``::
 
     [project.entry-points."hydrofdi.indicators"]
     peak = "my_package:Peak"
@@ -24,7 +24,7 @@ from hydrofdi.settings.suggestions import nearest
 GROUP = "hydrofdi.indicators"
 
 _DECLARED = ("version", "summary", "source", "Options", "channels", "outputs", "measure")
-"""What every indicator says of itself."""
+"""Attributes that every indicator must declare."""
 
 Kind = type[Indicator[Any]]
 
@@ -41,7 +41,7 @@ def indicator_kind(name: str) -> Kind:
     Raises
     ------
     ConfigError
-        There is none of this name, or the package that adds it cannot be loaded.
+        There is no indicator of this name, or the package that adds it cannot be loaded.
     """
     if name in _homes():
         return _own(name)
@@ -51,14 +51,14 @@ def indicator_kind(name: str) -> Kind:
 
 
 def sound_indicator(name: str, options: Mapping[str, Any] | None = None) -> Indicator[Any]:
-    """An indicator with options, whose declaration has been checked.
+    """Make an indicator with options, and check its declaration.
 
     Raises
     ------
     ConfigError
-        There is none of this name, it cannot be loaded, or its declaration is faulty.
+        There is no indicator of this name, it cannot be loaded, or its declaration is faulty.
     ValidationError
-        The options are mistaken.
+        The options are not valid.
     """
     kind = indicator_kind(name)
     chosen = kind.Options.model_validate(dict(options or {}))
@@ -67,7 +67,7 @@ def sound_indicator(name: str, options: Mapping[str, Any] | None = None) -> Indi
 
 @cache
 def _homes() -> dict[str, str]:
-    """Name of an indicator → its room."""
+    """Name of a built-in indicator → its package."""
     return {
         module.name: room.__name__ for room in (catalogue, models) for module in iter_modules(room.__path__)
     }
@@ -81,9 +81,9 @@ def _own(name: str) -> Kind:
 
 
 def shadows() -> list[str]:
-    """What other packages add under names that are taken: a sentence for each."""
+    """Messages about indicators of other packages whose names are already used."""
     return [
-        f"indicator {point.name!r} of {point.value} has the name of one of hydrofdi; it is left out"
+        f"indicator {point.name!r} of {point.value} has the name of a built-in indicator and is ignored"
         for point in _points()
         if point.name in _homes()
     ]

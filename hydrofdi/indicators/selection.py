@@ -1,4 +1,4 @@
-"""Which indicators are measured, with which options."""
+"""Selection of indicators and their options."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _KIND_HINT = "; under a label of your own, add 'kind: NAME'"
 
 
 def load_indicators(text: str) -> dict[str, Indicator[Any]]:
-    """The indicators that a file or a list names.
+    """Make the indicators named in a file or a list.
 
     Parameters
     ----------
@@ -35,11 +35,11 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     Raises
     ------
     ConfigError
-        With every mistake.
+        One or more mistakes; the error lists all of them.
     """
     parts, is_file = [part.strip() for part in text.split(",")], located(Path(text)).is_file()
     if len(parts) > 1 and not is_file and any(part.endswith(_SUFFIXES) for part in parts):
-        raise ConfigError(f"{text}: give one file; its 'indicators:' may hold several labels")
+        raise ConfigError(f"{text}: give one file; its 'indicators:' may contain several labels")
     if text.endswith(_SUFFIXES) or is_file:
         source = read_extended(Path(text), "a file of indicators")
         within: KeyPath = ("indicators",)
@@ -57,17 +57,17 @@ def make_indicators(
     Parameters
     ----------
     chosen : str, sequence of str, or mapping
-        ``all``, a name or ``NAME,…``; names; or label → options. The label is the indicator's name, unless
-        ``kind`` among the options gives it: so one indicator can be measured twice.
+        ``all``, a name or ``NAME,…``; names; or label → options. The label is the name of the indicator,
+        unless the options contain ``kind``: so one indicator can be measured twice.
     source : Source, optional
-        What the choice was read from, for the lines of mistakes.
+        Source of the choice, for line numbers of mistakes.
     within : tuple of str
-        Key of the choice in its source.
+        Key path of the choice in its source.
 
     Raises
     ------
     ConfigError
-        With every mistake.
+        One or more mistakes; the error lists all of them.
     """
     source = Source(chosen) if source is None else source
     return make_chosen(chosen_options(chosen, source, within), source, within)
@@ -76,12 +76,10 @@ def make_indicators(
 def make_chosen(
     options: Mapping[str, Any], source: Source, within: KeyPath = ()
 ) -> dict[str, Indicator[Any]]:
-    """Label → indicator.
+    """Make indicators: label → indicator.
 
-    Raises
-    ------
-    ConfigError
-        With every mistake, those in the source included.
+    Raises ------ ConfigError
+        One or more mistakes, including those collected in `source`.
     """
     made = {label: _make(label, given, source, (*within, label)) for label, given in options.items()}
     if source.mistakes:

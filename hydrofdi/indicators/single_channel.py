@@ -24,7 +24,7 @@ class SingleChannelIndicator(Indicator[ChosenChannel]):
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """The channel that is measured."""
+        """The measured channel."""
         return frozenset({self.options.channel})
 
     @property

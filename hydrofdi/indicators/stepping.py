@@ -1,4 +1,4 @@
-"""Where the drive of records steps: what indicators of the time after a step share."""
+"""Steps of the drive, shared by the indicators that analyse the time after a step."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.transforms.steps import Steps, half_periods, jumps
 
 _LEAST_RATIO = 8.0
-"""Largest over mean change of a command that steps; noise stays below."""
+"""Least ratio of largest to mean change of a command with steps; noise stays below it."""
 
 
 class SteppingOptions(Section):
-    """What says when the drive steps."""
+    """Options that define the steps of the drive."""
 
     steps: Literal["auto", "command", "period", "signal"] = "auto"
     """``command``: the jumps of the input voltage. ``period``: every half period of the drive. ``signal``:
-    the largest changes of the signal itself. ``auto``: the first of these that the records have."""
+    the largest changes of the signal itself. ``auto``: the first of these that is available."""
 
     jump_time: Annotated[float, SI("s", above=0)] = 10e-3
-    """Longest duration of a jump [s]; its time is where it exceeds ``least_jump``."""
+    """Longest duration of a jump [s]; its instant is where it exceeds ``least_jump``."""
 
     least_jump: Annotated[float, SI("1", above=0, most=1)] = 0.5
-    """Size of a jump over the largest in its record [-]; smaller ones do not count."""
+    """Smallest jump relative to the largest in the record [-]; smaller ones are ignored."""
 
     spacing: Annotated[float, SI("s", above=0)] = 0.1
     """Jumps that follow another within this time count as part of it [s]."""
 
 
 def stepping_channels(options: SteppingOptions) -> frozenset[Channel]:
-    """The channels that are needed to find the steps."""
+    """Channels required to find the steps."""
     return frozenset({Channel.INPUT_VOLTAGE} if options.steps == "command" else ())
 
 
 def optional_stepping_channels(options: SteppingOptions) -> frozenset[Channel]:
-    """The channels that show the steps where records have them."""
+    """Channels that are used to find the steps if available."""
     return frozenset({Channel.INPUT_VOLTAGE} if options.steps == "auto" else ())
 
 
 def stepping_obstacle(records: RecordBatch, options: SteppingOptions) -> str | None:
-    """Why the steps of records cannot be found."""
+    """Message if the steps of records cannot be found, else None."""
     if options.steps == "period" and records.drive_period is None:
-        return "the period of the drive is not known"
+        return "the period of the drive is unknown"
     return None
 
 
@@ -56,7 +56,7 @@ def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -
     records : RecordBatch
     options : SteppingOptions
     signal : ndarray, shape (n_record, n_time)
-        What is looked at where neither a command nor a period tells.
+        Signal used to find the steps if there is neither a command nor a period.
     """
     lag, spacing = (
         max(1, round(time * records.sampling_frequency)) for time in (options.jump_time, options.spacing)
@@ -76,9 +76,9 @@ def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -
 
 
 def alternating_side(records: RecordBatch, signal: Array) -> Array:
-    """+1 and −1 in turn, from step to step of a drive that is not measured, shape (n_record, n_time).
+    """Alternating sign of a drive that is not measured, from step to step, shape (n_record, n_time).
 
-    +1 is where the signal rises, such as the pressure of the chamber that is fed.
+    It is +1 after a step at which the signal rises, e.g. the pressure of the supplied chamber.
     """
     steps = drive_steps(records, SteppingOptions(), signal)
     turns = np.zeros(signal.shape, dtype=int)

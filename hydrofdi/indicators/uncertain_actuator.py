@@ -1,4 +1,4 @@
-"""How far an actuator may be from its data sheet: standard deviations that hold an estimate together."""
+"""Prior uncertainty of an actuator: standard deviations about its data sheet."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ _SUPPLY_OF_ONE_PRESSURE = {"measured": 2e-3, "sum": 0.01, "nominal": 0.03}
 
 
 class UncertainActuator(NominalActuator):
-    """A nominal actuator and the standard deviations of what it is; zero says that it is known."""
+    """A nominal actuator and prior standard deviations of its parameters; zero means exactly known."""
 
     bulk_modulus_deviation: Share = 0.3
-    """Standard deviation of 1/β over its nominal value [-]."""
+    """Relative standard deviation of 1/β [-]."""
 
     chamber_volume_deviation: Share = 0.02
-    """Standard deviation of the chamber volumes over their nominal value [-]. It goes into the deviation of β
-    in full: pressures tell β/V. That is too wide where flow gain and lap, which are estimated, take up the
-    error of the volume instead, as in balances under a square wave in open loop."""
+    """Relative standard deviation of the chamber volumes [-]. It is added in full to the deviation of β,
+    because pressures determine only β/V. This is too wide if the estimated flow gain and lap absorb the
+    volume error instead, as in balances under a square wave in open loop."""
 
     flow_gain_deviation: Share = 0.025
-    """Standard deviation of the flow through the open valve over its nominal value [-]."""
+    """Relative standard deviation of the flow through the open valve [-]."""
 
     supply_deviation: Share | None = None
-    """Standard deviation of the supply pressure relative to its value [-]; by default 0.002 if measured, 0.03
-    if nominal, and 0.001 if from the sum of pressures, or 0.01 with one of them."""
+    """Relative standard deviation of the supply pressure [-]; by default 0.002 if measured, 0.03 if nominal,
+    0.001 if from the sum of pressures, and 0.01 if from one pressure."""
 
     offset_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.5e-6
     """Standard deviation of the spool position at which the valve is closed, about zero [m]."""
@@ -42,17 +42,17 @@ class UncertainActuator(NominalActuator):
     """Standard deviation of the lap x_0 of the valve, about zero [m]."""
 
     clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14
-    """Standard deviation of the conductance of the clearance over each edge of the valve [m³/(s·Pa)]."""
+    """Standard deviation of the conductance of the clearance at each valve edge [m³/(s·Pa)]."""
 
     pressure_bias: Annotated[float, SI("Pa", least=0, most=2e8)] = 25e3
     """Standard deviation of the constant error of each chamber pressure sensor [Pa]."""
 
     def bulk_modulus_error(self, modulus: Array, error: Array) -> Array:
-        """Standard deviation of β [Pa] from that with chambers of nominal volume."""
+        """Standard deviation of β [Pa], from the one that assumes nominal chamber volumes."""
         return np.asarray(np.hypot(error, self.chamber_volume_deviation * modulus))
 
     def prior_deviations(self, records: RecordBatch, n_pressure: int) -> dict[str, float]:
-        """Unknown → its standard deviation beforehand; that of K_i is infinite, what is known is left out."""
+        """Unknown → prior standard deviation; infinite for K_i. Known parameters are omitted."""
         usual = (_SUPPLY if n_pressure == 2 else _SUPPLY_OF_ONE_PRESSURE)[self.supply_known_by(records)]
         deviations = {
             "internal_coefficient": math.inf,

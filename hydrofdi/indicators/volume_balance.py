@@ -1,4 +1,4 @@
-"""The volume balance of the chambers, linear in what is not known of the actuator.
+"""Volume balance of the chambers, linear in the unknown parameters of the actuator.
 
 Signals have the shape (n_record, n_time); q_1 flows into chamber 1, q_2 out of chamber 2.
 """
@@ -21,18 +21,18 @@ P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PIST
 
 @dataclass(frozen=True)
 class VolumeBalance:
-    """Equations of the chambers of records, integrated over windows.
+    """Volume balance equations of the chambers, integrated over windows.
 
     Attributes
     ----------
     records : RecordBatch
     actuator : NominalActuator
     both_pressures : bool
-        Whether P_2 is measured; else it is P_s + P_r − P_1, and the balance of chamber 1 stands alone.
+        Whether P_2 is measured; else P_2 = P_s + P_r − P_1, and only the balance of chamber 1 is used.
     by_spring : bool
-        Whether the position is what the spring has under the difference of pressures.
+        Whether the position is computed from the pressure difference and the load spring.
     half : int
-        Half of a window [samples].
+        Half the window length [samples].
     """
 
     records: RecordBatch
@@ -81,7 +81,7 @@ class VolumeBalance:
         return (area_1 * first - area_2 * second) / self.actuator.load_stiffness
 
     def equations(self) -> tuple[Array, Array]:
-        """Columns (n_record, n_window, n_chamber, N_UNKNOWN) and targets [m³] of all windows."""
+        """Regressors (n_record, n_window, n_chamber, N_UNKNOWN) and targets [m³] of all windows."""
         records, supply = self.records, _whole(self.supply, self.records)
         return window_equations(
             _whole(self.spool, records), _whole(self.position, records),
@@ -95,7 +95,8 @@ class VolumeBalance:
 def known_balance(
     actuator: NominalActuator, records: RecordBatch, both_pressures: bool, half: int
 ) -> Balance:
-    """What the equations take as known. Errors of pressures that give the supply pressure move it as well."""
+    """Known parameters of the equations; errors of pressures that determine the supply pressure are
+    included."""
     own_feed, other_feed = -1.0, 0.0
     if actuator.supply_known_by(records) == "sum":
         own_feed, other_feed = (0.0, 1.0) if both_pressures else (1.0, 0.0)

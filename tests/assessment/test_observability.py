@@ -113,7 +113,7 @@ def test_an_estimate_that_diverges_has_no_numbers(tmp_path):
 
 @pytest.mark.parametrize(("options", "reason"), [
     ("transient: 3 s", "2 s are too few for a transient of 3 s"),
-    ("transient: 1 s, least_opening: 1 mm", "the observer learned nothing"),
+    ("transient: 1 s, least_opening: 1 mm", "the observer did not adapt"),
 ])  # fmt: skip
 def test_an_indicator_without_numbers_is_said(tmp_path, options, reason):
     (tmp_path / "few.yaml").write_text(

@@ -147,7 +147,7 @@ def test_counts_stay_counts_and_do_not_mix_with_pascals(tmp_path: Path) -> None:
     assert float(rows(text)[0]["dwt.d1_counts"]) == done["records"][0]["values"]["dwt.d1"]
     assert "counts" in run("measure", tmp_path / "rig.yaml", check=0).stdout
     mixed = run("measure", tmp_path / "rig.yaml", MUSEUM / "pressures.h5", "--json", check=2)
-    assert "comes out in Pa, and in counts before; measure these sources apart" in mixed.stderr
+    assert "is in Pa, but in counts in an earlier source; measure these sources separately" in mixed.stderr
 
 
 def test_content_decides_what_a_source_is(tmp_path: Path) -> None:

@@ -66,13 +66,13 @@ def test_a_wrong_supply_counts_as_leakage_and_a_measured_one_does_not(runs):
 
 def test_nothing_is_learned_while_the_valve_is_closed(runs):
     values, obstacles = measured(runs, "adaptive_observer", least_opening="1 mm")
-    assert all("learned nothing" in obstacle for obstacle in obstacles)
+    assert all("did not adapt" in obstacle for obstacle in obstacles)
     assert all(np.isnan(numbers).all() for numbers in values.values())
 
 
 def test_an_estimate_that_is_not_physical_is_a_status_with_a_sentence(runs):
     values, obstacles = measured(runs, "adaptive_observer", leakage_time="1e-6 s")
-    assert "diverged: K_i or β left what is physical" in obstacles[0]
+    assert "it diverged: K_i or β is not physical" in obstacles[0]
     assert all(np.isnan(array).all() for array in values.values())
 
 

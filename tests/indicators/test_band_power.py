@@ -67,7 +67,7 @@ def test_another_unit_scales_the_numbers():
 @pytest.mark.parametrize(
     ("n_time", "options", "reason"),
     [
-        (499, {}, "a segment of 1 s has 500 samples, the record 499"),
+        (499, {}, "a segment of 1 s has 500 samples, but the record only 499"),
         (999, {"segment": "10 ms"}, "a segment of 0.01 s has 5 samples; 8 are needed"),
         (999, {"bands": [[0, 10], [10, 251]]},
          "a band ends at 251 Hz, above half of the sampling frequency, 250 Hz"),
@@ -79,6 +79,6 @@ def test_what_cannot_be_measured_says_why(n_time, options, reason):
 
 def test_a_band_that_falls_is_a_mistake():
     with pytest.raises(
-        ConfigError, match=r"from its lowest to its highest frequency; found \[90.0, 40.0\] Hz"
+        ConfigError, match=r"a band must be \[lowest, highest\] frequency; found \[90.0, 40.0\] Hz"
     ):
         make_indicators({"band_power": {"bands": [[90, 40]]}})

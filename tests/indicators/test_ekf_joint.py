@@ -160,7 +160,7 @@ def test_the_healthy_filter_tells_a_leak_by_its_signature(open_loop):
     [
         ("ekf_joint", {"states": ["bulk_modulus"]}, "must contain leakage"),
         ("ekf_joint", {"states": ["leakage", "leakage"]}, "named twice"),
-        ("ekf_innovation", {"states": ["leakage"]}, "see ekf_joint"),
+        ("ekf_innovation", {"states": ["leakage"]}, "use ekf_joint"),
         ("ekf_joint", {"coulomb_friction": "300 N"}, "less than coulomb_friction"),
         ("ekf_joint", {"supply": "sum"}, "nominal"),
     ],

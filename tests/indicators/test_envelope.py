@@ -99,7 +99,7 @@ def test_another_unit_scales_the_numbers():
         (999, {"band": [100, 300]}, "a band ends at 300 Hz, above half of the sampling frequency, 250 Hz"),
         (999, {"window": "10 ms"}, "a window of 0.01 s has 5 samples; 8 are needed"),
         (500, {"band": [60, 63]}, "a band of 3 Hz needs records of 1.33 s"),
-        (999, {"steps": "period"}, "the period of the drive is not known"),
+        (999, {"steps": "period"}, "the period of the drive is unknown"),
     ],
 )
 def test_what_cannot_be_measured_says_why(n_time, options, reason):

@@ -67,7 +67,7 @@ def fails(batch: RecordBatch) -> dict[str, Any]:
         (lambda batch: {"range": np.ones(3, complex)}, "gives 'range' of type complex128, not of real"),
         (lambda batch: {"range": np.array(["1", "2", "3"])}, "gives 'range' of type <U1, not of real"),
         (lambda batch: {}, "gives no 'range'"),
-        (lambda batch: {"range": np.ones(3), "rnge": np.ones(3)}, "gives 'rnge', which is none of"),
+        (lambda batch: {"range": np.ones(3), "rnge": np.ones(3)}, "gives 'rnge', which is not one of"),
         (lambda batch: None, "gives NoneType, not a mapping"),
     ],
 )
@@ -93,8 +93,8 @@ def test_a_fault_in_what_it_says_of_the_batch_is_one_too() -> None:
         ({"outputs": (Output("a/b", "1", ""),)}, "'a/b' is not a valid name"),
         ({"outputs": (Output("a", "1", ""), Output("a", "1", ""))}, "two outputs 'a'"),
         ({"outputs": (Output("analysis_id", "1", ""),)}, "'analysis_id' is not a valid name"),
-        ({"outputs": ("range",)}, "no tuple of Output"),
-        ({"channels": frozenset({"P1"})}, "no set of Channel"),
+        ({"outputs": ("range",)}, "not a tuple of Output"),
+        ({"channels": frozenset({"P1"})}, "not a set of Channel"),
     ],
 )
 def test_a_faulty_declaration_is_a_mistake(declared: dict[str, Any], sentence: str) -> None:

@@ -214,7 +214,7 @@ def test_an_actuator_that_rests_has_no_balance(value):
     values, obstacles = measured(batch({P1: still, P2: still, X: still * 0, XV: still * 0}), "flow_balance")
     assert np.isnan(values["internal_coefficient"]).all()
     assert np.isnan(values["leakage_error"]).all()
-    assert obstacles[0] == "the balance does not determine a leakage"
+    assert obstacles[0] == "the balance does not determine the leakage"
 
 
 def test_white_noise_has_a_leakage_that_its_error_covers():

@@ -66,7 +66,7 @@ def test_a_record_without_steps_says_so():
     records[U][1] = 1.5
     values, obstacles = measured(records, "post_step_ac")
     assert np.isnan(values["rms"]).tolist() == [False, True]
-    assert obstacles == (None, "no step of the drive with a window behind it")
+    assert obstacles == (None, "no step of the drive is followed by a full window")
 
 
 def test_a_window_that_the_trend_fits_is_refused():

@@ -85,7 +85,7 @@ def test_a_record_without_rest_says_so_and_the_others_go_on():
     channels = {channel: np.stack([row[channel] for row in rows]) for channel in rows[0]}
     values, obstacles = measured(batch(channels), "pressure_decay")
     assert np.isnan(values["chamber_1"]).tolist() == [False, True, False]
-    assert obstacles == (None, "it contains no rest that is long enough", None)
+    assert obstacles == (None, "no rest is long enough", None)
 
 
 def test_what_tells_no_rest_is_refused():

@@ -76,7 +76,7 @@ class TestEachRecursiveIndicator:
         assert trace.shape == (2, 8)
         np.testing.assert_array_equal(trace, kept.trace(records).values[score][:, :8])
         short = measure(records.window(0, 1800), {name: kept})
-        assert short.obstacles[name] == ("3.6 s are less than the trace of 4 s",) * 2
+        assert short.obstacles[name] == ("3.6 s are shorter than the trace of 4 s",) * 2
 
     def test_needs_records_longer_than_the_transient(self, name):
         found = measure(all_channels(1), {name: indicator_of(name, transient="4 s")})
@@ -118,5 +118,5 @@ def test_a_record_that_is_too_short_for_a_rounded_interval_is_refused(name):
     """1.5 samples become 2, so that the estimates of 3 s take 4 s."""
     kept = indicator_of(name, trace_duration="4 s", interval="3 ms")
     found = measure(all_channels(1), {name: kept})
-    assert found.obstacles[name] == ("4 s are less than the trace of 4 s",)
+    assert found.obstacles[name] == ("4 s are shorter than the trace of 4 s",)
     assert not found.faults

@@ -68,7 +68,7 @@ def test_the_bound_knows_how_the_supply_is_known(runs):
 
 
 def test_a_valve_that_never_opens_and_pressures_that_are_equal_tell_nothing(runs):
-    sentence = "no window has an open valve, pressures that differ and all samples"
+    sentence = "no window has an open valve, a pressure difference and all samples"
     assert measured(runs, "reduced_order", least_opening="1 mm")[1][0] == sentence
     equal = replace(runs, channels={**runs.channels, P2: runs[P1]})
     values, obstacles = measured(equal, "reduced_order")

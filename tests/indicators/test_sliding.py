@@ -53,8 +53,8 @@ def test_windows_with_a_missing_sample_have_no_number_and_later_ones_have():
         ({"of": "dtw"}, "there is no indicator 'dtw'; did you mean 'dwt'?"),
         ({"output": "d22"}, "dwt has no output 'd22'; did you mean 'd2'?"),
         ({"options": {"levles": 3}}, "options of dwt: levles"),
-        ({"of": "weak_rls"}, "weak_rls already follows records; a window adds nothing"),
-        ({"of": "volterra"}, "coefficients of volterra is not a single number"),
+        ({"of": "weak_rls"}, "weak_rls is already recursive and needs no sliding window"),
+        ({"of": "volterra"}, "coefficients of volterra is an array"),
     ],
 )
 def test_what_cannot_be_followed_is_refused_in_a_sentence(options, message):

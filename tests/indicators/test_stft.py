@@ -68,7 +68,7 @@ def test_another_unit_scales_the_numbers():
 @pytest.mark.parametrize(
     ("n_time", "options", "reason"),
     [
-        (100, {}, "a segment of 0.25 s has 125 samples, the record 100"),
+        (100, {}, "a segment of 0.25 s has 125 samples, but the record only 100"),
         (999, {"band": [100, 300]}, "a band ends at 300 Hz, above half of the sampling frequency, 250 Hz"),
         (999, {"band": [60, 64]}, "a band of 4 Hz needs segments of 0.5 s"),
     ],

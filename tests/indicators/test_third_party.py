@@ -81,7 +81,7 @@ def test_one_that_cannot_be_loaded_is_named_in_a_line(environment: dict[str, str
     everything = run_process("measure", MUSEUM, "--indicators", "all", "--json", env=environment)
     assert everything.returncode == 0
     assert "warning: indicator 'swing': swing:Swing cannot be loaded" in everything.stderr
-    assert "it is left out" in everything.stderr
+    assert "the indicator is omitted" in everything.stderr
     assert "dwt.d1" in everything.stdout
 
 
@@ -109,7 +109,7 @@ def test_one_with_the_name_of_ours_is_warned_of(environment: dict[str, str], tmp
     points.write_text("[hydrofdi.indicators]\ndwt = swing:Swing\n")
     done = run_process("measure", MUSEUM, "--indicators", "dwt", "--json", env=environment)
     assert done.returncode == 0
-    assert "warning: indicator 'dwt' of swing:Swing has the name of one of hydrofdi" in done.stderr
+    assert "warning: indicator 'dwt' of swing:Swing has the name of a built-in indicator" in done.stderr
 
 
 def test_results_are_read_without_its_package(environment: dict[str, str], tmp_path: Path) -> None:
@@ -117,7 +117,7 @@ def test_results_are_read_without_its_package(environment: dict[str, str], tmp_p
     sweep = ("sweep", "swings.yaml", "--engine", "in-process")
     assert run_process(*sweep, env=environment, cwd=tmp_path).returncode == 0
     folder = tmp_path / "results" / "swings"
-    assert "Indicator swing is left out" in run_hydrofdi("report", folder, "--format", "markdown").stdout
+    assert "Indicator swing is omitted" in run_hydrofdi("report", folder, "--format", "markdown").stdout
     assert run_hydrofdi("measure", folder, "--indicators", "dwt", "--json").returncode == 0
     for command in ("verify", "status"):
         done = run_hydrofdi(command, folder)

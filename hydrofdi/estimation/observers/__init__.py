@@ -1,1 +1,1 @@
-"""Observers of the chamber pressures, which take valve and actuator from the data sheet."""
+"""Observers of the chamber pressures, with valve and actuator parameters from the data sheet."""

@@ -1,7 +1,7 @@
-"""Observer of the chamber pressures that adapts the internal leakage and the compressibility.
+"""Adaptive observer of the chamber pressures, internal leakage and compressibility.
 
-The pressures follow the nominal flows, and their measured values by injection; what the injection has to give
-steadily is the error of the parameters. With e the error of the observed pressures, c = 1/β and L the
+The observed pressures follow from the nominal flows, corrected by injection of the measured values; a
+persistent injection indicates parameter errors. With e the error of the observed pressures, c = 1/β and L the
 injection::
 
     ĉ V_1 P̂_1' = q_1 − A_1 v − K̂_i S + ĉ V_1 L e_1       e_1 = P_1 − P̂_1
@@ -10,7 +10,7 @@ injection::
     ĉ'  = −γ_c (V_1 r_1 e_1 + V_2 r_2 e_2)                r: P̂' without the injection
 
 The energy W = ½ c (V_1 e_1² + V_2 e_2²) + ½ (K_i − K̂_i)²/γ + ½ (c − ĉ)²/γ_c then has the rate
-−c L (V_1 e_1² + V_2 e_2²) + ½ c v (A_1 e_1² − A_2 e_2²): it falls, unless the piston sweeps its chamber
+−c L (V_1 e_1² + V_2 e_2²) + ½ c v (A_1 e_1² − A_2 e_2²): it decreases, unless the piston sweeps its chamber
 within the time 1/L. Garimella and Yao, Model based fault detection of an electro-hydraulic cylinder, Proc.
 ACC (2005).
 """
@@ -36,7 +36,7 @@ from hydrofdi.estimation.observers.nominal_valve import (
 from hydrofdi.physics.signed_root import signed_root
 
 ERROR_1, ERROR_2, COEFFICIENT, COMPRESSIBILITY = range(4)
-"""Places in the state: e_1 and e_2 [Pa], K_i [m^3.5/kg^0.5] and 1/β [1/Pa]."""
+"""Indices of the state: e_1 and e_2 [Pa], K_i [m^3.5/kg^0.5] and 1/β [1/Pa]."""
 
 _FLOW_1, _FLOW_2, _ROOT, _PRESSURE_1, _PRESSURE_2, _POSITION = range(4, 10)
 
@@ -44,7 +44,7 @@ N_STATE = 10
 
 
 class Law(NamedTuple):
-    """How an observer learns.
+    """Adaptation law of an observer.
 
     Attributes
     ----------
@@ -57,9 +57,9 @@ class Law(NamedTuple):
     compressibility_gain : float
         γ_c [1/(Pa²·J)]
     least_compressibility, most_compressibility : float
-        What is physical [1/Pa].
+        Physical limits of 1/β [1/Pa].
     most_coefficient : float
-        The same of the size of K_i [m^3.5/kg^0.5].
+        Physical limit of abs(K_i) [m^3.5/kg^0.5].
     """
 
     interval: float
@@ -82,24 +82,24 @@ def adapt(
     state: NDArray[np.float64],
     estimates: NDArray[np.float64],
 ) -> None:
-    """Follow samples, each by the exact response of e to flows that are the mean over the interval before.
+    """Process samples, by the exact response of e to the mean flows over each sampling interval.
 
     Parameters
     ----------
     signals : ndarray, shape (5, n_record, n_time)
         In the order of `nominal_valve`.
     unclear : ndarray of bool, shape (n_record, n_time)
-        Samples at which nothing is learned.
+        Samples without adaptation.
     cylinder : Cylinder
     law : Law
     n_before : int
-        Samples of the stream before these.
+        Number of samples of the stream before these.
     every : int
-        Samples from one estimate to the next.
+        Samples between estimates.
     state : ndarray, shape (n_record, 10)
-        Updated. K_i and 1/β begin as they are given.
+        Updated in place; contains the initial K_i and 1/β.
     estimates : ndarray, shape (2, n_record, n_instant)
-        Filled with K_i [m^3.5/kg^0.5] and 1/β [1/Pa]; NaN from where they are not physical.
+        Filled with K_i [m^3.5/kg^0.5] and 1/β [1/Pa]; NaN once they are not physical.
     """
     kept = math.exp(-law.injection * law.interval)
     lagged = (1.0 - kept) / (law.injection * law.interval)

@@ -1,4 +1,4 @@
-"""The flows that the data sheet gives a valve, and the order of the signals that observers follow."""
+"""Nominal valve flows from the data sheet, and the order of the input signals of observers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Cylinder(NamedTuple):
     area_1, area_2 : float
         [m²]
     volume_1, volume_2 : float
-        At position zero [m³].
+        Volume at position zero [m³].
     flow_gain : float
         K_v [m^1.5/kg^0.5].
     area_gradient : float

@@ -1,11 +1,11 @@
-"""Residual of the volume balance of both chambers, without pressure states, projected on the effect of a
-leak.
+"""Residual of the volume balance of both chambers, projected on the signature of a leak.
 
-From sample to sample the volumes through the valve, less what the piston sweeps and the fluid is compressed
-by, leave what passes the piston seal. Over a window the residual r is projected on S = sgn(ΔP) √abs(ΔP), so
-that K_i = ∫ r S/∫ 2 S². The same projection of ∂r/∂p says what an error of a parameter p does to it, and a
-bound of the error makes it a threshold. Nurmi and Mattila, Detection and isolation of leakage and valve
-faults in hydraulic systems in varying loading conditions, Int. J. Fluid Power 12 (2011), parts 1 and 2.
+There are no pressure states. Between samples, the volume through the valve minus swept volume and compression
+is the volume that crosses the piston seal. Over a window the residual r is projected on S = sgn(ΔP) √abs(ΔP),
+so that K_i = ∫ r S/∫ 2 S². The same projection of ∂r/∂p gives the effect of an error of parameter p; with a
+bound on this error it becomes an adaptive threshold. Nurmi and Mattila, Detection and isolation of leakage
+and valve faults in hydraulic systems in varying loading conditions, Int. J. Fluid Power 12 (2011), parts 1
+and 2.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ _FLOW, _BY_SUPPLY, _BY_OFFSET, _ROOT, _PRESSURE_1, _PRESSURE_2, _POSITION = rang
 _N_BEFORE = 7
 
 N_SUM = 6
-"""Projections: of S itself, of r, and of its slopes by the parameters of `Bounds`, in their order."""
+"""Number of projections: of S, of r, and of its derivatives by the parameters of `Bounds`, in order."""
 
 N_STATE = _N_BEFORE + N_SUM + 1
 
 
 class Bounds(NamedTuple):
-    """Largest errors of the nominal actuator: all relative, but the offset of the spool [m]."""
+    """Largest parameter errors of the nominal actuator; relative, except the offset of the spool [m]."""
 
     bulk_modulus: float
     flow_gain: float
@@ -42,7 +42,7 @@ class Bounds(NamedTuple):
 
 @equation
 def projected(blocks: Any, bounds: Bounds) -> tuple[float, float]:
-    """K_i and its bound [m^3.5/kg^0.5] of the blocks of a window, shape (n_block, N_SUM)."""
+    """K_i and its bound [m^3.5/kg^0.5], from the blocks of a window (n_block, N_SUM)."""
     whole, residual = 0.0, 0.0
     by_fluid, by_gain, by_supply, by_offset = 0.0, 0.0, 0.0, 0.0
     for j in range(blocks.shape[0]):
@@ -71,14 +71,14 @@ def project(
     every: int,
     estimates: NDArray[np.float64],
 ) -> None:
-    """Follow samples; a window is made of the latest blocks in which any sample counted.
+    """Process samples; a window consists of the latest blocks that contain valid samples.
 
     Parameters
     ----------
     signals : ndarray, shape (5, n_record, n_time)
         In the order of `nominal_valve`.
     unclear : ndarray of bool, shape (n_record, n_time)
-        Samples that are left out.
+        Samples to exclude.
     cylinder : Cylinder
     compressibility : float
         Nominal 1/β [1/Pa].
@@ -88,14 +88,14 @@ def project(
     n_before : int
         Samples of the stream before these.
     state : ndarray, shape (n_record, N_STATE)
-        The sample before, sums of the block that is not complete, and number of the others; updated.
+        Previous sample, sums of the incomplete block, and number of complete blocks; updated in place.
     blocks : ndarray, shape (n_record, n_block, N_SUM)
-        Sums of the blocks of a window; updated.
+        Sums of the blocks of a window; updated in place.
     every : int
-        Samples of a block.
+        Samples per block.
     estimates : ndarray, shape (2, n_record, n_instant)
-        Filled with K_i as the residual has it, and how far errors within their bounds may move it
-        [m^3.5/kg^0.5]; NaN if no sample counted, the pressures do not differ, or a sample is missing.
+        Filled with K_i from the residual, and its largest error from parameters within their bounds
+        [m^3.5/kg^0.5]; NaN if there is no valid sample, the pressures are equal, or a sample is missing.
     """
     gain, ret = cylinder.flow_gain * cylinder.area_gradient, cylinder.ret
     for row in range(signals.shape[1]):

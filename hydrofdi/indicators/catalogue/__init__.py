@@ -1,1 +1,1 @@
-"""The indicators of this package: one module each, named like its indicator, and found by that name."""
+"""The built-in indicators: one module each, with the name of the indicator."""

@@ -1,4 +1,4 @@
-"""RMS of an approximation of either chamber pressure: the indicator of external leakage."""
+"""RMS of an approximation of each chamber pressure: an indicator of external leakage."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class A4Options(Section):
     """Level of the approximation, which contains frequencies below f_s/2^(level + 1)."""
 
     boundary: Literal["kept", "left_out"] = "kept"
-    """Whether the coefficients that depend on the symmetric extension of the record count."""
+    """Whether coefficients that depend on the symmetric extension of the record are used."""
 
     @property
     def transform(self) -> WaveletConfig:
@@ -33,7 +33,7 @@ class A4Options(Section):
 
 
 class A4(Indicator[A4Options]):
-    """RMS of approximation a4 of both chamber pressures: mostly their mean level, times 2^(level/2)."""
+    """RMS of approximation a4 of both chamber pressures, essentially their mean times 2^(level/2)."""
 
     name = "a4"
     version = 1
@@ -49,7 +49,7 @@ class A4(Indicator[A4Options]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """One for each chamber."""
+        """One output for each chamber."""
         level = self.options.level
         return tuple(
             Output(name, "Pa", f"RMS of the approximations of level {level} of {name.replace('_', ' ')}")
@@ -57,7 +57,7 @@ class A4(Indicator[A4Options]):
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record that is too short for the level."""
+        """Message if the record is too short for the level."""
         from pywt import Wavelet, dwt_max_level
 
         wavelet, level, n_time = self.options.wavelet, self.options.level, records.n_time
@@ -67,7 +67,7 @@ class A4(Indicator[A4Options]):
         )
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """In the unit of the pressures."""
+        """RMS in the unit of the pressures, each (n_record,)."""
         wavelet = self.options.transform
         return {
             name: coefficient_rms(records[channel], wavelet).approximation[:, -1]

@@ -1,4 +1,4 @@
-"""RMS in bands of frequency, from Welch's power spectrum."""
+"""RMS in frequency bands, from Welch's power spectral density."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class BandPowerOptions(ChannelOptions):
     """Options of `BandPower`."""
 
     bands: Annotated[tuple[Band, ...], Field(min_length=1)] | None = None
-    """Bands as pairs of frequencies [Hz]. Without any: five octaves from half of the sampling frequency down,
-    as the levels of a wavelet transform, and what is left below."""
+    """Bands as pairs of frequencies [Hz]. By default: five octaves down from half of the sampling frequency,
+    like the levels of a wavelet transform, and the rest below."""
 
     segment: SegmentTime = 1.0
     """Length of Welch's segments [s]; its inverse is the resolution [Hz]."""
@@ -33,7 +33,7 @@ class BandPower(SingleChannelIndicator[BandPowerOptions]):
 
     name = "band_power"
     version = 1
-    summary = "RMS in bands of frequency, from the power spectrum of overlapping segments."
+    summary = "RMS in frequency bands, from the power spectrum of overlapping segments."
     source = "Welch, IEEE Trans. Audio Electroacoust. 15(2) (1967) 70"
     equation = "b_i = sqrt(integral of S(f) over band i); S: one-sided density, Hann windows, half overlap"
     Options = BandPowerOptions
@@ -47,12 +47,12 @@ class BandPower(SingleChannelIndicator[BandPowerOptions]):
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A band beyond the spectrum, or a segment that does not fit."""
+        """Message if a band lies beyond the spectrum or a segment does not fit."""
         beyond = (band_obstacle(records, band) for band in self.options.bands or ())
         return next(filter(None, beyond), None) or segment_obstacle(records, self.options.segment)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """RMS in the unit of the channel."""
+        """RMS in the unit of the channel, each (n_record,)."""
         frequency = records.sampling_frequency
         bands = self.options.bands or [
             *level_bands(frequency, _OCTAVES),

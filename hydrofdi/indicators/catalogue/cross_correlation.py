@@ -1,4 +1,4 @@
-"""How the pressures of the two chambers go together."""
+"""Cross-correlation of the two chamber pressures."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class CrossCorrelation(Indicator[CrossCorrelationOptions]):
     version = 1
     summary = "Correlation coefficient of the chamber pressures; peak and lag of their cross-covariance."
     source = (
-        "ASME/BATH Symposium on Fluid Power and Motion Control, FPMC2014, paper V001T01A003; its abstract"
-        " alone is known here"
+        "ASME/BATH Symposium on Fluid Power and Motion Control, FPMC2014, paper V001T01A003; only its"
+        " abstract was available"
     )
-    equation = "c(τ) = mean(p_1(t) p_2(t + τ)), p less its mean; peak: where abs(c) is largest"
-    absence = "a chamber pressure does not move"
+    equation = "c(τ) = mean(p_1(t) p_2(t + τ)), p: P minus its mean; peak: largest abs(c)"
+    absence = "a chamber pressure is constant"
     Options = CrossCorrelationOptions
 
     @property
@@ -42,22 +42,22 @@ class CrossCorrelation(Indicator[CrossCorrelationOptions]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """The root keeps the peak in the unit of a pressure."""
+        """The peak is a root, so its unit is that of a pressure."""
         return (
-            Output("coefficient", "1", "correlation coefficient without lag"),
+            Output("coefficient", "1", "correlation coefficient at zero lag"),
             Output("peak_coefficient", "1", "correlation coefficient at the peak"),
-            Output("peak", "Pa", "root of the size of the cross-covariance at its peak, with its sign"),
+            Output("peak", "Pa", "signed square root of the cross-covariance at its peak"),
             Output("lag", "s", "lag of chamber 2 behind chamber 1 at the peak"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record that is not longer than the lags."""
+        """Message if the record is not longer than the lags."""
         if self._lag(records) >= records.n_time:
             return f"{records.n_time} samples are too few for lags of {self.options.largest_lag:g} s"
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """NaN if a pressure does not move."""
+        """NaN if a pressure is constant."""
         first, second = (_centred(records[channel]) for channel in _CHAMBERS)
         size = np.sqrt(np.mean(np.square(first), axis=1) * np.mean(np.square(second), axis=1))
         lag = self._lag(records)

@@ -17,7 +17,7 @@ class DwtOptions(WaveletConfig):
     """Options of `Dwt`."""
 
     channel: Channel = Channel.CHAMBER_1_PRESSURE
-    """Channel that is transformed."""
+    """Channel to transform."""
 
 
 class Dwt(Indicator[DwtOptions]):
@@ -27,19 +27,20 @@ class Dwt(Indicator[DwtOptions]):
     version = 1
     summary = "RMS of the detail and approximation coefficients of the discrete wavelet transform."
     source = (
-        "Maddahi et al. (the paper of this project); Goharrizi and Sepehri, IEEE Trans. Ind. Electron. (2010)"
+        "Maddahi et al. (2015, the paper that hydrofdi reproduces); Goharrizi and Sepehri, IEEE Trans. Ind."
+        " Electron. (2010)"
     )
     equation = "d_j = sqrt(mean over k of d_j[k]²), a_j alike; level j covers f_s/2^(j+1) to f_s/2^j"
     Options = DwtOptions
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """The channel that is transformed."""
+        """The transformed channel."""
         return frozenset({self.options.channel})
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """d1 …, a1 …; where every start phase is measured also the details at each."""
+        """d1 …, a1 …, and the details at each start phase if all phases are measured."""
         unit, levels = self.options.channel.unit, range(1, self.options.levels + 1)
         outputs = [
             Output(f"d{level}", unit, f"RMS of the details of level {level}", direction=_fall(level))
@@ -62,12 +63,12 @@ class Dwt(Indicator[DwtOptions]):
         return tuple(outputs)
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record that is too short for the levels."""
+        """Message if the record is too short for the levels."""
         n_sample = records.n_time - self.options.latest_start
         return shortage(n_sample, self.options.name, self.options.levels)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """RMS in the unit of the channel."""
+        """RMS in the unit of the channel, each (n_record,); over phases (n_record, n_phase)."""
         wavelet, signal = self.options, records[self.options.channel]
         rms = coefficient_rms(signal[:, wavelet.first_sample :], wavelet)
         values = {f"d{level + 1}": rms.detail[:, level] for level in range(wavelet.levels)}
@@ -79,5 +80,5 @@ class Dwt(Indicator[DwtOptions]):
 
 
 def _fall(level: int) -> Direction | None:
-    """The paper's rule: leakage damps the hydraulic mode, whose band d2 or d3 holds."""
+    """The paper's rule: leakage damps the hydraulic mode, which lies in the band of d2 or d3."""
     return Direction.FALLING if level in (2, 3) else None

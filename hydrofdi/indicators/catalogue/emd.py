@@ -1,4 +1,4 @@
-"""Instantaneous amplitude of the first empirical modes."""
+"""Instantaneous amplitude of the first intrinsic mode functions (EMD)."""
 
 from __future__ import annotations
 
@@ -21,11 +21,10 @@ class EmdOptions(ChannelOptions):
     """Options of `Emd`."""
 
     modes: Annotated[int, Field(strict=True, ge=1, le=10)] = 3
-    """Number of modes, the fastest first."""
+    """Number of modes, highest frequency first."""
 
     siftings: Annotated[int, Field(strict=True, ge=1, le=100)] = 10
-    """Number of times the mean of the envelopes is subtracted for each mode; there is no other stopping
-    rule."""
+    """Number of sifting steps per mode; there is no other stopping rule."""
 
 
 class Emd(SingleChannelIndicator[EmdOptions]):
@@ -33,7 +32,7 @@ class Emd(SingleChannelIndicator[EmdOptions]):
 
     name = "emd"
     version = 1
-    summary = "RMS of the instantaneous amplitude of the first empirical modes, the fastest first."
+    summary = "RMS of the instantaneous amplitude of the first empirical modes, highest frequency first."
     source = "Goharrizi and Sepehri, IEEE Trans. Instrum. Meas. 61(2) (2012) 368"
     equation = "imf_k = sqrt(mean over t of |c_k + i H c_k|²), c_k: mode after a fixed number of siftings"
     is_cheap = False
@@ -48,13 +47,13 @@ class Emd(SingleChannelIndicator[EmdOptions]):
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record of a few samples."""
+        """Message if the record has too few samples."""
         if records.n_time < _FEWEST_SAMPLES:
             return f"a record of {records.n_time} samples has no modes; {_FEWEST_SAMPLES} are needed"
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """RMS in the unit of the channel, record by record: each has envelopes of its own."""
+        """RMS in the unit of the channel, each (n_record,)."""
         amplitudes = np.array([self._amplitudes(record) for record in self.signal(records)])
         return {f"imf{mode + 1}": amplitudes[:, mode] for mode in range(self.options.modes)}
 

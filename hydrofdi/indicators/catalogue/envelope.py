@@ -1,4 +1,4 @@
-"""Size and decay of what oscillates in a band."""
+"""Amplitude and decay of the oscillation in a band."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from hydrofdi.transforms.wavelet import root_mean_square
 
 _FEWEST_SAMPLES = 8
 _STILL = 1e-12
-"""Envelope over the largest sample below which nothing oscillates: rounding makes it."""
+"""Envelope relative to the largest sample below which there is only rounding error."""
 
 
 class EnvelopeOptions(ChannelOptions, SteppingOptions):
@@ -35,7 +35,7 @@ class EnvelopeOptions(ChannelOptions, SteppingOptions):
     """Band whose envelope is taken [Hz]; by default a sixteenth to a quarter of the sampling frequency."""
 
     delay: Annotated[float, SI("s", least=0)] = 30e-3
-    """Time after a step that is left out [s]: the band's filter smears the step."""
+    """Time excluded after a step [s]: the band-pass filter smears the step."""
 
     window: Annotated[float, SI("s", above=0)] = 0.1
     """Time that the decay is fitted to after each step [s]."""
@@ -46,18 +46,18 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
 
     name = "envelope"
     version = 1
-    summary = "RMS of the envelope of a band, and how fast it decays after the steps of the drive."
+    summary = "RMS of the envelope of a band, and its rate of decay after steps of the drive."
     source = "Feldman, Hilbert Transform Applications in Mechanical Vibration (2011)"
     equation = "A(t) = |x + i H x| in the band; ln A = c − σ t by least squares weighted by A²"
     caution = (
-        "The gain of the band rises and falls over three eighths of its width at each side, so a frequency "
-        "that moves within it moves the amplitude. Heavy damping gives too small a rate of decay."
+        "The band-pass gain has transitions over three eighths of the band at each side, so a frequency "
+        "shift within the band changes the amplitude. Heavy damping biases the rate of decay downwards."
     )
     Options = EnvelopeOptions
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """The channel that oscillates, and the input voltage where it tells the steps."""
+        """The measured channel, and the input voltage if ``steps`` needs it."""
         return super().channels | stepping_channels(self.options)
 
     @property
@@ -67,7 +67,7 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Amplitude over the record, decay over its steps."""
+        """Amplitude over the record, and decay over its steps."""
         return (
             Output("amplitude", self.unit, "RMS of the envelope"),
             Output(
@@ -77,13 +77,15 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
                 direction=Direction.RISING,
             ),
             Output.quality(
-                "decay_rate_spread", "1/s", "its standard deviation over the steps, of two at least"
+                "decay_rate_spread",
+                "1/s",
+                "standard deviation of σ over the steps, if there are at least two",
             ),
-            Output.quality("steps", "1", "number of steps that the decay was fitted to"),
+            Output.quality("steps", "1", "number of steps with a fitted decay"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A band or a window that the records do not have, or steps that cannot be found."""
+        """Message if a band or window does not fit the records, or the steps cannot be found."""
         band = middle_band(self.options.band, records.sampling_frequency)
         if band[1] - band[0] < 4.0 / records.duration:
             return f"a band of {band[1] - band[0]:g} Hz needs records of {4.0 / (band[1] - band[0]):.3g} s"
@@ -95,7 +97,7 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
         return band_obstacle(records, band) or stepping_obstacle(records, self.options)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """The decay is NaN if no step has a window behind it."""
+        """Each (n_record,); the decay is NaN if no step is followed by a full window."""
         signal, sampling = self.signal(records), records.sampling_frequency
         envelope = np.abs(analytic_signal(signal, sampling, middle_band(self.options.band, sampling)))
         delay, length = round(self.options.delay * sampling), self._n_window(records)
@@ -119,7 +121,7 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
 
 
 def _decay_rates(envelopes: Array, sampling_frequency: float) -> Array:
-    """Rates [1/s] of windows (n_step, n_time); large values are less in error, and weigh more."""
+    """Decay rates of windows (n_step, n_time) [1/s]; larger values have larger weights."""
     time = np.arange(envelopes.shape[1]) / sampling_frequency
     weight = np.square(envelopes)
     weight /= weight.sum(axis=1, keepdims=True)

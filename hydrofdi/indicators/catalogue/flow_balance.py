@@ -6,7 +6,7 @@ from hydrofdi.indicators.balancing import Balance, BalanceOptions
 
 
 class FlowBalance(Balance[BalanceOptions]):
-    """K_i, β and valve that explain where the volume goes."""
+    """K_i, β and valve parameters from the volume balance."""
 
     name = "flow_balance"
     version = 3
@@ -17,12 +17,12 @@ class FlowBalance(Balance[BalanceOptions]):
     )
     equation = (
         "∫φ(q_1 − A x_p') = K_i ∫φ sgn(ΔP) √abs(ΔP) + (1/β) ∫φ (V + A x_p) P_1', φ = sin²; chamber 2"
-        " alike; q_1 = K_v w (x_v − x_0 ∓ lap) √drop + c (P_s + P_r − 2 P_1); all but K_i held to nominal"
-        " values by their deviations"
+        " alike; q_1 = K_v w (x_v − x_0 ∓ lap) √drop + c (P_s + P_r − 2 P_1); all but K_i are constrained"
+        " to nominal values by their prior deviations"
     )
     caution = (
-        "A leak proportional to ΔP looks like the clearance of the valve: cross_port_leakage contains both"
-        " and covers any law; K_i is the more sensitive value for an orifice. Noise of the pressures"
+        "A leak proportional to ΔP cannot be distinguished from valve clearance: cross_port_leakage"
+        " contains both and covers any leakage law; for an orifice, K_i is more sensitive. Pressure noise"
         " biases β upwards."
     )
     Options = BalanceOptions

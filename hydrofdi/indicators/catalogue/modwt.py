@@ -22,9 +22,9 @@ class ModwtOptions(ChannelOptions):
     """Number of levels; d1 is the finest detail."""
 
     boundary: Literal["left_out", "circle"] = "left_out"
-    """``left_out``: only coefficients that depend on the record alone count. ``circle``: the record is
-    continued periodically, which suits whole periods of a settled motion; if its ends do not match, their
-    jump dominates the fine details."""
+    """``left_out``: only coefficients that depend solely on samples of the record are used. ``circle``: the
+    record is extended periodically, which suits an integer number of periods of a settled motion; if its ends
+    do not match, the jump dominates the fine details."""
 
     @property
     def transform(self) -> WaveletConfig:
@@ -37,14 +37,16 @@ class Modwt(SingleChannelIndicator[ModwtOptions]):
 
     name = "modwt"
     version = 1
-    summary = "RMS of the coefficients of the undecimated wavelet transform: dwt at all start phases at once."
+    summary = (
+        "RMS of the coefficients of the undecimated wavelet transform: dwt averaged over all start phases."
+    )
     source = "Percival and Walden, Wavelet Methods for Time Series Analysis (2000), chapter 5"
     equation = "d_j = sqrt(2^j · mean over t of W_j[t]²), W_j: MODWT; level j covers f_s/2^(j+1) to f_s/2^j"
     Options = ModwtOptions
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """d1 …, a1 …, in the size of decimated coefficients."""
+        """d1 …, a1 …, scaled like decimated coefficients."""
         kinds = {"d": "details", "a": "approximations"}
         return tuple(
             Output(f"{letter}{level}", self.unit, f"RMS of the undecimated {kind} of level {level}")
@@ -53,7 +55,7 @@ class Modwt(SingleChannelIndicator[ModwtOptions]):
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record that is shorter than the longest filter."""
+        """Message if the record is shorter than the longest filter."""
         options, longest = self.options, boundary_length(self.options.transform) + 1
         if records.n_time < longest:
             return (
@@ -62,7 +64,7 @@ class Modwt(SingleChannelIndicator[ModwtOptions]):
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """RMS in the unit of the channel."""
+        """RMS in the unit of the channel, each (n_record,)."""
         measure = undecimated_rms if self.options.boundary == "circle" else inner_undecimated_rms
         rms = measure(self.signal(records), self.options.transform)
         levels = range(self.options.levels)

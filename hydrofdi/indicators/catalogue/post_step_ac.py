@@ -1,4 +1,4 @@
-"""What a pressure does about its trend after each step of the drive."""
+"""Deviation of a pressure from its trend after each step of the drive."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PostStepAcOptions(SteppingOptions):
     """Channel to measure."""
 
     delay: Annotated[float, SI("s", least=0)] = 0.0
-    """Time after a step that is left out [s]."""
+    """Time excluded after a step [s]."""
 
     window: Annotated[float, SI("s", above=0)] = 0.25
     """Time analysed after each step [s]."""
@@ -39,7 +39,7 @@ class PostStepAcOptions(SteppingOptions):
 
 
 class PostStepAc(Indicator[PostStepAcOptions]):
-    """RMS of the pressure less a cubic after the steps, absolute and over the mean level."""
+    """RMS of the detrended pressure after the steps, absolute and relative to the mean level."""
 
     name = "post_step_ac"
     version = 1
@@ -52,12 +52,12 @@ class PostStepAc(Indicator[PostStepAcOptions]):
         " after steps"
     )
     equation = "mean over the steps of sqrt(mean((P − cubic)²)), and of its ratio to the mean of P"
-    absence = "no step of the drive with a window behind it"
+    absence = "no step of the drive is followed by a full window"
     Options = PostStepAcOptions
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """The pressure, and the input voltage where it tells the steps."""
+        """The pressure, and the input voltage if ``steps`` needs it."""
         return frozenset({self.options.channel}) | stepping_channels(self.options)
 
     @property
@@ -75,24 +75,31 @@ class PostStepAc(Indicator[PostStepAcOptions]):
                 "RMS about the trend, mean over the steps",
                 direction=Direction.FALLING,
             ),
-            Output.quality("rms_error", self.options.channel.unit, "standard error of it from its spread"),
+            Output.quality(
+                "rms_error",
+                self.options.channel.unit,
+                "standard error of the RMS from its spread over the steps",
+            ),
             Output(
                 "relative",
                 "1",
-                "RMS over the mean level in the window, mean over the steps",
+                "RMS relative to the mean level in the window, mean over the steps",
                 direction=Direction.FALLING,
             ),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """Steps that cannot be found, or a window that the polynomial fills."""
+        """Message if the steps cannot be found, or if the polynomial fits any window exactly."""
         length = self._window(records)[1]
         if length <= self.options.trend_degree + 1:
-            return f"a window of {self.options.window:g} s has {length} samples, which the trend fits"
+            return (
+                f"a window of {self.options.window:g} s has only {length} samples, which the trend fits"
+                " exactly"
+            )
         return stepping_obstacle(records, self.options)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """In the unit of the channel; NaN if no step has a window behind it."""
+        """Each (n_record,), in the unit of the channel; NaN if no step is followed by a full window."""
         signal, n_record = records[self.options.channel], records.n_record
         window = self._window(records)
         steps = drive_steps(records, self.options, signal).with_window(*window, records.n_time)

@@ -12,12 +12,13 @@ from hydrofdi.settings.quantities import SI
 
 
 class PressureBalanceOptions(BalanceOptions):
-    """Options of `PressureBalance`: those of the flow balance, with longer windows after the ringing."""
+    """Options of `PressureBalance`: those of the flow balance, with longer windows that start after the
+    ringing."""
 
     spool: Literal["measured", "command", "square"] = "command"
     """Spool position: ``measured``; computed from the input voltage with the nominal valve (``command``); or
-    that of a ``square`` wave that switches with the period of the drive or, if that is unknown, with the
-    jumps of P_1."""
+    a ``square`` wave that switches with the period of the drive or, if that is unknown, at the jumps of
+    P_1."""
 
     load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant()] = 150e3
     """Stiffness K_ex of the spring that loads the piston [N/m], used in place of the position."""
@@ -26,29 +27,29 @@ class PressureBalanceOptions(BalanceOptions):
     """Half the length of a window [samples]; windows overlap by half."""
 
     settling: Annotated[float, SI("s", least=0)] = 0.1
-    """Time left out after a jump of the spool [s]: the pressures ring, but the position does not."""
+    """Time excluded after a jump of the spool [s]: the pressures ring, but the position does not."""
 
     error: Annotated[float, SI("m^3", above=0)] = 30e-9
     """Standard deviation of the residual of a window's balance [m³]."""
 
     robust: bool = True
-    """Whether windows that fit badly have less weight, such as those in which a force on the piston jumps."""
+    """Whether windows that fit poorly get less weight, such as those in which a force on the piston jumps."""
 
 
 class PressureBalance(Balance[PressureBalanceOptions]):
-    """K_i, β and valve that explain where the volume goes, by pressures alone."""
+    """K_i, β and valve parameters from the volume balance, with pressures only."""
 
     name = "pressure_balance"
     version = 2
     summary = "Internal leakage from the volume balance, with the spring load in place of a position sensor."
-    source = "flow_balance with A x_p' = A² ΔP'/K_ex: a choice of hydrofdi"
+    source = "flow_balance with A x_p' = A² ΔP'/K_ex: specific to hydrofdi"
     equation = (
         "∫φ q_1 = K_i ∫φ sgn(ΔP) √abs(ΔP) + (A²/K_ex) ∫φ ΔP' + (1/β) ∫φ (V + A² ΔP/K_ex) P_1'; q_1 and"
         " unknowns as in flow_balance"
     )
     caution = (
-        "Only for spring loads: other slowly changing forces count as leakage; jumping ones are"
-        " down-weighted. β is hardly distinguishable from the spring, so it stays near its nominal value."
+        "Only for spring loads: other slowly varying forces appear as leakage; abrupt ones are"
+        " down-weighted. β is hardly distinguishable from the spring stiffness, so it stays near nominal."
     )
     by_spring = True
     Options = PressureBalanceOptions

@@ -1,4 +1,4 @@
-"""How fast the chamber pressures fall while the actuator rests."""
+"""Rate of pressure decay in the chambers while the actuator is at rest."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ class PressureDecayOptions(Section):
     """Options of `PressureDecay`."""
 
     rest: Literal["auto", "command", "position", "whole"] = "auto"
-    """Definition of rest. ``command``: the input voltage, if it has a scale, is zero. ``position``: the
-    piston stands still. ``auto``: the first of these that the records have. ``whole``: all the time, in a
-    rest test."""
+    """Definition of rest. ``command``: the input voltage is zero; it must be in volts. ``position``: the
+    piston does not move. ``auto``: the first of these that is available. ``whole``: the whole record, for
+    rest tests."""
 
     largest_command: Annotated[float, SI("V", least=0)] = 0.02
     """Largest input voltage that counts as zero [V]."""
 
     largest_speed: Annotated[float, SI("m/s", least=0)] = 1e-3
-    """Speed up to which the piston counts as standing still [m/s], as a mean over ``speed_time``."""
+    """Largest mean speed over ``speed_time`` at which the piston counts as at rest [m/s]."""
 
     largest_relative_speed: Annotated[float, SI("1/s", least=0)] = 0.02
-    """The same over the range of the position in the record [1/s], for a position in counts."""
+    """The same, relative to the range of the position in the record [1/s], for a position in counts."""
 
     speed_time: Annotated[float, SI("s", above=0)] = 0.1
-    """Time over which the speed is measured [s]."""
+    """Averaging time of the speed [s]."""
 
     settling: Annotated[float, SI("s", least=0)] = 0.2
-    """Time at the start of each rest that is left out [s]."""
+    """Time excluded at the start of each rest [s]."""
 
     least_duration: Annotated[float, SI("s", above=0)] = 0.2
-    """Shortest rest that counts, after settling [s]."""
+    """Minimum duration of a rest after settling [s]."""
 
 
 class PressureDecay(Indicator[PressureDecayOptions]):
-    """Rates of the chamber pressures and of the size of their difference at rest."""
+    """Rates of change of the chamber pressures and of the magnitude of their difference at rest."""
 
     name = "pressure_decay"
     version = 1
@@ -54,49 +54,53 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         "Rates of change of the chamber pressures, and of the magnitude of their difference, while the"
         " actuator rests."
     )
-    source = "EN 1779 (1999), leak testing: change of pressure; least squares over the rests are a choice"
-    equation = "dP/dt: common slope of all rests; dP_1/dt ≈ −(β/V) q_il where nothing moves or is fed"
-    absence = "it contains no rest that is long enough"
+    source = (
+        "EN 1779 (1999), leak testing by pressure change; least squares over the rests is specific to"
+        " hydrofdi"
+    )
+    equation = "dP/dt: common slope of all rests; dP_1/dt ≈ −(β/V) q_il with piston at rest and valve closed"
+    absence = "no rest is long enough"
     Options = PressureDecayOptions
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """Both chamber pressures, and what tells the rests where it is named."""
+        """Both chamber pressures, and the channel that ``rest`` names."""
         shown_by = _SHOWN_BY.get(self.options.rest)
         return frozenset(_CHAMBERS) | (frozenset() if shown_by is None else {shown_by})
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
-        """What may show the rests."""
+        """Channels that may show the rests."""
         return frozenset(_SHOWN_BY.values()) if self.options.rest == "auto" else frozenset()
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Rates are negative where a pressure falls, and where the pressures approach each other."""
+        """Rates are negative if a pressure falls, or if the pressures approach each other."""
         return (
-            Output("chamber_1", "Pa/s", "rate of the chamber-1 pressure at rest"),
-            Output("chamber_2", "Pa/s", "rate of the chamber-2 pressure at rest"),
+            Output("chamber_1", "Pa/s", "rate of change of the chamber-1 pressure at rest"),
+            Output("chamber_2", "Pa/s", "rate of change of the chamber-2 pressure at rest"),
             Output(
                 "difference",
                 "Pa/s",
-                "rate of the size of the difference of the chamber pressures at rest",
+                "rate of change of the magnitude of the pressure difference at rest",
                 direction=Direction.FALLING,
             ),
-            Output.quality("duration", "s", "time at rest that was looked at"),
+            Output.quality("duration", "s", "time at rest that was used"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """Nothing tells the rests."""
+        """Message if the rests cannot be found."""
         if self.options.rest == "command" and Channel.INPUT_VOLTAGE in records.relative:
-            return "input_voltage has no scale: where it is zero is not known"
+            return "input_voltage has no scale, so its zero is unknown"
         if self._shown_by(records) is None:
             return (
-                "neither input_voltage nor piston_position tells when it rests; rest: whole takes all of it"
+                "without input_voltage or piston_position, rests cannot be found; rest: whole uses the"
+                " whole record"
             )
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Pa/s; NaN if a record has no rest."""
+        """Rates [Pa/s], each (n_record,); NaN if a record has no rest."""
         frequency, options = records.sampling_frequency, self.options
         rests = stretches_where(
             self._is_resting(records),
@@ -132,7 +136,7 @@ class PressureDecay(Indicator[PressureDecayOptions]):
 
 
 def _is_still(records: RecordBatch, options: PressureDecayOptions) -> NDArray[np.bool_]:
-    """Whether the piston has moved little since some time ago."""
+    """Whether the piston moved little over the last ``speed_time``; bool, (n_record, n_time)."""
     position, frequency = records[Channel.PISTON_POSITION], records.sampling_frequency
     largest = np.full(records.n_record, options.largest_speed)
     if Channel.PISTON_POSITION in records.relative:

@@ -23,22 +23,22 @@ class PressureStatistics(SingleChannelIndicator[ChannelOptions]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """In the unit of the channel, or without one."""
+        """Outputs in the unit of the channel, or dimensionless."""
         return (
             Output("mean", self.unit, "mean"),
             Output("standard_deviation", self.unit, "standard deviation"),
-            Output("increments", self.unit, "standard deviation of the change from sample to sample"),
+            Output("increments", self.unit, "standard deviation of the differences between adjacent samples"),
             Output("kurtosis", "1", "kurtosis: 3 for a normal distribution, 1 for a square wave"),
-            Output("crest_factor", "1", "largest distance from the mean over the standard deviation"),
-            Output("peak_to_peak", self.unit, "largest less smallest sample"),
+            Output("crest_factor", "1", "largest deviation from the mean over the standard deviation"),
+            Output("peak_to_peak", self.unit, "largest minus smallest sample"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record of one sample."""
-        return "one sample has no statistics" if records.n_time < 2 else None
+        """Message if the record has only one sample."""
+        return "statistics need at least two samples" if records.n_time < 2 else None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Numbers of each record; kurtosis and crest factor are NaN if the signal does not move."""
+        """Each (n_record,); kurtosis and crest factor are NaN if the signal is constant."""
         signal = self.signal(records)
         moved = signal - signal[:, :1]
         offset = moved.mean(axis=1)

@@ -1,4 +1,4 @@
-"""Natural frequency and damping ratio of the pressure that rings after each step of the drive."""
+"""Natural frequency and damping ratio from the pressure ringing after each step of the drive."""
 
 from __future__ import annotations
 
@@ -30,25 +30,26 @@ class RingDownOptions(SteppingOptions):
     """Options of `RingDown`."""
 
     channel: Channel = Channel.CHAMBER_1_PRESSURE
-    """Channel that rings."""
+    """Channel to analyse."""
 
     less: Channel | None = None
-    """Channel subtracted from it, such as ``chamber_2_pressure``: the difference scatters less."""
+    """Channel to subtract, such as ``chamber_2_pressure``: the difference scatters less."""
 
     delay: Annotated[float, SI("s", least=0)] = 10e-3
-    """Time after a step that is left out [s]: the valve moves."""
+    """Time excluded after a step [s], while the valve moves."""
 
     window: Annotated[float, SI("s", above=0)] = 0.2
     """Time analysed after each step [s]."""
 
     trend_degree: Annotated[int, Field(strict=True, ge=0, le=6)] = 2
-    """Degree of the polynomial that the pressure rings about."""
+    """Degree of the polynomial trend of the pressure."""
 
     largest_damping: Annotated[float, SI("1", above=0, most=1)] = 0.7
     """Largest damping ratio that counts as ringing [-]; above it there is no resonance."""
 
     least_explained: Annotated[float, SI("1", least=0, most=1)] = 0.5
-    """Share of the detrended pressure that the ringing must explain [-]; white noise stays below 0.2."""
+    """Fraction of the energy of the detrended pressure that the ringing must explain [-]; white noise gives
+    less than 0.2."""
 
 
 class RingDown(Indicator[RingDownOptions]):
@@ -59,12 +60,12 @@ class RingDown(Indicator[RingDownOptions]):
     summary = "Natural frequency and damping ratio of the pressure after the steps of the drive."
     source = "Hua and Sarkar, IEEE Trans. Acoust., Speech, Signal Process. (1990): matrix pencil"
     equation = "P = polynomial + Re(c exp(s t)) by least squares; s = 2π f_h (−ζ + i √(1 − ζ²))"
-    absence = "no step of the drive with a window behind it in which the pressure moves"
+    absence = "no step of the drive is followed by a full window in which the pressure moves"
     Options = RingDownOptions
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """The pressures, and the input voltage where it tells the steps."""
+        """The pressures, and the input voltage if ``steps`` needs it."""
         less = () if self.options.less is None else (self.options.less,)
         return frozenset({self.options.channel, *less}) | stepping_channels(self.options)
 
@@ -75,20 +76,24 @@ class RingDown(Indicator[RingDownOptions]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Means over the steps that ring, with the standard errors that their scatter and the fit give."""
+        """Means over the steps that ring, with standard errors from the scatter and from the fits."""
         return (
             Output("frequency", "Hz", "natural frequency f_h"),
             Output.quality("frequency_error", "Hz", "standard error of f_h from the spread over the steps"),
-            Output.quality("frequency_formal_error", "Hz", "standard error of f_h from what the fits leave"),
+            Output.quality(
+                "frequency_formal_error", "Hz", "standard error of f_h from the residuals of the fits"
+            ),
             Output("damping_ratio", "1", "damping ratio ζ", direction=Direction.RISING),
             Output.quality("damping_ratio_error", "1", "standard error of ζ from the spread over the steps"),
-            Output.quality("damping_ratio_formal_error", "1", "standard error of ζ from what the fits leave"),
+            Output.quality(
+                "damping_ratio_formal_error", "1", "standard error of ζ from the residuals of the fits"
+            ),
             Output.quality("steps", "1", "number of steps that ring"),
-            Output("overdamped", "1", "share of the steps that do not ring", direction=Direction.RISING),
+            Output("overdamped", "1", "fraction of steps that do not ring", direction=Direction.RISING),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """Steps that cannot be found, or a window of too few samples."""
+        """Message if the steps cannot be found, or if a window has too few samples."""
         if self._n_window(records) < _LEAST_SAMPLES:
             return (
                 f"a window of {self.options.window:g} s has {self._n_window(records)} samples;"
@@ -97,7 +102,7 @@ class RingDown(Indicator[RingDownOptions]):
         return stepping_obstacle(records, self.options)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Frequencies in Hz, the rest without a unit."""
+        """Each (n_record,); frequencies in Hz, the others dimensionless."""
         signal = records[self.options.channel]
         if self.options.less is not None:
             signal = signal - records[self.options.less]
@@ -110,7 +115,8 @@ class RingDown(Indicator[RingDownOptions]):
         return round(self.options.window * records.sampling_frequency)
 
     def _pieces(self, records: RecordBatch, signal: Array) -> tuple[Steps, Array]:
-        """Steps with a window behind them, and the pressure there where it is known and moves."""
+        """Steps with a full window after them in which the pressure is finite and moves, and that
+        pressure."""
         delay, length = round(self.options.delay * records.sampling_frequency), self._n_window(records)
         steps = drive_steps(records, self.options, signal).with_window(delay, length, records.n_time)
         pieces = steps.windows(signal, delay, length)
@@ -118,7 +124,7 @@ class RingDown(Indicator[RingDownOptions]):
         return steps.where(moves), pieces[moves]
 
     def _is_ringing(self, motion: FreeMotion) -> NDArray[np.bool_]:
-        """Whether a piece has an oscillation that explains it, and at least one period of it."""
+        """Whether an oscillation with at least one period explains a piece."""
         damped = motion.frequency * np.sqrt(np.maximum(1.0 - motion.damping_ratio**2, 0.0))
         rings: NDArray[np.bool_] = damped * self.options.window >= 1.0
         rings &= motion.damping_ratio <= self.options.largest_damping

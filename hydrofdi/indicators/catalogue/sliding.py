@@ -1,4 +1,4 @@
-"""Another indicator in a window that slides along the record."""
+"""Any other indicator in a sliding window."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ class SlidingOptions(RecursiveOptions):
     """Options of `Sliding`."""
 
     of: str = "dwt"
-    """Indicator that is measured in each window."""
+    """Indicator to measure in each window."""
 
     options: dict[str, Any] = Field(default_factory=dict)
-    """Options of that indicator."""
+    """Options of this indicator."""
 
     output: str = ""
-    """Output that is followed, such as ``d2``; by default the first one that is a score."""
+    """Output to follow, such as ``d2``; by default the first one that is a score."""
 
     window: Annotated[float, SI("s", above=0)] = 2.0
-    """Length of the window [s], rounded to whole samples; a new one ends every ``interval``."""
+    """Length of the window [s], rounded to whole samples; a window ends every ``interval``."""
 
     @cached_property
     def made(self) -> Indicator[Any]:
-        """The indicator of the windows."""
+        """The indicator that is measured in the windows."""
         return sound_indicator(self.of, self.options)
 
     @cached_property
     def followed(self) -> Output:
-        """The number that is followed."""
+        """The output that is followed."""
         outputs = {each.name: each for each in self.made.outputs}
         name = self.output or next((each.name for each in self.made.outputs if each.is_score), "")
         if name not in outputs:
             raise ValueError(f"{self.of} has no output {self.output!r}{nearest(self.output, [*outputs])}")
         if outputs[name].dims:
-            raise ValueError(f"{name} of {self.of} is not a single number, which a sliding window needs")
+            raise ValueError(f"{name} of {self.of} is an array; a sliding window needs a single number")
         return outputs[name]
 
     @model_validator(mode="after")
@@ -61,56 +61,58 @@ class SlidingOptions(RecursiveOptions):
         except ConfigError as error:
             raise ValueError(str(error)) from None
         if isinstance(self.made, RecursiveIndicator):
-            raise ValueError(f"{self.of} already follows records; a window adds nothing")
+            raise ValueError(f"{self.of} is already recursive and needs no sliding window")
         return self
 
 
 class Sliding(RecursiveIndicator[SlidingOptions]):
-    """One number of another indicator, measured anew in each position of a window."""
+    """One output of another indicator, measured in each position of a sliding window."""
 
     name = "sliding"
     version = 1
-    summary = "An output of another indicator in a sliding window along the record: wavelets on line."
+    summary = "An output of another indicator in a sliding window along the record, e.g. wavelets on line."
     source = "Goharrizi, Sepehri and Wu, Int. J. Fluid Power 11 (2010) 61, for the RMS of d2"
     equation = "s(t) = indicator of the samples from t − window to t"
     caution = (
-        "Neighbouring windows share samples, and so their numbers. A decimated transform meets each window at"
-        " another start phase unless 'interval' is a multiple of 2^levels samples."
+        "Adjacent windows share samples, so their values are correlated. A decimated transform starts each"
+        " window at a different phase unless 'interval' is a multiple of 2^levels samples."
     )
-    absence = "no window has the number"
+    absence = "no window has a value"
     needs_scale = False
     Options = SlidingOptions
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """Those of the indicator of the windows."""
+        """Channels of the indicator in the windows."""
         return self.options.made.channels
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
-        """Those of the indicator of the windows."""
+        """Channels of the indicator in the windows."""
         return self.options.made.optional_channels
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """The mean over the windows of a record, and how much they differ."""
+        """Mean and standard deviation over the windows of a record."""
         followed, window = self.options.followed, f"windows of {self.options.window:g} s"
         return (
             replace(followed, long_name=f"{followed.long_name}, mean over {window}", is_score=True),
             Output.quality(
-                f"{followed.name}_spread", followed.unit, f"{followed.long_name}, spread over {window}"
+                f"{followed.name}_spread",
+                followed.unit,
+                f"{followed.long_name}, standard deviation over {window}",
             ),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record that is shorter than a window, or windows that cannot be measured."""
+        """Message if the record is shorter than a window, or if windows cannot be measured."""
         if records.duration < self.options.window:
             return f"{records.duration:g} s are too few for a window of {self.options.window:g} s"
         first = records.window(0, self._n_window(records.sampling_frequency))
         return super().obstacle(records) or self.options.made.obstacle(first)
 
     def start(self, records: RecordBatch) -> State:
-        """Windows that hold nothing yet."""
+        """Empty windows."""
         n_window = self._n_window(records.sampling_frequency)
         held = {
             f"held.{channel}": np.full((records.n_record, n_window), np.nan)
@@ -138,7 +140,7 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
         return after, Trace(time, {self.options.followed.name: numbers})
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """Mean and standard deviation over the windows that have the number."""
+        """Mean and standard deviation over the windows with a value."""
         name = self.options.followed.name
         known = np.ma.masked_invalid(trace.values[name])
         return {
@@ -150,7 +152,7 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
         return max(2, round(self.options.window * sampling_frequency))
 
     def _measured(self, windows: RecordBatch) -> Array:
-        """The number of each record; windows with a missing sample have none."""
+        """Value of each window; NaN if a sample is missing."""
         held = {channel: np.ascontiguousarray(samples) for channel, samples in windows.channels.items()}
         with np.errstate(all="ignore"):
             numbers = self.options.made.measure(replace(windows, channels=held))[self.options.followed.name]

@@ -21,7 +21,7 @@ class StftOptions(ChannelOptions):
     frequency."""
 
     segment: SegmentTime = 0.25
-    """Length of the segments, which overlap by half [s]."""
+    """Length of the segments [s]; they overlap by half."""
 
 
 class Stft(SingleChannelIndicator[StftOptions]):
@@ -38,14 +38,18 @@ class Stft(SingleChannelIndicator[StftOptions]):
     def outputs(self) -> tuple[Output, ...]:
         """Mean and standard deviation over the segments."""
         return (
-            Output("frequency", "Hz", "strongest frequency, mean weighted by power"),
-            Output("frequency_spread", "Hz", "its standard deviation over time, weighted by power"),
+            Output("frequency", "Hz", "strongest frequency, power-weighted mean"),
+            Output(
+                "frequency_spread",
+                "Hz",
+                "power-weighted standard deviation of the strongest frequency over time",
+            ),
             Output("amplitude", self.unit, "amplitude of the strongest frequency, mean over time"),
-            Output("amplitude_spread", self.unit, "its standard deviation over time"),
+            Output("amplitude_spread", self.unit, "standard deviation of the amplitude over time"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A band without a frequency of the transform, or a segment that does not fit."""
+        """Message if the band contains no line of the transform, or if the segment does not fit."""
         frequency, segment = records.sampling_frequency, self.options.segment
         band = middle_band(self.options.band, frequency)
         reason = band_obstacle(records, band) or segment_obstacle(records, segment)
@@ -54,7 +58,7 @@ class Stft(SingleChannelIndicator[StftOptions]):
         return reason
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Frequencies are NaN if nothing moves."""
+        """Each (n_record,); frequencies are NaN if the signal is constant."""
         sampling = records.sampling_frequency
         band, n_segment = middle_band(self.options.band, sampling), round(self.options.segment * sampling)
         frequency, amplitude = spectral_ridge(self.signal(records), sampling, band, n_segment, n_segment // 2)

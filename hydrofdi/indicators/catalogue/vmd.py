@@ -1,4 +1,4 @@
-"""Size and frequency of the variational modes."""
+"""Amplitude and frequency of the variational modes (VMD)."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ from hydrofdi.transforms.variational import variational_modes
 
 _FEWEST_SAMPLES = 16
 _STILL = 1e-12
-"""RMS over the largest sample below which a mode stands still: rounding makes it."""
+"""RMS relative to the largest sample below which a mode is only rounding error."""
 
 
 class VmdOptions(ChannelOptions):
     """Options of `Vmd`."""
 
     modes: Annotated[int, Field(strict=True, ge=1, le=12)] = 2
-    """Number of modes, the slowest first; surplus modes share one of the record's oscillations."""
+    """Number of modes, lowest frequency first; surplus modes split an oscillation of the record."""
 
     bandwidth_weight: Annotated[float, SI("1", above=0)] = 2000.0
     """Weight α of the bandwidths, for frequencies in cycles per sample [-]; a large weight gives narrow
     modes."""
 
     tolerance: Annotated[float, SI("1", above=0)] = 1e-7
-    """Iterations stop when the squared change of the modes over their squares falls below this [-]."""
+    """Iterations stop when the sum of squared relative changes of the modes falls below this [-]."""
 
     most_iterations: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 1000
-    """Largest number of iterations."""
+    """Maximum number of iterations."""
 
 
 class Vmd(SingleChannelIndicator[VmdOptions]):
-    """RMS and mean frequency of the variational modes of a record less its mean."""
+    """RMS and mean frequency of the variational modes of a record with its mean removed."""
 
     name = "vmd"
     version = 1
-    summary = "RMS and mean frequency of narrow-band modes whose sum is the record."
+    summary = "RMS and mean frequency of narrow-band modes whose sum approximates the record."
     source = "Dragomiretskiy and Zosso, IEEE Trans. Signal Process. 62(3) (2014) 531"
     equation = "minimise α Σ bandwidth(u_k)² + |x − Σ u_k|²; rms_k = sqrt(mean of u_k²)"
     is_cheap = False
@@ -49,22 +49,22 @@ class Vmd(SingleChannelIndicator[VmdOptions]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """rms1, …, frequency1, …, and how many iterations it took."""
+        """rms1, …, frequency1, …, and the number of iterations."""
         modes = range(1, self.options.modes + 1)
         return (
             *(Output(f"rms{mode}", self.unit, f"RMS of mode {mode}") for mode in modes),
             *(Output(f"frequency{mode}", "Hz", f"mean frequency of mode {mode}") for mode in modes),
-            Output.quality("iterations", "1", "iterations taken; at the limit the modes still change"),
+            Output.quality("iterations", "1", "number of iterations; not converged if it equals the limit"),
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record of a few samples."""
+        """Message if the record has too few samples."""
         if records.n_time < _FEWEST_SAMPLES:
             return f"a record of {records.n_time} samples has no modes; {_FEWEST_SAMPLES} are needed"
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Record by record: each takes its own number of iterations. A mode of no size has no frequency."""
+        """Each (n_record,); the frequency of a mode with zero amplitude is NaN."""
         numbers = np.array(
             [self._numbers(record, records.sampling_frequency) for record in self.signal(records)]
         )

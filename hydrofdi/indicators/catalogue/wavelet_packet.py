@@ -1,4 +1,4 @@
-"""RMS of the nodes of a wavelet packet."""
+"""RMS of the nodes of a wavelet packet transform."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class WaveletPacketOptions(ChannelOptions):
 
 
 class WaveletPacket(SingleChannelIndicator[WaveletPacketOptions]):
-    """RMS of the coefficients of every node of one level, in the order of frequency."""
+    """RMS of the coefficients of every node of one level, in frequency order."""
 
     name = "wavelet_packet"
     version = 1
@@ -50,11 +50,11 @@ class WaveletPacket(SingleChannelIndicator[WaveletPacketOptions]):
         )
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record that is too short for the level."""
+        """Message if the record is too short for the level."""
         return shortage(records.n_time, self.options.wavelet, self.options.level)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """RMS in the unit of the channel."""
+        """RMS in the unit of the channel, each (n_record,)."""
         options = self.options
         nodes = packet_coefficients(self.signal(records), options.wavelet, options.level, options.extension)
         rms = root_mean_square(nodes)

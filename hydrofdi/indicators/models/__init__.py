@@ -1,1 +1,1 @@
-"""Indicators that know a model of the actuator, one module each, found by name."""
+"""The model-based indicators: one module each, with the name of the indicator."""

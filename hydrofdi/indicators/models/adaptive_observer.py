@@ -1,4 +1,4 @@
-"""Internal leakage by an observer of the chamber pressures that adapts it."""
+"""Internal leakage from an adaptive observer of the chamber pressures."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 
 _MOST_RATIO = 10.0
-"""β over its nominal value, or the reverse, beyond which nothing is physical."""
+"""Ratio of β to its nominal value, or its inverse, beyond which an estimate is not physical."""
 
 _MOST_OPENING = 1e-3
-"""Travel of the spool whose flow no leak reaches [m]."""
+"""Spool opening whose flow exceeds that of any leak [m]."""
 
 Estimated = Literal["leakage", "compressibility"]
 
 
 def _with_leakage(estimated: tuple[Estimated, ...]) -> tuple[Estimated, ...]:
     if "leakage" not in estimated:
-        raise ValueError("leakage is always estimated: [leakage], or [leakage, compressibility]")
+        raise ValueError("leakage is always estimated: use [leakage] or [leakage, compressibility]")
     if len(set(estimated)) < len(estimated):
         raise ValueError("a parameter is named twice")
     return estimated
@@ -43,20 +43,20 @@ class AdaptiveObserverOptions(ObserverOptions):
     """Rate at which the observer's pressures are corrected towards the measured ones [1/s]."""
 
     leakage_time: Annotated[float, SI("s", above=0)] = 1.5
-    """Time constant of K_i where the pressures differ by ``reference_pressure`` [s]."""
+    """Time constant of K_i if the pressures differ by ``reference_pressure`` [s]."""
 
     compressibility_time: Annotated[float, SI("s", above=0)] = 3.0
-    """Time constant of 1/β where the pressures change at ``reference_rate`` [s]."""
+    """Time constant of 1/β if the pressures change at ``reference_rate`` [s]."""
 
     reference_rate: Annotated[float, SI("Pa/s", above=0)] = 20e6
-    """Root mean square of the pressure rates [Pa/s], for changes slower than the injection."""
+    """RMS of the pressure rates [Pa/s], for changes slower than the injection."""
 
     transient: Annotated[float, SI("s", least=0)] = 3.0
-    """Time left out at the start of a record [s], while the observer adapts."""
+    """Time excluded at the start of a record [s], while the observer adapts."""
 
 
 class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
-    """K_i, and 1/β where wanted, by laws under which a Lyapunov function falls."""
+    """K_i, and optionally 1/β, by adaptation laws from a Lyapunov function."""
 
     name = "adaptive_observer"
     version = 1
@@ -67,12 +67,12 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         " K̂_i' = −γ S (e_1 − e_2), (1/β̂)' = −γ_c Σ V r e with r the rate of P̂ without L"
     )
     caution = (
-        "Errors of supply pressure, flow gain and valve null count as leakage. A record of only a few time"
+        "Errors of supply pressure, flow gain and valve null appear as leakage. A record of only a few time"
         " constants still contains the initial settling: K_i from zero, β from the data sheet."
     )
     absence = (
-        "the observer learned nothing, as where the spool never opens, or diverged: K_i or β left what is"
-        " physical, or a sample is missing"
+        "the observer did not adapt, for example because the spool never opens, or it diverged: K_i or β is"
+        " not physical, or a sample is missing"
     )
     Options = AdaptiveObserverOptions
 
@@ -88,7 +88,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """Leakage, and what is estimated with it."""
+        """Leakage, and the bulk modulus if it is estimated."""
         at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
         coefficient = Output(
             "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
@@ -97,7 +97,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         modulus = Output("bulk_modulus", "Pa", "effective bulk modulus β", is_score=False)
         return (
             Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
-            Output.quality("leakage_spread", "m^3/s", "standard deviation of that flow along the record"),
+            Output.quality("leakage_spread", "m^3/s", "standard deviation of that flow over the record"),
             coefficient,
             *([modulus] if self._adapts_compressibility else []),
         )
@@ -107,7 +107,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         return "compressibility" in self.options.estimate
 
     def start(self, records: RecordBatch) -> State:
-        """A sealed actuator of the nominal compressibility."""
+        """Initial state: no leakage, nominal compressibility."""
         own = np.zeros((records.n_record, observer.N_STATE))
         own[:, observer.COMPRESSIBILITY] = 1.0 / self.options.bulk_modulus
         return start_of_signals(self.options, records) | {"observer": own}
@@ -126,7 +126,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         return after, Trace(time, {"leakage": flow, "compressibility": estimates[1]})
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """Means after the transient; of what was learned at all."""
+        """Means after the transient; NaN for parameters that did not adapt."""
         flow = _learned(trace.values["leakage"], 0.0)
         leakage = flow.mean(axis=1)
         values = {
@@ -140,7 +140,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         return values
 
     def _law(self, interval: float) -> observer.Law:
-        """Gains that give the time constants, about the nominal actuator at the middle of its stroke."""
+        """Gains that give the time constants for the nominal actuator at mid-stroke."""
         options = self.options
         compressibility, volume = 1.0 / options.bulk_modulus, sum(options.volumes)
         drawn = compressibility * options.injection
@@ -156,5 +156,5 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
 
 
 def _learned(values: Array, start: float) -> Array:
-    """Values along the time; NaN in records in which they stay, to the bit, where they start."""
+    """Values over time; NaN in records in which they never change from the start value."""
     return np.where((values != start).any(axis=1, keepdims=True), values, np.nan)

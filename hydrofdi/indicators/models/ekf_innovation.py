@@ -25,17 +25,17 @@ class InnovationOptions(KalmanOptions):
     ``supply``; the others are nominal."""
 
     pressure_noise: Annotated[float, SI("Pa", above=0)] = 5.3e3
-    """Standard deviation of the noise of each pressure sensor [Pa]; 5 kPa and the levels of 12 bits."""
+    """Standard deviation of the noise of each pressure sensor [Pa]; 5 kPa plus 12-bit quantisation."""
 
     @model_validator(mode="after")
     def _leakage_is_not_estimated(self) -> InnovationOptions:
         if "leakage" in self.states:
-            raise ValueError("a filter that estimates leakage has no innovations of it; see ekf_joint")
+            raise ValueError("states must not contain leakage; use ekf_joint to estimate it")
         return self
 
 
 class EkfInnovation(KalmanFilter[InnovationOptions]):
-    """How a record deviates from the healthy plant, and whether it does so like a leak."""
+    """Deviation of a record from the healthy plant, and the leakage that explains it."""
 
     name = "ekf_innovation"
     version = 2
@@ -60,21 +60,21 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """The leakage by its signature first, then the size of the innovations."""
+        """The leakage from its signature first, then the magnitude of the innovations."""
         at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
         return (
             Output("leakage", "m^3/s", f"leakage flow whose signature fits {at}", direction=rising),
             Output.quality(
-                "leakage_error", "m^3/s", "standard deviation of that flow, wider by √nis where nis exceeds 1"
+                "leakage_error", "m^3/s", "standard deviation of that flow, widened by √nis if nis exceeds 1"
             ),
             Output("nis", "1", "mean normalised innovation squared", direction=rising),
             Output("residual", "Pa", "root mean square innovation of the pressures", direction=rising),
         )
 
     def read(self, found: Estimates) -> Mapping[str, Array]:
-        """In SI; an interval in which nothing shows a leak has an infinite error.
+        """Values in SI; an interval without information about a leak has an infinite error.
 
-        ``error_of_model`` is the standard deviation if the plant were the nominal one.
+        ``error_of_model`` is the standard deviation under the assumption of the nominal plant.
         """
         squares, pressures, fits, weights = np.moveaxis(found.sums, 2, 0)
         shows = weights > 0.0
@@ -90,7 +90,7 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
         }
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """Means of the innovations, and the leakage that fits them all."""
+        """Mean innovations, and the leakage that fits all of them."""
         weights = 1.0 / trace.values["error_of_model"] ** 2
         total = np.sum(weights, axis=1)
         nis = np.mean(trace.values["nis"], axis=1)
@@ -103,5 +103,5 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
 
 
 def _widening(nis: Array) -> Array:
-    """What the deviations of a model are too small by, if they are."""
+    """Factor, at least 1, by which the standard deviations of a model are too small."""
     return np.sqrt(np.maximum(nis, 1.0))

@@ -1,4 +1,4 @@
-"""Internal leakage among the states of an extended Kalman filter."""
+"""Internal leakage as a state of an extended Kalman filter."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class JointOptions(KalmanOptions):
 
 
 class EkfJoint(KalmanFilter[JointOptions]):
-    """K_i, β and valve as states of the plant."""
+    """K_i, β and valve parameters as states of the plant."""
 
     name = "ekf_joint"
     version = 2
@@ -41,15 +41,15 @@ class EkfJoint(KalmanFilter[JointOptions]):
         " of the actuator, Runge-Kutta and its exact derivative; corrected by P_1, P_2 and x_p"
     )
     caution = (
-        "β comes out up to 1 % low; within its stated deviation only chamber_volume_deviation covers this."
-        " The deviation of the leakage is too wide on the nominal plant and about right on machines that"
-        " differ from it."
+        "β is biased by up to −1 %; of its stated deviation only chamber_volume_deviation covers this. The"
+        " standard deviation of the leakage is too wide for the nominal plant and about right for machines"
+        " that differ from it."
     )
     Options = JointOptions
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """The leakage first, then what else is estimated."""
+        """The leakage first, then the other estimated parameters."""
         at, chosen = f"at {self.options.reference_pressure / 1e6:g} MPa", self.options.states
         return (
             Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=Direction.RISING),
@@ -60,11 +60,11 @@ class EkfJoint(KalmanFilter[JointOptions]):
             ),
             Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
             *(output for name, outputs in _BESIDE.items() if name in chosen for output in outputs),
-            Output.quality("nis", "1", "mean normalised innovation squared, 1 where the noise is as stated"),
+            Output.quality("nis", "1", "mean normalised innovation squared; 1 if the noise is as assumed"),
         )  # fmt: skip
 
     def read(self, found: Estimates) -> Mapping[str, Array]:
-        """In SI."""
+        """Estimates in SI, each (n_record, n_instant)."""
         mean = {name: found.means[:, :, place] for place, name in enumerate(STATES)}
         error = {name: np.sqrt(found.variances[:, :, place]) for place, name in enumerate(STATES)}
         options, per_root = self.options, 1.0 / np.sqrt(self.options.reference_pressure)
@@ -87,7 +87,7 @@ class EkfJoint(KalmanFilter[JointOptions]):
         return {each.name: values[each.name] for each in self.estimates}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """The last estimates, and the mean of what tells how well they fit."""
+        """The last estimates, and the mean of the quality measures."""
         means = {"nis"}
         return {
             name: values.mean(axis=1) if name in means else values[:, -1]
@@ -101,14 +101,16 @@ _BESIDE = {
         Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
     ),
     "supply": (Output("supply_pressure", "Pa", "supply pressure", is_score=False),),
-    "flow_gain": (Output("flow_gain", "1", "flow gain of the valve over its nominal value", is_score=False),),
+    "flow_gain": (
+        Output("flow_gain", "1", "flow gain of the valve relative to its nominal value", is_score=False),
+    ),
     "offset": (Output("offset", "m", "spool position at which the valve is closed", is_score=False),),
     "lap": (Output("lap", "m", "lap of the valve", is_score=False),),
     "clearance": (
         Output(
             "clearance",
             "m^3/(s*Pa)",
-            "conductance of the clearance over an edge of the valve",
+            "conductance of the clearance at a valve edge",
             is_score=False,
         ),
     ),

@@ -1,4 +1,4 @@
-"""Internal leakage by the residual of the volume balance, with a threshold that follows what may be wrong."""
+"""Internal leakage from the residual of the volume balance, with an adaptive threshold."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ class ReducedOrderOptions(ObserverOptions):
     """Options of `ReducedOrder`."""
 
     window: Annotated[float, SI("s", above=0)] = 2.0
-    """Length of the window whose residual is projected [s], rounded to whole intervals of the trace, of those
-    in which any sample counts."""
+    """Length of the projection window [s], rounded to whole intervals of the trace; intervals without valid
+    samples are not counted."""
 
     bulk_modulus_bound: Share = 0.2
-    """Largest error of 1/β over its nominal value [-]."""
+    """Largest relative error of 1/β [-]."""
 
     flow_gain_bound: Share = 0.03
-    """Largest error of the flow through the open valve over its nominal value [-]."""
+    """Largest relative error of the flow through the open valve [-]."""
 
     supply_bound: Share | None = None
-    """Largest error of the supply pressure relative to its value [-]; by default 0.005 if measured, 0.01 if
-    from the sum of pressures, and 0.05 if nominal."""
+    """Largest relative error of the supply pressure [-]; by default 0.005 if measured, 0.01 if from the sum
+    of pressures, and 0.05 if nominal."""
 
     offset_bound: Annotated[float, SI("m", least=0)] = 0.4e-6
-    """Largest distance from zero of the spool position at which the valve is closed [m]."""
+    """Largest absolute valve null [m]: the spool position at which the valve is closed."""
 
 
 class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
-    """The flow that the nominal actuator leaves unexplained, and how far its errors may explain it."""
+    """Flow that the nominal actuator does not explain, and a bound on the effect of its errors."""
 
     name = "reduced_order"
     version = 1
@@ -55,10 +55,10 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
         " √Δp_ref Σ_p abs(∫(∂r/∂p) S) bound_p/∫2S², S = sgn(ΔP) √abs(ΔP)"
     )
     caution = (
-        "Errors of supply pressure, flow gain and β count as leakage. The exceedance reduces false alarms"
+        "Errors of supply pressure, flow gain and β appear as leakage. The exceedance reduces false alarms"
         " under such errors, but misses leaks smaller than the bound."
     )
-    absence = "no window has an open valve, pressures that differ and all samples"
+    absence = "no window has an open valve, a pressure difference and all samples"
     Options = ReducedOrderOptions
 
     @property
@@ -73,12 +73,12 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """The residual for a fixed threshold, and what it exceeds an adaptive one by."""
+        """The residual for a fixed threshold, and its exceedance of the adaptive threshold."""
         at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
         return (
             Output("residual", "m^3/s", f"residual as an internal leakage flow {at}", direction=rising),
-            Output("exceedance", "m^3/s", "residual less the adaptive threshold", direction=rising),
-            Output.quality("bound", "m^3/s", "adaptive threshold: residual that errors may make"),
+            Output("exceedance", "m^3/s", "residual minus the adaptive threshold", direction=rising),
+            Output.quality("bound", "m^3/s", "adaptive threshold: largest residual from parameter errors"),
         )
 
     def start(self, records: RecordBatch) -> State:
@@ -90,7 +90,7 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
         }
 
     def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
-        """Residual and bound [m³/s] of the window before each instant, of what there is at the start."""
+        """Residual and bound of the window before each instant [m³/s]; shorter windows at the start."""
         options, frequency = self.options, chunk.sampling_frequency
         every, n_before = self.samples_per_estimate(frequency), int(state["n_sample"])
         due = instants(n_before, chunk.n_time, every)
@@ -105,7 +105,7 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
         return after, Trace(time, {"residual": residual, "exceedance": residual - bound, "bound": bound})
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """Means over the windows that tell anything."""
+        """Means over the windows with information."""
         return {name: _mean(values) for name, values in trace.values.items()}
 
     def _bounds(self, records: RecordBatch) -> Bounds:
@@ -117,6 +117,6 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
 
 
 def _mean(values: Array) -> Array:
-    """Of what is finite along the time; NaN if nothing is."""
+    """Mean of the finite values over time; NaN if there are none."""
     found = np.isfinite(values)
     return np.asarray(np.where(found, values, 0.0).sum(axis=1) / found.sum(axis=1))

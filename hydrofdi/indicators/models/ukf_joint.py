@@ -1,4 +1,4 @@
-"""Internal leakage among the states of an unscented Kalman filter."""
+"""Internal leakage as a state of an unscented Kalman filter."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ class UnscentedOptions(JointOptions):
     """Options of `UkfJoint`."""
 
     spread: Annotated[float, SI("1", above=0, most=1)] = 1.0
-    """Distance a of the sigma points from the mean, over √n standard deviations of n states [-]; 0.001 is
-    nearly an extended filter."""
+    """Spread α of the sigma points about the mean, in √n standard deviations for n states [-]; with 0.001 it
+    is nearly an extended filter."""
 
     @property
     def places(self) -> NDArray[np.int64]:
-        """Places of the estimated states among ``STATES``."""
+        """Indices of the estimated states in ``STATES``."""
         return np.array([place for place, name in enumerate(STATES) if name in self.estimated])
 
 
 class UkfJoint(EkfJoint):
-    """K_i, β and valve as states of the plant, moved on from sigma points."""
+    """K_i, β and valve parameters as states of the plant, propagated by sigma points."""
 
     name = "ukf_joint"
     version = 2
@@ -48,7 +48,7 @@ class UkfJoint(EkfJoint):
     options: UnscentedOptions
 
     def start(self, records: RecordBatch) -> State:
-        """Streams that have seen no sample."""
+        """State of the filters before the first sample."""
         streams = Streams.of(records.n_record, self.options.places.size)
         begun = {"n_seen": np.zeros(1, dtype=np.int64), "start_time": np.array([records.start_time])}
         return begun | streams._asdict()
@@ -57,7 +57,7 @@ class UkfJoint(EkfJoint):
         self, state: dict[str, NDArray[Any]], n_before: int, samples: tuple[Array, Array, Array],
         tuning: Tuning, every: int, found: tuple[Array, Array, Array],
     ) -> None:  # fmt: skip
-        """Move the filters on in place, and fill means, variances and sums at the instants that are due."""
+        """Advance the filters in place, and fill means, variances and sums at the instants that are due."""
         places = self.options.places
         streams = Streams(**{name: state[name] for name in Streams._fields})
         estimated = Estimated(places, np.sqrt(tuning.walk[places]), self.options.spread)
@@ -65,7 +65,7 @@ class UkfJoint(EkfJoint):
         follow_unscented(streams, n_before, *samples, tuning, every, *found, estimated, work)
 
     def first_covariance(self, state: State) -> Array:
-        """Covariance of the first record, (N_STATE, N_STATE)."""
+        """Covariance of the first record, shape (N_STATE, N_STATE)."""
         covariance, places = np.zeros((N_STATE, N_STATE)), self.options.places
         covariance[np.ix_(places, places)] = state["root"][0] @ state["root"][0].T
         return covariance

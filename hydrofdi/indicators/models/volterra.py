@@ -1,4 +1,4 @@
-"""Coefficients of a nonlinear model fitted to each record; a fault changes them."""
+"""Coefficients of a Volterra/NARX model fitted to each record."""
 
 from __future__ import annotations
 
@@ -37,29 +37,29 @@ class VolterraOptions(Section):
     """Lagged values of the input voltage."""
 
     lags: Annotated[int, Field(strict=True, ge=0, le=10)] = 1
-    """Lagged values of the signal itself; 0 leaves a Volterra series of the input alone."""
+    """Lagged values of the signal itself; 0 gives a Volterra series in the input only."""
 
     decimation: Annotated[int, Field(strict=True, ge=1)] = 100
-    """Samples whose mean is one value of the model."""
+    """Number of samples that are averaged to one value of the model."""
 
     input_scale: Annotated[float, SI("V", above=0)] = 2.0
-    """Input voltage that counts as 1 [V]."""
+    """Scale of the input voltage [V]."""
 
     pressure_centre: Annotated[float, SI("Pa", least=0)] = 8.6e6
-    """Pressure that counts as 0, where P_1 is modelled [Pa]."""
+    """Offset of the pressure [Pa], for ``signal: pressure``."""
 
     pressure_scale: Annotated[float, SI("Pa", above=0)] = 8.6e6
-    """Pressure that counts as 1 [Pa]."""
+    """Scale of the pressure [Pa]."""
 
     rate_scale: Annotated[float, SI("m/s", above=0)] = 0.1
-    """Rate of the position that counts as 1 [m/s]."""
+    """Scale of the rate of the position [m/s]."""
 
     ridge: Annotated[float, SI("1", least=0)] = 1e-6
     """Weight of the squared coefficients relative to the mean square of the model's residual [-]."""
 
 
 class Volterra(Indicator[VolterraOptions]):
-    """A polynomial in the past of input and signal."""
+    """A polynomial in past values of input and signal."""
 
     name = "volterra"
     version = 1
@@ -70,7 +70,7 @@ class Volterra(Indicator[VolterraOptions]):
     )
     equation = "y_k = c_0 + Σ c_i z_i + Σ c_ij z_i z_j, z = (u_(k−1) …, y_(k−1) …), by ridge regression"
     caution = (
-        "No single coefficient is a leakage, and each also responds to supply and fluid: judge their"
+        "No single coefficient measures leakage, and each also responds to supply and fluid: use their"
         " distance from healthy records (detection.scores, mahalanobis). They depend on the motion."
     )
     absence = "the coefficients are not determined: a missing sample, or an input without motion and no ridge"
@@ -84,7 +84,7 @@ class Volterra(Indicator[VolterraOptions]):
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Coefficients, and what the model leaves."""
+        """Coefficients, and the RMS of the residual."""
         names = lagged_values("u", self.options.input_lags, "y", self.options.lags)
         products = ("·".join(names[place] for place in term) or "1" for term in self._terms)
         return (
@@ -92,7 +92,7 @@ class Volterra(Indicator[VolterraOptions]):
                 "coefficients", "1", f"coefficients of {', '.join(products)}, in scaled quantities",
                 dims={"term": len(self._terms)},
             ),
-            Output.quality("left", "1", "root mean square of what the model leaves, scaled"),
+            Output.quality("left", "1", "RMS of the scaled residual of the model"),
         )  # fmt: skip
 
     @property
@@ -100,7 +100,7 @@ class Volterra(Indicator[VolterraOptions]):
         return polynomial_terms(self.options.input_lags + self.options.lags, self.options.order)
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record of fewer values than twice the coefficients."""
+        """Message if the record has fewer than two values per coefficient."""
         n_value = records.n_time // self.options.decimation - max(self.options.input_lags, self.options.lags)
         n_term = len(self._terms)
         if n_value < 2 * n_term:
@@ -108,7 +108,7 @@ class Volterra(Indicator[VolterraOptions]):
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Each record by itself."""
+        """Coefficients of each record, (n_record, n_term), and residual, (n_record,)."""
         options = self.options
         given = block_means(records[Channel.INPUT_VOLTAGE], options.decimation) / options.input_scale
         signal, terms = self._signal(records), self._terms
@@ -120,7 +120,7 @@ class Volterra(Indicator[VolterraOptions]):
         return {"coefficients": coefficients, "left": left}
 
     def _signal(self, records: RecordBatch) -> Array:
-        """What is modelled, scaled, shape (n_record, n_value)."""
+        """The scaled signal to model, shape (n_record, n_value)."""
         options, every = self.options, self.options.decimation
         match options.signal:
             case "load_pressure":

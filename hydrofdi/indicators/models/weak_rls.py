@@ -1,4 +1,4 @@
-"""Internal leakage, bulk modulus and valve from the volume balance of the chambers, as a stream."""
+"""Internal leakage, bulk modulus and valve parameters from the volume balance, recursively."""
 
 from __future__ import annotations
 
@@ -56,20 +56,20 @@ class WeakRlsOptions(WindowOptions, RecursiveOptions):
 
     memory: Annotated[float, SI("s", above=0)] | Literal["none"] = 5.0
     """Memory of the trace: time after which the weight of a sample falls to 1/e [s]; ``none`` keeps all
-    samples. The values of a record always use all of it."""
+    samples. The values of a record always use the whole record."""
 
     start_up: Annotated[float, SI("s", least=0)] = 0.5
-    """Time left out at the start of a stream [s]: the earlier spool position is unknown."""
+    """Time excluded at the start of a stream [s]: the earlier spool position is unknown."""
 
     least_jump: Annotated[float, SI("m", above=0)] = 8e-6
-    """Travel of the spool from one sample to the next that counts as a jump [m]."""
+    """Travel of the spool between two samples that counts as a jump [m]."""
 
     leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 1e-3 / 60.0
     """Prior standard deviation of the leakage flow, about zero [m³/s]."""
 
 
 class WeakRls(RecursiveIndicator[WeakRlsOptions]):
-    """K_i, β and valve that explain where the volume goes, followed along the time."""
+    """K_i, β and valve parameters from the volume balance, estimated recursively."""
 
     name = "weak_rls"
     version = 4
@@ -79,20 +79,21 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     )
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
-        " Recursive Identification (1983), chapter 2; a prior that stays: a choice of hydrofdi"
+        " Recursive Identification (1983), chapter 2; a prior that is not forgotten is specific to hydrofdi"
     )
     equation = (
         "flow_balance's; θ = (Σ λ^(n−k) a_k a_kᵀ/e² + D⁻²)⁻¹ (Σ λ^(n−k) a_k y_k/e² + D⁻² θ_0), λ ="
-        " exp(−hop/memory); noise of the pressures is taken out of the column of 1/β"
+        " exp(−hop/memory); the column of 1/β is corrected for pressure noise"
     )
     caution = (
-        "A leak proportional to ΔP looks like the clearance of the valve: cross_port_leakage contains both."
-        " Noise of the pressures that is not white biases β; with one chamber, a leak as well. With one"
-        " chamber the leakage comes out up to 10 % too small, more than its stated deviation. β is missing"
-        " where the estimate of 1/β is not positive, as after a leak set in that is taken for constant. A"
-        " misfit well above 1 or a departure above 2.5 says that the data sheet does not fit. A piston area"
-        " that is 10 % too large there moves the departure from 0.2 to 2.8 and the misfit from 0.66 to 0.74"
-        " alone, as the flow gain takes the area up; with one chamber from 0.5 to 3.9 and from 0.66 to 1.6."
+        "A leak proportional to ΔP cannot be distinguished from valve clearance: cross_port_leakage"
+        " contains both. Pressure noise that is not white biases β; with one chamber, so does a leak. With"
+        " one chamber the leakage is up to 10 % too small, which exceeds its stated deviation. β is missing"
+        " if the estimate of 1/β is not positive, e.g. after the onset of a leak that is modelled as"
+        " constant. A misfit well above 1 or a departure above 2.5 means that the data sheet does not fit."
+        " A piston area that is 10 % too large there changes the departure from 0.2 to 2.8, but the misfit"
+        " only from 0.66 to 0.74, because the flow gain absorbs it; with one chamber they change from 0.5"
+        " to 3.9 and from 0.66 to 1.6."
     )
     absence = (
         "the record has samples that are not finite, or a supply pressure or flow gain that is not positive"
@@ -112,18 +113,18 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """Those of a balance, the leakage first."""
+        """Outputs of a volume balance, the leakage first."""
         kept = balance_outputs(self.options.reference_pressure)
         chosen = (output for output in kept if output.name != "mean_leakage")
         first_leakage = sorted(chosen, key=lambda output: not output.name.startswith("leakage"))
         return (*first_leakage, *_QUALITY)
 
     def obstacle(self, records: RecordBatch) -> str | None:
-        """A record that is too short for estimates, or of too few windows."""
+        """Message if the record is too short for estimates, or has too few windows."""
         return super().obstacle(records) or self.options.lack_of_windows(records)
 
     def start(self, records: RecordBatch) -> State:
-        """Nothing is known yet but the priors."""
+        """Initial state: only the priors."""
         n_record, n_chamber = records.n_record, 2 if self._both else 1
         rls = new_state(n_record, len(self._decays(records)), n_chamber)
         return {
@@ -140,7 +141,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         }
 
     def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
-        """Estimates with the memory, and under ``whole_…`` those of all that was seen."""
+        """Estimates with the memory, and, as ``whole_…``, from all samples so far."""
         n_before, after = int(state["n_sample"]), {name: array.copy() for name, array in state.items()}
         after["n_sample"] += chunk.n_time
         places = instants(n_before, chunk.n_time, self.samples_per_estimate(chunk.sampling_frequency))
@@ -160,11 +161,11 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return after, Trace(time, values | {f"whole_{name}": array for name, array in whole.items()})
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """What all of the record tells."""
+        """Estimates from the whole record."""
         return {each.name: trace.values[f"whole_{each.name}"][:, -1] for each in self.estimates}
 
     def information(self, records: RecordBatch) -> Information:
-        """What the whole first record tells of the unknowns, by the weights of the options."""
+        """Information of the whole first record about the unknowns, with the weights of the options."""
         state, _ = self.step(self.start(records), records)
         moments = state["moments"][0, -1, :, EQUATIONS].sum(axis=0)[:N_UNKNOWN, :N_UNKNOWN]
         deviations = self._deviations(records)
@@ -186,7 +187,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return self.options.chambers == "both"
 
     def _unclear(self, chunk: RecordBatch, spool: Array, n_before: int, gate: Array) -> NDArray[np.bool_]:
-        """Samples that tell nothing: at the start, with the valve hardly open, or soon after a jump."""
+        """Samples without information: at the start, with the valve almost closed, or soon after a jump."""
         options, frequency = self.options, chunk.sampling_frequency
         unclear = np.zeros(spool.shape, dtype=np.bool_)
         mark_unclear(
@@ -198,7 +199,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def _equations(
         self, chunk: RecordBatch, spool: Array, supply: Array, reference: Array, n_before: int, sums: Array
     ) -> tuple[Array, Array]:
-        """Columns and targets of the windows that a chunk completes."""
+        """Regressors and targets of the windows that a chunk completes."""
         options, half = self.options, self.options.half_window
         first = chunk[P1]
         second = chunk[P2] if self._both else supply + options.return_pressure - first
@@ -209,7 +210,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         )  # fmt: skip
 
     def _windows_due(self, n_before: int, places: NDArray[np.intp]) -> NDArray[np.int64]:
-        """Windows of a chunk that are complete behind the samples at some places."""
+        """Number of windows of a chunk that are complete after the samples at some places."""
         half = self.options.half_window
         complete = [windows_before(n_before + place + 1, half) for place in places]
         return np.array(complete, dtype=np.int64) - windows_before(n_before, half)
@@ -218,7 +219,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         self, chunk: RecordBatch, windows: tuple[Array, Array, Array], due: NDArray[np.int64],
         supply: Array, reference: Array, noise: Array, after: dict[str, NDArray[Any]],
     ) -> Array:  # fmt: skip
-        """Estimates (n_record, n_memory, n_instant, N_ESTIMATE), from supply pressures and noise at these."""
+        """Estimates, shape (n_record, n_memory, n_instant, N_ESTIMATE), with supply pressure and noise at
+        these instants."""
         options, deviations, decays = self.options, self._deviations(chunk), self._decays(chunk)
         priors = np.zeros((*supply.shape, N_UNKNOWN))
         if deviations[_SUPPLY] > 0.0:
@@ -231,7 +233,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return found
 
     def _supply(self, chunk: RecordBatch, n_before: int, means: Array) -> tuple[Array, Array]:
-        """P_s at which the equations are linear, and about which its deviation is stated [Pa]."""
+        """P_s at the linearisation point, and the reference of its prior deviation [Pa]."""
         options, shape = self.options, (chunk.n_record, chunk.n_time)
         match options.supply_known_by(chunk):
             case "measured":
@@ -251,7 +253,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return supply, np.full(shape, options.supply_pressure)
 
     def _noise(self, chunk: RecordBatch, unclear: NDArray[np.bool_], after: dict[str, Array]) -> Array:
-        """Information on 1/β that noise of the pressures pretends, of a window, over that of the prior."""
+        """Spurious information on 1/β from pressure noise, per window, relative to that of the prior."""
         options, total = self.options, np.zeros(unclear.shape)
         rate = weak_weights(options.half_window, chunk.sampling_frequency)[:, 1]
         variance = np.zeros(unclear.shape)
@@ -262,7 +264,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return total * (options.bulk_modulus_deviation / options.bulk_modulus / options.error) ** 2
 
     def _decays(self, records: RecordBatch) -> Array:
-        """Of the trace and of whole records, or of both at once."""
+        """Forgetting factors per window of the trace and of whole records; one value if both are equal."""
         memory = self.options.memory
         if memory == "none":
             return np.ones(1)
@@ -275,13 +277,13 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return np.array([known.get(name, 0.0) for name in UNKNOWNS])
 
     def _cross_port(self) -> Array:
-        """Flow at the reference pressure by K_i and by the clearance."""
+        """Flows at the reference pressure per unit of K_i and of the clearance."""
         pressure = self.options.reference_pressure
         factors = {"internal_coefficient": math.sqrt(pressure), "clearance": pressure}
         return np.array([factors.get(name, 0.0) for name in UNKNOWNS])
 
     def _named(self, found: Array, reference: Array, deviations: Array) -> dict[str, Array]:
-        """Outputs from numbers (n_record, n_instant, N_ESTIMATE)."""
+        """Outputs by name, from estimates (n_record, n_instant, N_ESTIMATE)."""
         options = self.options
         of = {name: found[:, :, place] for place, name in enumerate(UNKNOWNS)}
         error = {name: found[:, :, N_UNKNOWN + place] for place, name in enumerate(UNKNOWNS)}
@@ -315,20 +317,24 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 _SUPPLY = UNKNOWNS.index("supply")
 
 _QUALITY = (
-    Output.quality("flow_gain_error", "1", "standard deviation of the flow gain over its nominal value"),
+    Output.quality(
+        "flow_gain_error", "1", "standard deviation of the flow gain relative to its nominal value"
+    ),
     Output.quality("supply_pressure_error", "Pa", "standard deviation of the supply pressure"),
     Output.quality("offset_error", "m", "standard deviation of the offset"),
     Output.quality("lap_error", "m", "standard deviation of the lap"),
     Output.quality("clearance_error", "m^3/(s*Pa)", "standard deviation of the clearance"),
-    Output.quality("misfit", "1", "root mean square of what the balances leave, over the option error"),
+    Output.quality("misfit", "1", "RMS of the residuals of the balances, over the option 'error'"),
     Output.quality(
-        "departure", "1", "largest distance of an unknown from the data sheet, over its stated deviation"
+        "departure",
+        "1",
+        "largest deviation of an unknown from the data sheet, over its prior standard deviation",
     ),
 )
 
 
 def _departure(found: Array, deviations: Array) -> Array:
-    """Largest distance of β, valve and sensors from what is expected, over the deviation beforehand."""
+    """Largest deviation of β, valve and sensors from the data sheet, over the prior standard deviation."""
     elsewhere = {"internal_coefficient", "supply"}
     stated = [i for i, name in enumerate(UNKNOWNS) if deviations[i] > 0.0 and name not in elsewhere]
     return np.asarray(np.max(np.abs(found[:, :, stated]) / deviations[stated], axis=2, initial=0.0))
@@ -342,7 +348,7 @@ _IN_WORDS = {
     "offset": ("valve null", "m"),
     "lap": ("lap", "m"),
     "clearance": ("clearance", "m^3/(s*Pa)"),
-    "bias_1": ("error of P1", "Pa"),
-    "bias_2": ("error of P2", "Pa"),
+    "bias_1": ("bias of P1", "Pa"),
+    "bias_2": ("bias of P2", "Pa"),
 }
-"""Unknown → its name and unit where a person reads what records tell of it."""
+"""Unknown → its name and unit in tables."""

@@ -115,6 +115,9 @@ def _print_block(console: Console, block: Block, full: bool) -> None:
     for paragraph in block.paragraphs:
         console.print(paragraph)
     for whole in block.sheets:
+        if whole.is_folded:
+            console.print(f"\n{whole.title}: {len(whole.rows)}. The HTML page (--html) lists them.")
+            continue
         sheet = whole if full else _on_page(whole)
         console.print()
         console.print(Text(sheet.title, style="italic"))

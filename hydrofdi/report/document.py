@@ -85,6 +85,8 @@ class Sheet:
         What forms for people show in its place, such as quantiles of thousands of rows.
     page_rows : int or None
         Rows that the first page of a terminal shows; None: as many as of any other table.
+    is_folded : bool
+        Whether the page shows it only when it is opened, and the terminal only says how long it is.
     """
 
     key: str
@@ -97,6 +99,7 @@ class Sheet:
     n_lead: int = 1
     digest: Sheet | None = None
     page_rows: int | None = None
+    is_folded: bool = False
 
     @property
     def shown(self) -> Sheet:

@@ -193,6 +193,7 @@ def _numbers(
                 output.direction,
                 cost,
                 note,
+                indicator.name,
             )
 
 

@@ -32,6 +32,8 @@ class Scored:
         CPU time per record [s]; None if it was not measured.
     note : str
         What has to be known of it, such as how it was learned.
+    indicator : str
+        The name of the indicator that measures it; empty if it combines several or is not measured here.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Scored:
     direction: Direction | None = None
     cost: float | None = None
     note: str = ""
+    indicator: str = ""
 
 
 @dataclass(frozen=True, eq=False)

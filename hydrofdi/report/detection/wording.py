@@ -80,16 +80,31 @@ def severity_unit_of(records: StudyRecords) -> SeverityUnit:
 
 def sensors(judgement: Judgement) -> str:
     """What a score needs of a machine, such as ``P1 P2 x u``; a hole where it does not say so."""
-    return " ".join(_symbols(judgement)) or HOLE
+    return " ".join(symbols(judgement)) or HOLE
 
 
 def sensors_in_words(judgement: Judgement) -> str:
     """The same in a sentence, such as ``P1 and u`` or ``P1 alone``."""
-    symbols = _symbols(judgement)
-    return f"{symbols[0]} alone" if len(symbols) == 1 else joined(symbols)
+    needed = symbols(judgement)
+    return f"{needed[0]} alone" if len(needed) == 1 else joined(needed)
 
 
-def _symbols(judgement: Judgement) -> list[str]:
+def score_title(judgement: Judgement) -> str:
+    """A score as a title: ``flow_balance, mean leakage`` for ``balance_P1_P2_x_u.mean_leakage``.
+
+    The name that a user gave to an indicator stays, unless it only adds the sensors.
+    """
+    scored = judgement.scored
+    label, _, output = scored.name.partition(".")
+    if not output or "(" in label:
+        return scored.name.replace("_", " ").replace("(", " (")
+    of_sensors = "_" + "_".join(symbols(judgement))
+    own = scored.indicator or label.removesuffix(of_sensors)
+    return f"{own if label.endswith(of_sensors) else label}, {output.replace('_', ' ')}"
+
+
+def symbols(judgement: Judgement) -> list[str]:
+    """The symbols of the sensors that a score needs, such as ``P1``; other sensors by their names."""
     known = {channel.value: channel.symbol for channel in Channel}
     return [known.get(channel, channel) for channel in judgement.scored.channels]
 

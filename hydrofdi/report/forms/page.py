@@ -63,7 +63,7 @@ def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, st
     yield f'<section id="section-{block.key}">\n<h2>{escape(block.title)}</h2>'
     yield from map(_paragraph, block.paragraphs)
     for sheet in block.shown_sheets:
-        yield from _table(sheet)
+        yield from _folded(sheet) if sheet.is_folded else _table(sheet)
     for name in block.figures:
         if name in figures:
             caption = escape(captions[name])
@@ -73,6 +73,12 @@ def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, st
 
 def _paragraph(text: str) -> str:
     return f"<p>{escape(text)}</p>"
+
+
+def _folded(sheet: Sheet) -> Iterator[str]:
+    yield f"<details>\n<summary>{escape(sheet.title)} ({len(sheet.rows)})</summary>"
+    yield from _table(sheet)
+    yield "</details>"
 
 
 def _table(sheet: Sheet) -> Iterator[str]:

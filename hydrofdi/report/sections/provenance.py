@@ -1,10 +1,13 @@
-"""What the numbers were made from."""
+"""Configuration, seeds and versions behind the numbers."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
+from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.seeds import seeds_of, shown_seeds
@@ -12,16 +15,20 @@ from hydrofdi.config.shown_values import shown_value
 from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.store import ExperimentData
 
+Settings = dict[tuple[str, str], Any]
+"""Section and field → what the field contains."""
+
 
 def provenance_block(data: ExperimentData) -> Block:
-    """The resolved configuration, without what is empty, and the library versions."""
-    sheet = Sheet(
+    """What the experiment states, the library versions, and the settings at their defaults."""
+    versions = Sheet(
         "versions",
         "Versions",
         ("Library", "Version"),
         tuple((Cell(name), Cell(version)) for name, version in sorted(data.versions.items())),
         text_columns=(0, 1),
     )
+    stated, others = _settings(data)
     return Block(
         "provenance",
         "Configuration and provenance",
@@ -29,22 +36,51 @@ def provenance_block(data: ExperimentData) -> Block:
             "An identical request gives identical runs, whatever the batch or worker count.",
             f"Seeds: {shown_seeds(seeds_of(data.experiment))}.",
         ),
-        (_configuration_sheet(data), sheet),
+        (
+            _settings_sheet("configuration", "What the experiment sets", stated),
+            versions,
+            replace(_settings_sheet("defaults", "Settings at their default values", others), is_folded=True),
+        ),
         is_detail=True,
     )
 
 
-def _configuration_sheet(data: ExperimentData) -> Sheet:
-    """The configuration as it is written in the file: parameters of later versions are not in it."""
-    configuration = without_contents(data.configuration or json.loads(data.experiment.model_dump_json()))
-    rows = []
+def _settings(data: ExperimentData) -> tuple[Settings, Settings]:
+    """The settings that differ from their defaults, and the others; without what is empty.
+
+    The configuration is as it is written in the file: parameters of later versions are not in it.
+    """
+    configuration = without_contents(data.configuration or _plain(data.experiment))
+    usual = dict(_flat(_plain(ExperimentConfig(name=data.experiment.name))))
+    stated: Settings = {}
+    others: Settings = {}
+    for key, content in _flat(configuration):
+        if content not in (None, "", [], {}):
+            is_usual = key in usual and usual[key] == content and key != ("name", "")
+            (others if is_usual else stated)[key] = content
+    return stated, others
+
+
+def _plain(experiment: ExperimentConfig) -> dict[str, Any]:
+    plain: dict[str, Any] = json.loads(experiment.model_dump_json())
+    return plain
+
+
+def _flat(configuration: dict[str, Any]) -> Iterator[tuple[tuple[str, str], Any]]:
+    """Section and field, and what the field contains."""
     for section, value in configuration.items():
-        fields = value if isinstance(value, dict) else {"": value}
-        for name, content in fields.items():
-            if content not in (None, "", [], {}):
-                parameter = name if "." in name else f"{section}.{name}"
-                rows.append((Cell(_key(section, name)), Cell(_text(parameter, content))))
-    return Sheet("configuration", "Configuration", ("Key", "Value"), tuple(rows), text_columns=(0, 1))
+        if section == "indicators" and isinstance(value, dict):
+            value = {label: options or "default options" for label, options in value.items()}
+        for name, content in (value if isinstance(value, dict) else {"": value}).items():
+            yield (section, name), content
+
+
+def _settings_sheet(key: str, title: str, settings: Settings) -> Sheet:
+    rows = (
+        (Cell(_key(section, name)), Cell(_text(name if "." in name else f"{section}.{name}", content)))
+        for (section, name), content in settings.items()
+    )
+    return Sheet(key, title, ("Key", "Value"), tuple(rows), text_columns=(0, 1))
 
 
 def _text(name: str, content: Any) -> str:
@@ -53,7 +89,8 @@ def _text(name: str, content: Any) -> str:
         values = content if isinstance(content, list) else [content]
         return ", ".join(shown_value(name, value) for value in values)
     if isinstance(content, dict):
-        return "; ".join(f"{key}: {_text(key, value)}" for key, value in content.items())
+        parts = {key: value for key, value in content.items() if value is not None}
+        return "; ".join(f"{key}: {_text(key, value)}" for key, value in parts.items())
     return content if isinstance(content, str) else json.dumps(content)
 
 

@@ -15,8 +15,9 @@ from hydrofdi.report.detection.wording import (
     false_alarms_in_words,
     found_text,
     probability_in_words,
-    sensors,
+    score_title,
     severity_unit,
+    symbols,
 )
 from hydrofdi.report.figures.style import BLUE, GREY, INK
 from hydrofdi.report.figures.ticks import log_axis
@@ -61,8 +62,7 @@ def draw_answer(detection: Detection) -> Any:
 
 def _label(judgement: Judgement) -> str:
     """Sensors, and the score below them."""
-    name, needs = judgement.scored.name, sensors(judgement)
-    return f"{needs}\n{name}"
+    return f"{', '.join(symbols(judgement))}\n{score_title(judgement)}".strip()
 
 
 def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit) -> None:

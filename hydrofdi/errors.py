@@ -109,7 +109,7 @@ class SweepInterrupted(KeyboardInterrupt):
     def __init__(self, completed: int, stored: int, planned: int, summary: Any = None) -> None:
         self.summary = summary
         super().__init__(
-            f"interrupted; {stored:,} of {planned:,} runs are stored, and the same command goes on from there"
+            f"interrupted; runs stored: {stored:,} of {planned:,}; the same command continues from there"
             if completed
             else "interrupted before the first run ended; nothing was stored"
         )

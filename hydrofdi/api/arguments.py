@@ -49,7 +49,7 @@ def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
 
 
 def count_of(name: str, given: Any) -> int:
-    """A integer from 1.
+    """An integer from 1.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def count_of(name: str, given: Any) -> int:
         It is none.
     """
     if isinstance(given, bool) or not isinstance(given, Integral):
-        raise refusal(name, "a integer", given)
+        raise refusal(name, "an integer", given)
     if given < 1:
         raise ConfigError(f"{setting(name)}: must be at least 1; found {given}")
     return int(given)

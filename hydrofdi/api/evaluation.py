@@ -11,6 +11,7 @@ from hydrofdi.api.page import html_sentences
 from hydrofdi.api.table import Table
 from hydrofdi.pipeline import evaluating
 from hydrofdi.pipeline.healthy_control import stands_clear
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.parts import records_without_number
 
@@ -95,7 +96,7 @@ class Evaluation:
     def _sentences(self) -> list[str]:
         first = f"best score: {self.best}" if self.best else "no indicator could measure any record"
         left = self.found.left
-        without = f"without a label, left out: {left.n_unlabelled:,} of {left.n_record:,} records"
+        without = f"without a label, left out: {left.n_unlabelled:,} of {counted(left.n_record, 'record')}"
         unlabelled = [without] if left.n_unlabelled else []
         return [first, *filter(None, [self.conclusion]), *self.remarks, *unlabelled]
 

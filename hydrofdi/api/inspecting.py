@@ -12,6 +12,7 @@ from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Channel
 from hydrofdi.records.overview import Overview, Range, look_at
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,7 +100,7 @@ class Inspection:
     def _title(self) -> str:
         rates = ", ".join(f"{rate:g} Hz" for rate in self.overview.sampling_frequencies)
         rejected = f", {self.n_rejected:,} rejected" if self.n_rejected else ""
-        records = f"{self.n_record:,} record{'s' if self.n_record != 1 else ''}{rejected}"
+        records = f"{counted(self.n_record, 'record')}{rejected}"
         return f"{self.overview.name}: {records} at {rates or 'no known rate'}"
 
     def _remark_lines(self) -> list[str]:

@@ -17,6 +17,7 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.execution import available_cores
 from hydrofdi.pipeline.places import experiment_directory
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep, predict_seconds
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import shown_seconds
 
 
@@ -88,8 +89,8 @@ class Plan:
 
     def __repr__(self) -> str:
         return (
-            f"{self.experiment}: {self.missing:,} of {self.planned:,} runs to compute, about"
-            f" {shown_seconds(self.predicted_seconds)}, {len(self.warnings)} warnings"
+            f"{self.experiment}: {self.missing:,} of {counted(self.planned, 'run')} to compute, about"
+            f" {shown_seconds(self.predicted_seconds)}, {counted(len(self.warnings), 'warning')}"
         )
 
 

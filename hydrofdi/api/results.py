@@ -118,7 +118,7 @@ class Results:
         return make_report(self.data)
 
     def __repr__(self) -> str:
-        from hydrofdi.report.wording import counted
+        from hydrofdi.settings.counting import counted
 
         statuses = ", ".join(f"{count} {status}" for status, count in self.statuses.items())
         return f"{counted(self.data.n_run, 'run')} in {self.folder}: {statuses}"

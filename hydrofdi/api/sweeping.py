@@ -61,7 +61,7 @@ def sweep(
     StoreError
         The folder is in use, or cannot be written.
     KeyboardInterrupt
-        Ctrl-C: a `SweepInterrupted`, after what ran is stored; the same call goes on from there.
+        Ctrl-C: a `SweepInterrupted`, after what ran is stored; the same call continues from there.
 
     Examples
     --------

@@ -28,6 +28,7 @@ from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.execution import Job
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
 from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.settings.counting import counted
 from hydrofdi.store.layout.names import OBSTACLE
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
@@ -191,7 +192,7 @@ def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Itera
     )
     for (label, reason), count in reasons.items():
         if reason:
-            yield f"{label} has no numbers in {count} of {len(rows)} runs: {reason}"
+            yield f"{label} has no numbers in {count} of {counted(len(rows), 'run')}: {reason}"
 
 
 def _shortest(limits: Iterable[dict[str, float]]) -> dict[str, float]:
@@ -243,7 +244,7 @@ def _problems(found: Inspection) -> Iterator[str]:
         condition = f"EBM {mode.bulk_modulus / 1e6:g} MPa with K_i {mode.leakage_coefficient:.3g}"
         failed.setdefault(mode.status, []).append(condition)
     for status, conditions in failed.items():
-        yield f"{status}: {len(conditions)} of {len(found.modes)} runs, at {few_of(conditions)}"
+        yield f"{status}: {len(conditions)} of {counted(len(found.modes), 'run')}, at {few_of(conditions)}"
 
 
 def _warnings(found: Inspection) -> Iterator[str]:
@@ -265,4 +266,4 @@ def _warnings(found: Inspection) -> Iterator[str]:
         yield f"{fullest:.0%} of the stroke is used; a chamber all but vanishes"
     for word in sorted({mode.verdict for mode in found.modes if mode.status == "ok"} - {"ok"}):
         count = sum(mode.verdict == word for mode in found.modes)
-        yield f"{word}: {count} of {len(found.modes)} runs"
+        yield f"{word}: {count} of {counted(len(found.modes), 'run')}"

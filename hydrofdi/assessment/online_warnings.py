@@ -9,6 +9,7 @@ from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.study.online import OnlineConfig
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.run_lengths.judgement import time_needed
 from hydrofdi.studies.run_lengths.traces import watched_instants
 
@@ -65,6 +66,6 @@ def _duration_warnings(
     ):
         if count * duration < needed:
             yield (
-                f"study.healthy.{key} = {count} records {cannot} for {hours}: {label} needs"
+                f"study.healthy.{key} = {counted(count, 'record')} {cannot} for {hours}: {label} needs"
                 f" {math.ceil(needed / duration - 1e-9):,} of them ({needed / 3600.0:.3g} h)"
             )

@@ -13,6 +13,7 @@ from hydrofdi.cli.mode_table import cell, print_modes
 from hydrofdi.cli.observability_table import print_observability
 from hydrofdi.cli.parted_table import PartedTable
 from hydrofdi.cli.terminal import terminal
+from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -33,12 +34,12 @@ def print_inspection(found: Inspection) -> None:
     console.print(Text("Hydraulic mode", style="bold"))
     print_modes(found)
     if found.n_left_out:
-        console.print(f"{found.n_left_out:,} further runs are left out")
+        console.print(f"left out: {counted(found.n_left_out, 'further run')}")
     console.print()
     console.print(Text("Record", style="bold"))
     shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
-    periods = f", {found.n_period:g} periods" if math.isfinite(found.n_period) else ""
-    console.print(f"{found.n_sample} samples{periods}; coefficients at its ends: {shares}\n")
+    periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
+    console.print(f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}\n")
     if found.noise:
         console.print(Text("Noise of the chamber-1 pressure sensor", style="bold"))
         console.print(_noise_table(found))

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from hydrofdi.cli.options import Json
+from hydrofdi.settings.counting import counted
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of an experiment.")]
 Run = Annotated[
@@ -32,7 +33,7 @@ def status(directory: Directory, json: Json = False) -> int:
         write_out(f"{state}\n")
         if state.earlier:
             write_out(
-                f"{state.earlier:,} runs were stored by an earlier version of the physics;"
+                f"stored by an earlier version of the physics: {counted(state.earlier, 'run')};"
                 " 'hydrofdi report' reads them, and a sweep computes them again\n"
             )
         write_out("".join(f"{fault}; the next sweep computes its runs again\n" for fault in state.damaged))
@@ -112,7 +113,7 @@ def collect(directory: Directory, json: Json = False) -> int:
         record = {"planned": state.planned, "missing": state.missing, "failed": state.failed}
         print_json({"file": str(made.file), **record})
     tell(
-        f"stored {made.file}: {state.planned:,} runs, of which {state.missing:,} are missing and"
-        f" {state.failed:,} failed"
+        f"stored {made.file}: {counted(state.planned, 'run')}, {state.missing:,}"
+        f" missing, {state.failed:,} failed"
     )
     return 0

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from hydrofdi.cli.options import SamplingFrequency
+from hydrofdi.settings.counting import counted
 
 
 class Format(StrEnum):
@@ -79,7 +80,7 @@ def export(
         overwrite=overwrite,
     )
     n_file, n_rejected = len(done.files), len(done.rejected)
-    tell(f"wrote {done.files[0]}" if n_file == 1 else f"wrote {n_file:,} records to {out}")
+    tell(f"wrote {done.files[0]}" if n_file == 1 else f"wrote {counted(n_file, 'record')} to {out}")
     if n_rejected:
-        tell(f"left out {n_rejected:,} of {n_file + n_rejected:,} records; {done.first_rejection}")
+        tell(f"left out {n_rejected:,} of {counted(n_file + n_rejected, 'record')}; {done.first_rejection}")
     return 1 if n_rejected else 0

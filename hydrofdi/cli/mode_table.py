@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.cli.parted_table import PartedTable
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.wording import labels_text
+from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def print_modes(found: Inspection) -> None:
     console = terminal()
     if len(found.modes) > _MOST_ROWS:
         console.print(_ranges(found))
-        console.print(f"of {len(found.modes)} runs; --json has each")
+        console.print(f"of {counted(len(found.modes), 'run')}; --json has each")
         return
     console.print(_rows(found))
     for text, number in _condition_marks(found).items():

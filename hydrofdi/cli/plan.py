@@ -9,6 +9,7 @@ import typer
 
 from hydrofdi.cli.options import Json, Settings
 from hydrofdi.cli.plan_of_study import study_lines
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.config import ExperimentConfig
@@ -69,7 +70,7 @@ def _lines(record: dict[str, Any]) -> list[str]:
     lines += _solution_lines(record)
     lines.append(
         f"predicted    about {shown_seconds(record['predicted_seconds'])} with"
-        f" {_counted(record['workers'], 'worker')},"
+        f" {counted(record['workers'], 'worker')},"
         f" {shown_bytes(record['predicted_file_bytes'])} (and as much in shards);"
         f" {shown_bytes(record['free_bytes'])} free"
     )
@@ -89,7 +90,7 @@ def _run_lines(record: dict[str, Any]) -> list[str]:
         are_numbers = bool(values) and all(isinstance(value, float) for value in values)
         spread = f" from {shown.text(min(values))} to {shown.text(max(values))}" if are_numbers else ""
         header = shown.header if are_numbers else name
-        lines.append(f"  axis       {header}: {_counted(len(values), 'value')}{spread}")
+        lines.append(f"  axis       {header}: {counted(len(values), 'value')}{spread}")
     if record["axes"]:
         lines += [
             f"first point  {shown_values(record['first_point']) or 'nominal'}",
@@ -103,7 +104,7 @@ def _shares(record: dict[str, Any]) -> str:
     simulated, measured = record["simulated_records"], record["measured_analyses"]
     if simulated == record["missing"]:
         return ""
-    shared = f": {_counted(simulated, 'record')} to simulate" if simulated else ": nothing to simulate"
+    shared = f": {counted(simulated, 'record')} to simulate" if simulated else ": nothing to simulate"
     return f"{shared}, {measured:,} to measure from stored signals" if measured else shared
 
 
@@ -112,13 +113,9 @@ def _solution_lines(record: dict[str, Any]) -> list[str]:
     flows, conditions, total = record["solutions"].values()
     if not total:
         return []
-    text = _counted(total, "solution")
+    text = counted(total, "solution")
     if flows * conditions == total:
-        text = f"{_counted(flows, 'leakage flow')} × {_counted(conditions, 'condition')} = {text}"
+        text = f"{counted(flows, 'leakage flow')} × {counted(conditions, 'condition')} = {text}"
     if record["calibrated_at"] == "run" and conditions > 1:
         text += "; 'calibration: {at: nominal}' solves each flow once"
     return [f"K_i          {text}"]
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number:,} {noun}{'s' if number > 1 else ''}"

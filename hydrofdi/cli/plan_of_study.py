@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from hydrofdi.settings.counting import counted
+
 _PURPOSES = {"alone": "to explain", "sobol": "to explain", "before": "to compare with"}
 """Kind of a population that is not tested → what it is for."""
 
@@ -20,7 +22,7 @@ def study_lines(study: Mapping[str, Any]) -> list[str]:
     n_record, n_design = study["records"], len(designs)
     several = f": {n_record:,} in each of {n_design} designs" if n_design > 1 else ""
     lines = [
-        f"runs         {n_record * n_design:,} records{several}",
+        f"runs         {counted(n_record * n_design, 'record')}{several}",
         *_population_lines(study["populations"]),
     ]
     if n_design > 1:

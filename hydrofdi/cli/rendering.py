@@ -17,7 +17,7 @@ from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.report.document import Block, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
 from hydrofdi.report.sections.quantiles import MANY_ROWS
-from hydrofdi.report.wording import counted
+from hydrofdi.settings.counting import counted
 
 _FEW_ROWS = 20
 """Rows of a table that the first page has room for."""
@@ -124,7 +124,7 @@ def _print_block(console: Console, block: Block, full: bool) -> None:
         for grid in sheet_grids(sheet, console):
             console.print(grid)
         if len(sheet.rows) < len(whole.shown.rows):
-            console.print(f"… the first {len(sheet.rows)} of {len(whole.rows):,} rows")
+            console.print(f"… the first {len(sheet.rows)} of {counted(len(whole.rows), 'row')}")
         if sheet.note:
             console.print(Text(sheet.note, style="dim"))
 

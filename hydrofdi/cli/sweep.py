@@ -10,6 +10,7 @@ import typer
 
 from hydrofdi.cli.options import Json, Settings
 from hydrofdi.cli.terminal import print_json, tell
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline import SweepSummary
@@ -100,7 +101,8 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
         print_json({**asdict(summary), "file": str(summary.file)})
     measured = f" ({summary.measured:,} from stored signals)" if summary.measured else ""
     tell(
-        f"{summary.planned:,} runs: {summary.completed:,} computed{measured}, {summary.skipped:,} stored"
+        f"{counted(summary.planned, 'run')}: {summary.completed:,}"
+        f" computed{measured}, {summary.skipped:,} stored"
         f" before, {summary.failed:,} failed, in {shown_seconds(summary.seconds)}"
     )
     for word, count in summary.verdicts.items():

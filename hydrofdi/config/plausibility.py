@@ -11,6 +11,7 @@ from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.quantities import SI
 from hydrofdi.units import parse_quantity
 
@@ -115,7 +116,7 @@ def _file_sentences(text: str, duration: float) -> Iterator[str]:
     n_late = int((rows.times > duration).sum())
     if n_late:
         yield (
-            f"input.file = {file}: {n_late} of {len(rows.times)} rows lie beyond"
+            f"input.file = {file}: {n_late} of {counted(len(rows.times), 'row')} lie beyond"
             f" record.duration = {duration:g} s, the last at {rows.times[-1]:g} s"
         )
     amplitude = "input.amplitude" if rows.quantity == "voltage" else "control.amplitude"

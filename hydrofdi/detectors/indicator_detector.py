@@ -9,6 +9,7 @@ from hydrofdi.detectors.healthy_scale import HealthyScale, healthy_scale
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.direction import Direction, suspicion
 from hydrofdi.records import Array, RecordBatch
+from hydrofdi.settings.counting import counted
 
 
 class IndicatorDetector:
@@ -46,5 +47,7 @@ class IndicatorDetector:
 
     def _single(self, numbers: Array) -> Array:
         if numbers.shape[1] != 1:
-            raise ConfigError(f"{self.feature.label} has {numbers.shape[1]} numbers, and one is needed")
+            raise ConfigError(
+                f"{self.feature.label} has {counted(numbers.shape[1], 'number')}, and one is needed"
+            )
         return np.asarray(numbers[:, 0])

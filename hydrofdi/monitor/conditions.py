@@ -8,6 +8,7 @@ from hydrofdi.detectors.trained import ChartReading, Verdict
 from hydrofdi.detectors.trained.wording import plain
 from hydrofdi.monitor.lines import Condition, Event, EventKind
 from hydrofdi.records.streams import State
+from hydrofdi.settings.counting import counted
 
 
 class Conditions:
@@ -46,7 +47,7 @@ class Conditions:
             events = [Event(EventKind.ALARM_RAISED, _why(verdict, chart), end)]
         elif is_raised and n_calm >= self._patience:
             ago = _ago(end - float(state["since"]))
-            text = f"no alarm in {n_calm} windows; it was raised {ago}"
+            text = f"no alarm in {counted(n_calm, 'window')}; it was raised {ago}"
             state = {**state, "is_raised": np.array(0)}
             events = [Event(EventKind.ALARM_CLEARED, text, end)]
         return state, self._condition(state), events

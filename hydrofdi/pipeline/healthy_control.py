@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from hydrofdi.evaluation.groups import HealthyPair
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Judgement
 from hydrofdi.studies.ranking import found_from
 
@@ -65,7 +66,8 @@ def conclusion(judgements: Sequence[Judgement], pairs: Pairs) -> str:
         )
     if n_not:
         return (
-            f"by {n_not} of {n_score} scores, marked ~, healthy groups differ from each other as much as"
+            f"by {n_not} of {counted(n_score, 'score')}, marked ~, healthy"
+            " groups differ from each other as much as"
             " faults differ from them: what these detect may be the unit or the day"
         )
     return "by every score, a fault differs from healthy records more than healthy groups from each other"

@@ -19,6 +19,7 @@ from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.results import stored_run_ids
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of
 from hydrofdi.quality.failures import remedy
+from hydrofdi.settings.counting import counted
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
@@ -162,7 +163,9 @@ def verify(directory: Path) -> list[str]:
         try:
             n_run = len(read_statuses(file))
             if n_run != len(plan.run_ids):
-                faults.append(f"{file}: holds {n_run} runs of {len(plan.run_ids)}; run 'hydrofdi collect'")
+                faults.append(
+                    f"{file}: holds {counted(n_run, 'run')} of {len(plan.run_ids)}; run 'hydrofdi collect'"
+                )
         except StoreError as error:
             faults.append(str(error))
     return faults
@@ -309,7 +312,7 @@ def _find(plan: SweepPlan, wanted: str) -> int:
         return int(wanted)
     matches = [position for position, run_id in enumerate(plan.run_ids) if run_id.startswith(wanted)]
     if len(matches) != 1:
-        found = "no run" if not matches else f"{len(matches)} runs"
+        found = "no run" if not matches else counted(len(matches), "run")
         rows = f"; there are rows 0 to {n_run - 1}" if wanted.isdigit() and n_run else ""
         raise StoreError(f"{plan.directory}: has {found} whose identity starts with {wanted!r}{rows}")
     return matches[0]

@@ -17,6 +17,7 @@ from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import shown_bytes
 from hydrofdi.simulation import identities_of_analyses, record_identities, run_identity
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -140,7 +141,7 @@ class SweepPlan:
         for sample in (self.experiment.ensemble.sample, self.experiment.sweep.sample):
             if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
                 warnings.append(
-                    f"a Sobol sample of {sample.count} points is not balanced; take a power of two"
+                    f"a Sobol sample of {counted(sample.count, 'point')} is not balanced; take a power of two"
                 )
         from hydrofdi.assessment import indicator_warnings, plan_warnings, study_warnings
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.detectors.trained.wording import count_text, limits_text, percent, plain, time_text
 from hydrofdi.pipeline.assumed_plant import assumption_text, constants_text
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
@@ -89,8 +90,8 @@ def _promise(file: DetectorFile) -> Iterator[str]:
 def _basis(training: Training) -> Iterator[str]:
     basis, left = training.file.basis, training.left_out
     what = "windows that do not overlap" if training.file.n_sample else "estimates"
-    groups = f" in {basis.n_group:,} groups" if basis.n_group else ""
-    source = f"{_records(basis.n_record)}{groups}"
+    groups = f" in {counted(basis.n_group, 'group')}" if basis.n_group else ""
+    source = f"{counted(basis.n_record, 'healthy record')}{groups}"
     yield f"It rests on {basis.n_window:,} {what}, from {source}: {_named(training)}."
     if basis.not_judged:
         faults = ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items())
@@ -153,7 +154,3 @@ def _per_hour(file: DetectorFile) -> dict[str, Any] | None:
 
 def _overlap(file: DetectorFile) -> bool:
     return (file.config.window.every or 0.0) < (file.config.window.duration or 0.0)
-
-
-def _records(count: int) -> str:
-    return f"{count:,} healthy record{'s' if count != 1 else ''}"

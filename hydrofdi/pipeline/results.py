@@ -9,6 +9,7 @@ from hydrofdi.config import ExperimentConfig, expand_runs
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file, library_versions, newest_directory
+from hydrofdi.settings.counting import counted
 from hydrofdi.simulation import run_identities
 from hydrofdi.store import (
     ExperimentData,
@@ -95,7 +96,7 @@ def _read_shards(
     data = replace(data, physics_version=physics_version)
     if index.runs and index.runs.keys().isdisjoint(run_ids):
         remark = (
-            f"None of the {len(index.runs):,} stored runs is one of this experiment: the request or "
+            f"None of the {counted(len(index.runs), 'stored run')} is one of this experiment: the request or "
             "a default has changed since then; 'hydrofdi sweep' computes the current request."
         )
         data = replace(data, remarks=(remark,))

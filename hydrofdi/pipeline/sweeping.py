@@ -35,6 +35,7 @@ from hydrofdi.pipeline.places import experiment_file, library_versions
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.watching import COEFFICIENTS, RUNS, Nobody, Watcher
 from hydrofdi.quality.doubts import doubts_of
+from hydrofdi.settings.counting import counted
 from hydrofdi.simulation import run_identities
 from hydrofdi.store import (
     Failure,
@@ -194,8 +195,8 @@ def _announce(plan: SweepPlan, engine: Engine, watcher: Watcher) -> None:
         return
     if plan.simulated and not any(cache_directory("simulation").iterdir()):
         watcher.tell("compiling the simulation for this processor; this happens once")
-    workers = f"{engine.workers} worker{'s' if engine.workers > 1 else ''}"
-    watcher.tell(f"{len(plan.missing):,} of {len(plan.run_ids):,} runs to compute with {workers}")
+    workers = counted(engine.workers, "worker")
+    watcher.tell(f"{len(plan.missing):,} of {counted(len(plan.run_ids), 'run')} to compute with {workers}")
 
 
 def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watcher) -> list[Job]:
@@ -347,5 +348,5 @@ def _faults(file: Path) -> dict[str, str]:
     for label, obstacles in read_obstacles(file).items():
         if found := [obstacle for obstacle in obstacles if tells_fault(obstacle)]:
             ((sentence, _),) = Counter(found).most_common(1)
-            faults[label] = f"{sentence}, in {len(found)} of {len(obstacles)} runs"
+            faults[label] = f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"
     return faults

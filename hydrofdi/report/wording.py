@@ -174,11 +174,6 @@ def some(words: Sequence[str]) -> str:
     return joined(words) if rest <= 0 else joined([*words[:_MOST_WORDS], f"{rest:,} more"])
 
 
-def counted(count: int, noun: str) -> str:
-    """``1 run``, ``2 runs``."""
-    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
-
-
 def share_text(share: Share, *, with_interval: bool) -> str:
     """A share in percent, e.g. ``3.5 % (2.7–4.5)``; a hole where there is nothing to share."""
     if not share.total:

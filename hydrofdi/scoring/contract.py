@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.quantities import Section
 
 Flags = NDArray[np.bool_]
@@ -57,7 +58,7 @@ class Fitted:
         """
         features = as_features(values)
         if features.shape[1] != self.n_feature:
-            raise ValueError(f"fitted on {self.n_feature} features, not on {features.shape[1]}")
+            raise ValueError(f"fitted on {counted(self.n_feature, 'feature')}, not on {features.shape[1]}")
         measured = np.isfinite(features).all(axis=1)
         scores = np.full(features.shape[0], np.nan)
         scores[measured] = self.rule(features[measured])

@@ -13,6 +13,7 @@ from hydrofdi.scoring.contract import LEAST_RECORDS
 from hydrofdi.scoring.extra import scikit_learn
 from hydrofdi.scoring.rules import row_products
 from hydrofdi.scoring.standardisation import Standardisation, standardisation
+from hydrofdi.settings.counting import counted
 
 SHRINKAGES = np.logspace(-6, 0, 13)
 """Among which fit records choose."""
@@ -62,7 +63,8 @@ def whitening(values: Array, name: str, shrinkage: float | None = None) -> White
         variances, directions = np.linalg.eigh(_covariance(held, shrinkage))
     if variances[0] <= 1e-12 * variances[-1]:
         raise NotStatedError(
-            f"the score {name} needs more than {values.shape[0]} records for {variances.size} features"
+            f"the score {name} needs more than {counted(values.shape[0], 'record')}"
+            f" for {counted(variances.size, 'feature')}"
             " that vary, fewer features, or shrinkage"
         )
     return Whitening(standardised, held.mean(axis=0), directions / np.sqrt(variances))

@@ -32,6 +32,12 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
             return f"{found!r} is unknown{nearest(str(found), _quoted(context['expected']))}"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"expected a section with 'key: value' pairs; found {found!r}"
+        case "string_type":
+            return f"expected a text; found {found!r}"
+        case "int_type" | "int_from_float" | "int_parsing":
+            return f"expected an integer; found {found!r}"
+        case "bool_type" | "bool_parsing":
+            return f"expected true or false; found {found!r}"
         case "tuple_type" | "list_type":
             return f"expected a list; found {found!r}"
         case "too_short":

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from hydrofdi.evaluation.multiplicity import confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.populations import Kind
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.ranking import pareto_set, ranked
@@ -44,13 +45,15 @@ def _remarks(records: StudyRecords, n_tried: int, rules: Rules) -> list[str]:
     if n_tried > 1:
         together = simultaneous_confidence(rules.confidence, n_tried)
         remarks.append(
-            f"{n_tried} scores were tried. The bounds apply to a score chosen in advance. If you pick the"
+            f"{counted(n_tried, 'score')} were tried. The bounds apply to a"
+            " score chosen in advance. If you pick the"
             f" best of {n_tried}, use the {confidence_text(together)} % bound (Bonferroni)"
         )
     if records.groups is not None:
         n_group = len(set(records.groups))
         remarks.append(
-            f"{n_group} groups: intervals of rates allow for what differs between them, curves of detection"
+            f"{counted(n_group, 'group')}: intervals of rates allow for what"
+            " differs between them, curves of detection"
             " do not"
         )
     if not records.chosen(Kind.FAULT, is_fit=False):

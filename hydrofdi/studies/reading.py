@@ -16,6 +16,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
 from hydrofdi.records import Channel
+from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.folder.provenance import read_costs
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
@@ -130,7 +131,8 @@ def stored_roles(data: ExperimentData) -> StudyTable:
     roles = study_roles(data.experiment)
     if len(roles.of_run) != data.n_run:
         raise ReportError(
-            f"{data.path}: contains {data.n_run:,} runs, but its study has {len(roles.of_run):,}; sweep again"
+            f"{data.path}: contains {counted(data.n_run, 'run')}, but its study"
+            f" has {len(roles.of_run):,}; sweep again"
         )
     return roles
 
@@ -212,4 +214,4 @@ def _why_not_measured(data: ExperimentData, label: str) -> str:
     if not told:
         return ""
     ((reason, count),) = told.most_common(1)
-    return f"not measured in {count} of {data.n_run} records: {reason}"
+    return f"not measured in {count} of {counted(data.n_run, 'record')}: {reason}"

@@ -14,7 +14,7 @@ def noisy(n_record, scale=1.0):
 
 
 def test_a_column_is_not_taken_for_records_of_one_sample():
-    with pytest.raises(DataError, match=r"shape \(1000, 1\) is 1000 records of 1 sample; transpose it or"):
+    with pytest.raises(DataError, match=r"shape \(1000, 1\) is 1,000 records of 1 sample; transpose it or"):
         hydrofdi.measure(noisy(1).T, **RATE)
 
 

@@ -119,7 +119,7 @@ def test_results_and_runs_are_records(tmp_path):
         ({"indicator": "dwtt"}, "did you mean 'dwt'?"),
         ({**WANTED, "false_alarm_rate": 0.001}, "a higher false_alarm_rate"),
         ({**WANTED, "healthy": "sound"}, "healthy: no record has the label 'sound'"),
-        ({**WANTED, "label": ["a", "b"]}, "label: 2 are given for 30 records"),
+        ({**WANTED, "label": ["a", "b"]}, "label: found 2; expected one for each of 30 records"),
         ({**WANTED, "label": "sound"}, "which records are healthy? healthy='LABEL'"),
     ],
 )

@@ -167,7 +167,7 @@ def test_overridden_file_need_not_exist(tmp_path: Path) -> None:
 MISTAKES = {
     "missing": (None, "experiment.yaml:1: input.file: {file}: no such file"),
     "empty": ("", "experiment.yaml:1: input.file: {file}: contains no rows of time and voltage"),
-    "header alone": ("time, voltage\n", "{file}: holds 0 rows"),
+    "header alone": ("time, voltage\n", "{file}: contains 0 rows"),
     "no number": ("0,1\n1,x\n", "{file}:2: input.file: 'x' is not a number"),
     "not a number": ("0,nan\n", "{file}:1: input.file: 'nan' is not a finite number"),
     "endless": ("0,1\n1,1e999\n", "{file}:2: input.file: '1e999' is not a finite number"),
@@ -186,7 +186,7 @@ MISTAKES = {
     "position": ("t [s],x [mm]\n0,1\n", "input.file contains positions; in open loop it needs voltages"),
     "binary": (b"\x00\xff\x00\x01", "input.file: {file}: is not a text file in UTF-8"),
     "zeros": (b"\x00" * 64, "input.file: {file}: is not a text file in UTF-8"),
-    "rows": ("0,1\n" * (MOST_ROWS + 1), f"holds {MOST_ROWS + 1} rows; needs 1 to {MOST_ROWS}"),
+    "rows": ("0,1\n" * (MOST_ROWS + 1), f"contains {MOST_ROWS + 1:,} rows; needs 1 to {MOST_ROWS}"),
     "huge": (b" " * 20_000_000, "is larger than the 10 MB that an input may have"),
 }  # fmt: skip
 
@@ -237,7 +237,7 @@ def test_all_mistakes_are_reported_but_no_flood(tmp_path: Path) -> None:
         (["input.shape=csv"], "shape csv needs a file"),
         (["input.file={folder}/drive.csv"], "input.file needs shape csv; shape is square"),
         (["input.shape=csv", "input.file={folder}"], "is a folder"),
-        (["input.shape=csv", "input.file=7"], "input.file: input should be a valid string; found 7"),
+        (["input.shape=csv", "input.file=7"], "input.file=7: expected a text; found 7"),
         (["input.shape=csv", "input.file={folder}/drive.csv", "analysis.discard=1 period"], "needs an input with a period"),
     ],
 )  # fmt: skip

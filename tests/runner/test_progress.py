@@ -133,4 +133,4 @@ def test_an_interrupted_sweep_says_how_many_runs_are_stored(tmp_path: Path) -> N
     os.kill(process.pid, signal.SIGINT)
     _, told = process.communicate(timeout=120)
     done = int(re.search(r"([\d,]+) planned, ([\d,]+) done", run("status", tmp_path / "out").stdout)[2])  # type: ignore[index]
-    assert f"interrupted; {done:,} of 3,000 runs are stored, and the same command goes on from there" in told
+    assert f"interrupted; runs stored: {done:,} of 3,000; the same command continues from there" in told

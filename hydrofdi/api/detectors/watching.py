@@ -16,6 +16,7 @@ from hydrofdi.monitor.line_record import line_record
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.measured.recording import samples_of
 from hydrofdi.records.streams import Chunk
+from hydrofdi.settings.counting import counted
 
 
 def watched(file: DetectorFile, chunks: Iterable[Any], said: Said) -> Iterator[dict[str, Any]]:
@@ -44,7 +45,9 @@ def _chunks(chunks: Iterable[Any], said: Said, frequency: float) -> Iterator[Chu
         samples = held(each)
         source = records_of(samples, frequency if samples.time is None else None, said.channel, said.unit)
         if len(source.tables) > 1:
-            raise DataError(f"{source.name}: has {len(source.tables)} records; a chunk of a stream has one")
+            raise DataError(
+                f"{source.name}: has {counted(len(source.tables), 'record')}; a chunk of a stream has one"
+            )
         channels, times = samples_of(source.tables[0], source.config)
         n_time = next(iter(channels.values())).size
         if times is None or samples.time is None:

@@ -15,6 +15,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.dates import instant, is_dated
 from hydrofdi.records.measured.column_names import titles_of_time
 from hydrofdi.records.measured.formats.table import split_title
+from hydrofdi.settings.counting import counted
 
 _CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
 """A power as CF writes it: ``m s-1``."""
@@ -186,10 +187,11 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
             f"{kind}: {f'column {title!r} ' if title else ''}contains something other than real numbers"
         )
     if array.ndim not in (1, 2):
-        raise DataError(f"{kind}: has {array.ndim} dimensions; give samples, or records × samples")
+        raise DataError(f"{kind}: has {counted(array.ndim, 'dimension')}; give samples, or records × samples")
     if array.ndim == 2 and array.shape[1] == 1 < array.shape[0]:
         raise DataError(
-            f"{kind}: shape {array.shape} is {array.shape[0]} records of 1 sample; transpose it or ravel it"
+            f"{kind}: shape {array.shape} is {counted(array.shape[0], 'record')}"
+            " of 1 sample; transpose it or ravel it"
         )
     return Column(name, array.astype(np.float64), stated or unit)
 

@@ -16,6 +16,7 @@ from hydrofdi.records.measured.column_names import channel_named
 from hydrofdi.records.measured.column_units import unit_by_name
 from hydrofdi.records.measured.held import HeldSource, HeldTable, held_source
 from hydrofdi.records.measured.sampling import counts_samples
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.suggestions import nearest
 
 Names = str | Mapping[str, str] | None
@@ -86,7 +87,9 @@ def _row(data: Held, values: np.ndarray[Any, np.dtype[np.float64]], row: int, n_
     if values.ndim == 1:
         return values
     if len(values) != n_record:
-        raise DataError(f"{data.kind}: has {len(values)} records of one channel and {n_record} of another")
+        raise DataError(
+            f"{data.kind}: has {counted(len(values), 'record')} of one channel and {n_record} of another"
+        )
     return values[row]
 
 

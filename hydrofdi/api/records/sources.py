@@ -18,6 +18,7 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.pipeline.sources import open_source
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.measured.held import HeldSource
+from hydrofdi.settings.counting import counted
 
 Texts = str | Sequence[str] | None
 """One text for all records, or one for each."""
@@ -183,5 +184,5 @@ def _texts(name: str, given: Texts, n_record: int) -> list[str]:
         raise refusal(name, "a text, or one for each record", given)
     texts = [known_text(each) for each in given]
     if len(texts) != n_record:
-        raise DataError(f"{name}: {len(texts)} are given for {n_record} records")
+        raise DataError(f"{name}: found {len(texts)}; expected one for each of {counted(n_record, 'record')}")
     return texts

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrofdi.cli.options import Json, SamplingFrequency
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.detected import Tally
@@ -68,9 +69,9 @@ def _tell(tally: Tally) -> None:
     from hydrofdi.cli.terminal import tell
     from hydrofdi.detectors.trained.wording import count_text, time_text
 
-    windows, records = _count(tally.n_judged, tally.noun), _count(tally.n_record, "record")
+    windows, records = counted(tally.n_judged, tally.noun), counted(tally.n_record, "record")
     lasting = time_text(3600.0 * tally.hours)
-    parts = [f"judged {windows} of {records}, {lasting}: {_count(tally.n_alarm, 'alarm')}"]
+    parts = [f"judged {windows} of {records}, {lasting}: {counted(tally.n_alarm, 'alarm')}"]
     if tally.n_judged:
         parts += [_share(tally), f"{count_text(tally.n_alarm / tally.hours)} an hour"]
     tell(", ".join(parts))
@@ -79,7 +80,7 @@ def _tell(tally: Tally) -> None:
         beyond = f"; {tally.n_beyond:,} of them with a score beyond the limit" if tally.n_beyond else ""
         tell(f"not judged: {tally.faults.total():,} ({kinds}){beyond}")
     for (_, record), reason in list(tally.unjudged.items())[:1]:
-        more = f"; {len(tally.unjudged):,} records in all" if len(tally.unjudged) > 1 else ""
+        more = f"; {counted(len(tally.unjudged), 'record')} in all" if len(tally.unjudged) > 1 else ""
         tell(f"no window was judged of {record}: {reason}{more}")
 
 
@@ -94,7 +95,3 @@ def _share(tally: Tally) -> str:
     if tally.n_group > 1:
         return f"{share} ({tally.n_group} {tally.group_noun} are too few for an interval)"
     return share
-
-
-def _count(count: int, noun: str) -> str:
-    return f"{count:,} {noun}{'s' if count != 1 else ''}"

@@ -11,6 +11,7 @@ from rich.text import Text
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import limits_text, plain, score_meaning, score_name, score_unit
+from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -43,8 +44,8 @@ def print_windows(tally: Tally) -> None:
     console.print(f"{score_name(file)}, {score_meaning(file)}: alarm {limits_text(file)}")
     console.print(_table(file, [window for _, window in shown]))
     if n_row > len(shown):
-        first = f"{len(alarms)} of {tally.n_alarm:,} alarms among them" if alarms else "no alarm"
-        console.print(f"… {len(shown)} of {n_row:,} rows, {first}; --format csv writes all")
+        first = f"{len(alarms)} of {counted(tally.n_alarm, 'alarm')} among them" if alarms else "no alarm"
+        console.print(f"… {len(shown)} of {counted(n_row, 'row')}, {first}; --format csv writes all")
 
 
 def _table(file: DetectorFile, windows: list[JudgedWindow]) -> Table:

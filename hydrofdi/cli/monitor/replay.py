@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from hydrofdi.cli.options import SamplingFrequency, Settings
+from hydrofdi.settings.counting import counted
 
 
 class Form(StrEnum):
@@ -81,9 +82,9 @@ def replay(
                 send(chunk)
                 n_sample += chunk.n_time
     except KeyboardInterrupt:
-        tell(f"stopped after {n_sample:,} samples")
+        tell(f"stopped after {counted(n_sample, 'sample')}")
         return 0
     except BrokenPipeError:
         return 0
-    tell(f"played {n_sample:,} samples")
+    tell(f"played {counted(n_sample, 'sample')}")
     return 0

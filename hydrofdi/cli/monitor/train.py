@@ -12,6 +12,7 @@ import typer
 
 from hydrofdi.cli.options import Json, SamplingFrequency
 from hydrofdi.errors import without_credentials
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.healthy_records import LeftOut
@@ -147,11 +148,7 @@ def _tell(left: LeftOut) -> int:
     from hydrofdi.cli.terminal import tell
 
     if left.n_rejected:
-        tell(f"rejected: {_records(left.n_rejected)}; {left.first_rejection}")
+        tell(f"rejected: {counted(left.n_rejected, 'record')}; {left.first_rejection}")
     if left.n_repeated:
-        tell(f"left out as repeats: {_records(left.n_repeated)}; {left.first_repeat}")
+        tell(f"left out as repeats: {counted(left.n_repeated, 'record')}; {left.first_repeat}")
     return 1 if left.n_rejected or left.n_repeated else 0
-
-
-def _records(count: int) -> str:
-    return f"{count:,} record{'s' if count != 1 else ''}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrofdi.cli.options import Json
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.pipeline.evaluating import Left
@@ -84,14 +85,15 @@ def _tell(left: Left) -> int:
     for fault in left.faults:
         tell(f"failed: {fault}")
     if left.n_rejected:
-        tell(f"rejected: {left.n_rejected:,} of {left.n_record:,} records; {left.first_rejection}")
+        tell(f"rejected: {left.n_rejected:,} of {counted(left.n_record, 'record')}; {left.first_rejection}")
     if left.n_repeated:
         tell(
-            f"left out: {left.n_repeated:,} of {left.n_record:,} records have the samples of another, e.g."
+            f"left out: {left.n_repeated:,} of {counted(left.n_record, 'record')}"
+            " have the samples of another, e.g."
             f" {left.first_repeat}; a threshold must not be tested on the records that set it"
         )
     if left.n_empty:
-        tell(f"without any number: {left.n_empty:,} of {left.n_record:,} records")
+        tell(f"without any number: {left.n_empty:,} of {counted(left.n_record, 'record')}")
     if left.n_unlabelled:
-        tell(f"without a label, left out: {left.n_unlabelled:,} of {left.n_record:,} records")
+        tell(f"without a label, left out: {left.n_unlabelled:,} of {counted(left.n_record, 'record')}")
     return 1 if left.n_rejected or left.n_repeated or left.n_empty or left.faults else 0

@@ -16,6 +16,7 @@ from hydrofdi.cli.records.evaluation_columns import HOLE, area_text, print_score
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.report.wording import capitalized
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.evaluation import Evaluation
@@ -40,7 +41,9 @@ def print_evaluation(evaluation: Evaluation) -> None:
     shown = detection.judgements[:_SHOWN]
     print_scores(console, evaluation, shown)
     if len(detection.judgements) > len(shown):
-        console.print(f"… the first {len(shown)} of {len(detection.judgements)} scores; --json has all")
+        console.print(
+            f"… the first {len(shown)} of {counted(len(detection.judgements), 'score')}; --json has all"
+        )
     _print_pairs(console, evaluation, detection.judgements[0])
     console.print()
     told = Table.grid(padding=(0, 1, 0, 0))
@@ -59,7 +62,10 @@ def _sentences(evaluation: Evaluation) -> list[str]:
     n_score = len(detection.judgements)
     return [
         *detection.remarks,
-        *(f"{text} ({count} of {n_score} scores)" if count < n_score else text for text, count in counts),
+        *(
+            f"{text} ({count} of {counted(n_score, 'score')})" if count < n_score else text
+            for text, count in counts
+        ),
     ]
 
 
@@ -67,7 +73,7 @@ def _print_records(console: Console, evaluation: Evaluation) -> None:
     records = evaluation.detection.records
     counts = ", ".join(f"{records.rows(each).size:,} {each.name}" for each in records.populations)
     n_group = 0 if records.groups is None else len(set(records.groups))
-    console.print(f"Records: {counts}; {f'{n_group} groups' if n_group else 'no groups'}")
+    console.print(f"Records: {counts}; {counted(n_group, 'group') if n_group else 'no groups'}")
 
 
 def _print_pairs(console: Console, evaluation: Evaluation, judgement: Judgement) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydrofdi.cli.options import Json
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.indicators.description import Description
@@ -69,7 +70,9 @@ def _print_all(indicators: list[Description]) -> None:
         table.add_column("indicator", no_wrap=True)
         table.add_column("what it tells")
         for each in indicators:
-            text = f"{each.summary} {len(each.outputs)} numbers of {symbols[each.name]}, {each.cost}."
+            text = (
+                f"{each.summary} {counted(len(each.outputs), 'number')} of {symbols[each.name]}, {each.cost}."
+            )
             table.add_row(each.name, Folded(text))
     else:
         has_room = console.width >= _WIDE

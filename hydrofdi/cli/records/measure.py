@@ -11,6 +11,7 @@ import typer
 
 from hydrofdi.cli.options import Json, SamplingFrequency
 from hydrofdi.errors import ConfigError
+from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
@@ -58,10 +59,10 @@ def measure(
     measured = measured_records(sources, indicators, Said(sampling_frequency))
     for remark in measured.remarks:
         tell(f"warning: {remark}")
-    counted = _Counted(measured.records)
-    _write(chosen_form, out, measured.columns, counted)
-    _tell(counted, out, with_reason=chosen_form is not Format.table)
-    return 1 if counted.n_rejected or counted.n_empty or counted.faults else 0
+    tally = _Counted(measured.records)
+    _write(chosen_form, out, measured.columns, tally)
+    _tell(tally, out, with_reason=chosen_form is not Format.table)
+    return 1 if tally.n_rejected or tally.n_empty or tally.faults else 0
 
 
 def _form(form: Format | None, out: Path | None) -> Format:
@@ -80,7 +81,7 @@ def _form(form: Format | None, out: Path | None) -> Format:
 
 
 class _Counted:
-    """Records on their way, counted."""
+    """Records on their way, tally."""
 
     def __init__(self, records: Iterable[RecordMeasures]) -> None:
         self._records = records
@@ -123,18 +124,18 @@ def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _
     write_measures(out, form.value, columns, records)
 
 
-def _tell(counted: _Counted, out: Path | None, *, with_reason: bool) -> None:
+def _tell(tally: _Counted, out: Path | None, *, with_reason: bool) -> None:
     from hydrofdi.cli.terminal import tell
 
     if out is not None:
-        tell(f"wrote {out}: {_records(counted.n_record)}")
-    for fault in counted.faults:
+        tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
+    for fault in tally.faults:
         tell(f"failed: {fault}")
-    if counted.n_unmeasured and with_reason:
-        tell(f"without some numbers: {_records(counted.n_unmeasured)}; the first: {counted.first_reason}")
-    if counted.n_rejected:
-        tell(f"rejected: {counted.n_rejected:,} of {_records(counted.n_record)}; {counted.first_rejection}")
-
-
-def _records(count: int) -> str:
-    return f"{count:,} record{'s' if count != 1 else ''}"
+    if tally.n_unmeasured and with_reason:
+        tell(
+            f"without some numbers: {counted(tally.n_unmeasured, 'record')}; the first: {tally.first_reason}"
+        )
+    if tally.n_rejected:
+        tell(
+            f"rejected: {tally.n_rejected:,} of {counted(tally.n_record, 'record')}; {tally.first_rejection}"
+        )

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
@@ -43,9 +44,9 @@ def print_measures(columns: Sequence[Column], records: Iterable[RecordMeasures])
         remarks = ", ".join(f"{status.replace(',', ' + ')} ({count})" for status, count in marked.items())
         console.print(f"* {remarks}; 'hydrofdi inspect' shows more")
     if n_record > len(shown):
-        console.print(f"… the first {len(shown)} of {n_record:,} records; --out FILE.csv writes all")
+        console.print(f"… the first {len(shown)} of {counted(n_record, 'record')}; --out FILE.csv writes all")
     elif n_record != 1:
-        console.print(f"{n_record} records")
+        console.print(counted(n_record, "record"))
 
 
 def _print_indicator(
@@ -71,7 +72,7 @@ def _print_indicator(
         console.print(table)
     for column in columns:
         if column.output.dims:
-            console.print(f"{column.output.name}: {column.size} numbers for each record, in files")
+            console.print(f"{column.output.name}: {counted(column.size, 'number')} for each record, in files")
     for text, count in _reasons(label, records).items():
         console.print(f"not measured, {count} of {len(records)}: {text}")
     console.print()

@@ -18,6 +18,7 @@ from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.counting import counted
 
 MOST_RUNS = 1_000_000
 """Points that one sweep may have."""
@@ -99,7 +100,8 @@ def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
     n_run = len(rows.numbers)
     if n_run < points.n_point:
         message = (
-            f"draws {points.n_point - n_run:,} of {points.n_point:,} records twice; let more of them vary"
+            f"draws {points.n_point - n_run:,} of {counted(points.n_point, 'record')}"
+            " twice; let more of them vary"
         )
         raise ConfigError([Mistake(message, "study.population")])
     none = np.full(n_run, NO_RUN)
@@ -119,7 +121,7 @@ def _require_countable(n_point: int, key: str = "sweep") -> None:
         raise ConfigError(
             [
                 Mistake(
-                    f"{n_point:,} runs exceed the limit of {MOST_RUNS:,} per sweep, counted before"
+                    f"{counted(n_point, 'run')} exceed the limit of {MOST_RUNS:,} per sweep, counted before"
                     f" 'where'; use fewer values, draw a sample, or split the sweep into several experiments",
                     key,
                 )

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.naming import setting
 from hydrofdi.units import Unit, parse_unit
 
@@ -128,7 +129,7 @@ def parse_rows(text: str) -> HeldRows:
     if not _is_number(first := cells[0][1][0]) and not _DECIMAL_COMMA.fullmatch(first):
         quantity, units = _header(*cells.pop(0))
     if not 1 <= len(cells) <= MOST_ROWS:
-        raise CsvError([(0, f"holds {len(cells)} rows; needs 1 to {MOST_ROWS}")])
+        raise CsvError([(0, f"contains {counted(len(cells), 'row')}; needs 1 to {MOST_ROWS}")])
     table, mistakes = _numbers(cells, units)
     mistakes += [] if mistakes else _order_mistakes(cells, table[:, 0])
     if mistakes:

@@ -13,6 +13,7 @@ from hydrofdi.config.sections.load import LoadConfig
 from hydrofdi.config.sections.record import RecordConfig, is_whole
 from hydrofdi.config.sections.sensor import MeasurementConfig
 from hydrofdi.config.sections.supply import SupplyConfig
+from hydrofdi.settings.counting import counted
 from hydrofdi.transforms.configuration import WaveletConfig
 
 MOST_OF_STEP_RATE = 0.05
@@ -109,7 +110,7 @@ def require_record_fits(
     left = f" after analysis.discard = {analysis.shown_discard(period)}" if n_left_out else ""
     lower = f", or wavelet.levels to {deepest}" if deepest > 0 else ""
     raise ValueError(
-        f"record.duration = {record.duration:g} s leaves {max(n_kept, 0):,} samples{left}, but"
+        f"record.duration = {record.duration:g} s leaves {counted(max(n_kept, 0), 'sample')}{left}, but"
         f" wavelet.levels = {wavelet.levels} of {wavelet.name} needs {n_needed:,};"
         f" set record.duration to {least:.10g} s or more{lower}"
     )

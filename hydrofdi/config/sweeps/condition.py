@@ -13,6 +13,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
+from hydrofdi.settings.counting import counted
 from hydrofdi.units import parse_si
 
 Values = Mapping[str, Any]
@@ -72,7 +73,7 @@ def parse_condition(text: str) -> Condition:
     except SyntaxError as error:
         raise ValueError(f"condition {text!r}: {_place(error)}") from None
     except (RecursionError, MemoryError):
-        raise ValueError(f"condition of {len(text)} characters is nested too deeply") from None
+        raise ValueError(f"condition of {counted(len(text), 'character')} is nested too deeply") from None
     except ValueError as error:
         raise ValueError(f"condition {text!r}: {error}") from None
     return Condition(evaluate, frozenset(_names(tree)), tuple(_compared(tree)))

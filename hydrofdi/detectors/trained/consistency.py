@@ -13,6 +13,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.yaml_source import dotted
@@ -99,7 +100,8 @@ def _of_windows(file: DetectorFile) -> Iterator[Mistake]:
         yield Mistake("is missing", "config.window.duration")
     elif file.n_sample != round(window.duration * file.sampling_frequency) or file.n_sample < 2:
         yield Mistake(
-            f"{file.n_sample} samples are not the {window.duration:g} s of config.window.duration", "n_sample"
+            f"{counted(file.n_sample, 'sample')} are not the {window.duration:g} s of config.window.duration",
+            "n_sample",
         )
     if window.by == "time" and window.every is None:
         yield Mistake("is missing", "config.window.every")

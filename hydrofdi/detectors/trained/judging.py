@@ -14,6 +14,7 @@ from hydrofdi.detectors.trained.verdict import Verdict
 from hydrofdi.indicators import Indicator
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window, WindowFault
+from hydrofdi.settings.counting import counted
 
 
 class Judge:
@@ -61,7 +62,7 @@ class Judge:
             return WindowFault("missing_channel", f"has no {' and no '.join(missing)}")
         if window.time.size != self.file.n_sample:
             return WindowFault(
-                "other_length", f"has {window.time.size} samples instead of {self.file.n_sample}"
+                "other_length", f"has {counted(window.time.size, 'sample')} instead of {self.file.n_sample}"
             )
         return None
 

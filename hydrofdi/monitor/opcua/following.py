@@ -16,6 +16,7 @@ from hydrofdi.monitor.opcua.session import Server, session
 from hydrofdi.monitor.opcua.subscription import FIRST_HANDLE, Subscription, node_id
 from hydrofdi.monitor.opcua.values import NoNumberError, changes_of, has_overflowed, node_values
 from hydrofdi.records.batch import Array
+from hydrofdi.settings.counting import counted
 
 _LONGEST_WAIT = 120.0
 
@@ -140,7 +141,7 @@ class ServerFollower:
         """Some servers answer with the publishing interval, however fast they sample."""
         self._said.clear()
         n_node = len(self._nodes)
-        text = f"connected to {self._server.url}, {n_node} node{'' if n_node == 1 else 's'}"
+        text = f"connected to {self._server.url}, {counted(n_node, 'node')}"
         if sampling_interval > 1.01 * self._period and sampling_interval != publishing_interval:
             text += f"; the server says that it samples every {1000 * sampling_interval:g} ms at best,"
             text += f" the detector needs {1000 * self._period:g} ms"

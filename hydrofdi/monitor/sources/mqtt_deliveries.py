@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from threading import Condition
 from typing import TYPE_CHECKING
 
+from hydrofdi.settings.counting import counted
+
 if TYPE_CHECKING:
     from paho.mqtt.client import Client, MQTTMessage
 
@@ -150,7 +152,7 @@ class Deliveries:
 
     def _fault(self, message: MQTTMessage) -> str:
         if len(message.payload) > self._largest:
-            return f"is larger than {self._largest:,} bytes"
+            return f"is larger than {counted(self._largest, 'byte')}"
         try:
             return "" if message.topic == self._topic else "belongs to another topic"
         except UnicodeDecodeError:

@@ -18,6 +18,7 @@ from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.description.sections import TimeConfig
 from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.records.streams import Chunk
+from hydrofdi.settings.counting import counted
 from hydrofdi.units import parse_quantity
 
 LARGEST = 1 << 20
@@ -70,7 +71,7 @@ class PayloadReader:
             It is anything else.
         """
         if len(payload) > self._largest:
-            raise PayloadError(f"is larger than {self._largest:,} bytes")
+            raise PayloadError(f"is larger than {counted(self._largest, 'byte')}")
         try:
             return self.chunk(parsed(payload))
         except PayloadError:
@@ -129,7 +130,7 @@ class PayloadReader:
                 times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
         if times.size != n_time:
             need = "" if times.size > 1 else "; a block needs all times, or 'sampling_frequency'"
-            raise PayloadError(f"has {times.size} times for {n_time} samples{need}")
+            raise PayloadError(f"has {counted(times.size, 'time')} for {counted(n_time, 'sample')}{need}")
         return times
 
 

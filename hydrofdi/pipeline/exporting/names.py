@@ -10,6 +10,7 @@ from hydrofdi.config import expand_runs
 from hydrofdi.errors import ConfigError
 from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordSource
+from hydrofdi.settings.counting import counted
 from hydrofdi.simulation import record_identities, run_identities
 from hydrofdi.store.layout.names import RUN_ID, STATUS
 from hydrofdi.store.records import StoredRecords, distinct_records
@@ -88,7 +89,7 @@ def _matching(run_ids: Sequence[str], wanted: str, name: str) -> Collection[int]
         return range(int(match[1]), int(match[2]) + 1)
     found = [position for position, run_id in enumerate(run_ids) if run_id.startswith(wanted)]
     if len(found) != 1:
-        how_many = f"{len(found)} runs" if found else "no run"
+        how_many = counted(len(found), "run") if found else "no run"
         raise ConfigError(
             f"{name}: has {how_many} with the identity {wanted!r}; positions go from 0 to {len(run_ids) - 1}"
         )

@@ -33,6 +33,7 @@ from hydrofdi.records.measured.sampling import (
     resampled,
     sampling_of_times,
 )
+from hydrofdi.settings.counting import counted
 
 _TOLERANCE = 0.01
 """Share by which a stated sampling frequency may differ from a column of time."""
@@ -117,7 +118,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
     n_time = _common_length(channels, times)
     if n_time < 2:
-        raise RejectionError("short", f"holds {n_time} sample{'' if n_time == 1 else 's'}")
+        raise RejectionError("short", f"holds {counted(n_time, 'sample')}")
     sampling, remarks = given_sampling(config) if times is None else sampling_of_times(times, config)
     if times is not None and config.resample is not None:
         remarks += folding(sampling, config.resample)

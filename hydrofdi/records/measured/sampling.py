@@ -10,6 +10,7 @@ import numpy as np
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Remark
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.rejection import RejectionError
+from hydrofdi.settings.counting import counted
 
 Key = TypeVar("Key")
 
@@ -88,7 +89,7 @@ def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Rema
     asked = "" if config.resample is None else f"; interpolated at {config.resample:g} Hz"
     if gaps:
         longest = float(steps.max())
-        text = f"{gaps} gap{'s' if gaps > 1 else ''} in time, the longest {longest:.3g} s{asked}"
+        text = f"{counted(gaps, 'gap')} in time, the longest {longest:.3g} s{asked}"
         return [Remark("gap", text, is_unusable=config.resample is None)]
     even = np.linspace(times[0], times[-1], times.size)
     deviation = float(np.max(np.abs(times - even))) / typical
@@ -121,7 +122,7 @@ def resampled(
     """
     n_time = int(np.floor((times[-1] - times[0]) * frequency * (1.0 + 1e-12))) + 1
     if n_time > _MOST_SAMPLES:
-        raise RejectionError("long", f"would have {n_time} samples at {frequency:g} Hz")
+        raise RejectionError("long", f"would have {counted(n_time, 'sample')} at {frequency:g} Hz")
     instants = times[0] + np.arange(n_time) / frequency
     return (
         {key: np.interp(instants, times, samples) for key, samples in channels.items()},

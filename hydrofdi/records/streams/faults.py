@@ -8,6 +8,7 @@ from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams.window import WindowFault
 from hydrofdi.records.stuck import frozen_time, must_change
+from hydrofdi.settings.counting import counted
 
 _RATE = 0.01
 """Share of the sampling frequency that the mean rate of a window may differ."""
@@ -31,7 +32,9 @@ def fault_of(
         Expected [Hz].
     """
     if time.size < n_sample:
-        return WindowFault("short_cycle", f"the cycle has {time.size} samples instead of {n_sample}")
+        return WindowFault(
+            "short_cycle", f"the cycle has {counted(time.size, 'sample')} instead of {n_sample}"
+        )
     lows, highs = samples.min(axis=1), samples.max(axis=1)
     return (
         _other_rate(time, sampling_frequency)
@@ -52,7 +55,10 @@ def _missing(samples: Array, channels: tuple[Channel, ...], lows: Array, highs: 
         n_missing = int(np.count_nonzero(~np.isfinite(samples[row])))
         if n_missing == samples.shape[1]:
             return WindowFault("missing_channel", f"{channels[row]} is missing")
-        text = f"{n_missing} of {samples.shape[1]} samples of {channels[row]} are missing or not finite"
+        text = (
+            f"{n_missing} of {counted(samples.shape[1], 'sample')} of"
+            f" {channels[row]} are missing or not finite"
+        )
         return WindowFault("missing", text)
     return None
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.written.columns import Column
+from hydrofdi.settings.counting import counted
 
 _ROWS_AT_ONCE = 100_000
 
@@ -59,7 +60,9 @@ def write_mat(path: Path, columns: Sequence[Column]) -> None:
     try:
         savemat(str(path), content | {"units": units}, appendmat=False, oned_as="column", do_compression=True)
     except MatWriteError:
-        raise DataError(f"{columns[0].values.size:,} samples are too many for MAT; write Parquet") from None
+        raise DataError(
+            f"{counted(columns[0].values.size, 'sample')} are too many for MAT; write Parquet"
+        ) from None
 
 
 WRITERS = {"csv": write_csv, "parquet": write_parquet, "mat": write_mat}

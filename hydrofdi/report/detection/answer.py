@@ -24,7 +24,8 @@ from hydrofdi.report.detection.wording import (
     severity_unit,
 )
 from hydrofdi.report.document import Block
-from hydrofdi.report.wording import capitalized, counted, joined
+from hydrofdi.report.wording import capitalized, joined
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST = 6

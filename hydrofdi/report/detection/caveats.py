@@ -7,7 +7,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 
 from hydrofdi.report.document import Block
-from hydrofdi.report.wording import capitalized, counted, some
+from hydrofdi.report.wording import capitalized, some
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Detection
 
 _P_VALUE = re.compile(r" \(p = [^)]*\)")

@@ -16,8 +16,8 @@ from hydrofdi.report.detection.varied import varied
 from hydrofdi.report.document import Block
 from hydrofdi.report.sections.holes import remarks_block
 from hydrofdi.report.sections.provenance import provenance_block
-from hydrofdi.report.wording import counted
 from hydrofdi.scoring import has_extra
+from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS
 from hydrofdi.store.results import MISSING

@@ -6,6 +6,7 @@ from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.report.detection.selection import foremost, tested
 from hydrofdi.report.detection.wording import rate_cell
 from hydrofdi.report.document import Block, Cell, Rows, Sheet
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST = 20
@@ -50,4 +51,8 @@ def _cell(judgement: Judgement, population: Population) -> Cell:
 def _note(detection: Detection, n_shown: int) -> str:
     interval = f"In parentheses the {100.0 * detection.rules.confidence:g} % interval (Clopper and Pearson)."
     total = len(detection.judgements)
-    return interval if n_shown == total else f"{interval} {n_shown} of {total} scores; CSV and JSON have all."
+    return (
+        interval
+        if n_shown == total
+        else f"{interval} {n_shown} of {counted(total, 'score')}; CSV and JSON have all."
+    )

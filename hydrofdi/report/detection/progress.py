@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hydrofdi.report.document import Block
+from hydrofdi.settings.counting import counted
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Progress:
         if self.is_complete:
             return None
         sentence = (
-            f"{self.n_computed:,} of {self.n_planned:,} runs are computed;"
+            f"{self.n_computed:,} of {counted(self.n_planned, 'run')} are computed;"
             " 'hydrofdi sweep CONFIG' computes the rest."
         )
         so_far = " The tables show the runs so far; no conclusions are drawn from them."

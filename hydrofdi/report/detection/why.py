@@ -20,7 +20,7 @@ from hydrofdi.report.detection.nuisances import (
 from hydrofdi.report.detection.selection import best_of_sensors, distinct, wavelet_rules
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.document import Block, Cell, Sheet
-from hydrofdi.report.wording import counted
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.nuisances import Nuisance, Nuisances
 

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.report.detection.wording import severity_unit_of
 from hydrofdi.report.run_lengths.wording import delay_cell, mean_time_text, time_text
-from hydrofdi.report.wording import counted, joined
+from hydrofdi.report.wording import joined
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay, RunLengths, time_needed
 
 
@@ -36,7 +37,7 @@ def _at_one_time(lengths: RunLengths, every: float, charts: Sequence[ChartJudgem
         )
         return
     quickest = _quickest(kept)
-    by_any = f" of the quickest of {len(kept)} charts" if len(kept) > 1 else ""
+    by_any = f" of the quickest of {counted(len(kept), 'chart')}" if len(kept) > 1 else ""
     stated = [
         f"{delay_cell(delay.median, delay.watched).text} s at {_name(lengths, leak)} ({chart.label})"
         for leak, (delay, chart) in quickest.items()

@@ -7,7 +7,8 @@ from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell
 from hydrofdi.report.runs.rows import TableRow
 from hydrofdi.report.runs.table import SensitivityTable
-from hydrofdi.report.wording import counted, row_name
+from hydrofdi.report.wording import row_name
+from hydrofdi.settings.counting import counted
 
 
 def doubts_block(analysis: Analysis) -> Block | None:

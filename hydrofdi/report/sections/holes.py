@@ -12,7 +12,8 @@ from hydrofdi.report.document import Block, Cell, Rows, Sheet
 from hydrofdi.report.runs.rows import TableRow
 from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.report.sections.quantiles import MANY_ROWS
-from hydrofdi.report.wording import counted, lead_cells, lead_headers
+from hydrofdi.report.wording import lead_cells, lead_headers
+from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.results import MISSING
 

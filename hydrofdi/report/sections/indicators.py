@@ -14,7 +14,8 @@ from hydrofdi.report.indicators.study import GroupChange, IndicatorStudy, Output
 from hydrofdi.report.ranges import Range
 from hydrofdi.report.runs.axes import Axis
 from hydrofdi.report.runs.rows import TableRow
-from hydrofdi.report.wording import HOLE, counted, joined, row_name, signed, some
+from hydrofdi.report.wording import HOLE, joined, row_name, signed, some
+from hydrofdi.settings.counting import counted
 
 _NULL = "In parentheses: within the healthy range of each run's own baseline, so no sign of a leak."
 _NO_NULL = (

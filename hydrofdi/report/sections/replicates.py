@@ -7,15 +7,8 @@ from collections.abc import Iterator, Sequence
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.replicates import HealthyRange, ReplicatedRow, ReplicateStudy
-from hydrofdi.report.wording import (
-    HOLE,
-    counted,
-    lead_cells,
-    lead_headers,
-    megapascal,
-    share_text,
-    signed,
-)
+from hydrofdi.report.wording import HOLE, lead_cells, lead_headers, megapascal, share_text, signed
+from hydrofdi.settings.counting import counted
 
 
 def replicates_block(analysis: Analysis, levels: Sequence[int] | None = None) -> Block | None:
@@ -56,7 +49,7 @@ def _sentences(analysis: Analysis, study: ReplicateStudy, levels: Sequence[int])
     if lost:
         yield (
             f"Left out because they failed or have not settled: {lost} of "
-            f"{config.count * len(study.ranges):,} replicates. The"
+            f"{counted(config.count * len(study.ranges), 'replicate')}. The"
             " ranges lack what these would add."
         )
     for level in levels:

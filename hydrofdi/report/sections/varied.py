@@ -9,7 +9,7 @@ from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.report.runs.axes import Axis
 from hydrofdi.report.sections.changes import baseline_words
 from hydrofdi.report.sections.quantiles import quantiles_sheet
-from hydrofdi.report.wording import counted
+from hydrofdi.settings.counting import counted
 
 
 def varied_block(analysis: Analysis) -> Block:

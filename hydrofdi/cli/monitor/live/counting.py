@@ -9,6 +9,7 @@ from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, judged_noun
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import percent, percentage
+from hydrofdi.settings.counting import counted
 
 _COUNTED = {
     EventKind.GAP: ("gap", "gaps"),
@@ -28,8 +29,8 @@ def counts_text(watched: Watched) -> str:
 
 def windows_text(watched: Watched) -> str:
     """How many windows were judged, how many lie beyond the limit, and how many alarms were raised."""
-    judged = f"{_number(watched.n_judged, judged_noun(watched.file))} judged"
-    return f"{judged}, {watched.n_beyond:,} beyond the limit, {_number(n_alarm(watched), 'alarm')}"
+    judged = f"{counted(watched.n_judged, judged_noun(watched.file))} judged"
+    return f"{judged}, {watched.n_beyond:,} beyond the limit, {counted(n_alarm(watched), 'alarm')}"
 
 
 def n_alarm(watched: Watched) -> int:
@@ -51,16 +52,12 @@ def event_texts(watched: Watched) -> Iterator[str]:
             yield f"{n:,} {one if n == 1 else several}"
 
 
-def _number(n: int, noun: str) -> str:
-    return f"{n:,} {noun}{'' if n == 1 else 's'}"
-
-
 def promise_text(file: DetectorFile) -> str:
     """The promise of the detector, and what it rests on."""
     basis, limits = file.basis, file.limits
-    groups = f" of {_number(basis.n_group, 'group')}" if basis.n_group else ""
+    groups = f" of {counted(basis.n_group, 'group')}" if basis.n_group else ""
     noun = judged_noun(file)
-    rests = f"from {_number(basis.n_window, f'healthy {noun}')}{groups}"
+    rests = f"from {counted(basis.n_window, f'healthy {noun}')}{groups}"
     if file.chart is not None and file.config.chart is not None:
         wanted = duration_text(file.config.chart.false_alarm_every)
         low, high = file.chart.interval

@@ -19,6 +19,7 @@ from hydrofdi.monitor.sources.text.csv_lines import CsvLines
 from hydrofdi.monitor.sources.text.json_lines import JsonLines
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
+from hydrofdi.settings.counting import counted
 
 
 class TextLines:
@@ -127,7 +128,7 @@ class TextLines:
         """Whether a line is short enough; counts it where it is not."""
         fits = len(line.encode()) <= self._largest
         if not fits:
-            self._malformed.note(line[:60], f"is longer than {self._largest:,} bytes")
+            self._malformed.note(line[:60], f"is longer than {counted(self._largest, 'byte')}")
         return fits
 
     def _chunks(self, lines: list[str]) -> list[Chunk]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.sweeps.sweep import SweepConfig
-from hydrofdi.report.wording import counted
+from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from hydrofdi.papers.maddahi2015.claims import CheckResult, ClaimResult
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.wording import counted, joined, labels_text, mode_name, signed
+from hydrofdi.report.wording import joined, labels_text, mode_name, signed
+from hydrofdi.settings.counting import counted
 
 
 def claims_block(study: Study) -> Block:

@@ -11,7 +11,6 @@ from hydrofdi.report.document import Block, Cell, Rows, Sheet
 from hydrofdi.report.runs.rows import level_name
 from hydrofdi.report.wording import (
     HOLE,
-    counted,
     delta_cells,
     joined,
     labels_text,
@@ -20,6 +19,7 @@ from hydrofdi.report.wording import (
     signed,
     some,
 )
+from hydrofdi.settings.counting import counted
 
 
 def controls_block(study: Study) -> Block:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from hydrofdi.papers.maddahi2015.deviations import Deviation
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.document import Block, Cell, Sheet
-from hydrofdi.report.wording import HOLE, counted, kilopascal, mode_name, signed
+from hydrofdi.report.wording import HOLE, kilopascal, mode_name, signed
+from hydrofdi.settings.counting import counted
 
 NONE_GIVEN = (
     "No published value is compared: the digits of the paper's Tables 2 and 3 are lost in the only text that"

@@ -9,7 +9,8 @@ import numpy as np
 from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.runs.rows import level_name
-from hydrofdi.report.wording import HOLE, counted, joined, megapascal, mode_name, share_text
+from hydrofdi.report.wording import HOLE, joined, megapascal, mode_name, share_text
+from hydrofdi.settings.counting import counted
 
 
 def scenario_controls_block(study: ScenarioStudy) -> Block:

@@ -10,7 +10,8 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
 from hydrofdi.papers.maddahi2015.scenarios.values import ValueShare
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.wording import HOLE, counted, joined, share_text
+from hydrofdi.report.wording import HOLE, joined, share_text
+from hydrofdi.settings.counting import counted
 
 
 def scenarios_block(study: ScenarioStudy) -> Block:

@@ -13,6 +13,7 @@ from hydrofdi.records.measured.findings.hum import hum_share
 from hydrofdi.records.measured.findings.low_pressure import low_pressures
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
+from hydrofdi.settings.counting import counted
 
 _SPIKE = 20.0
 """Ranges of the 1 … 99 % quantiles from the median, from where on a sample is a spike."""
@@ -33,7 +34,7 @@ def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Itera
         Plausible values, where they are known.
     """
     if limits.samples is not None and recording.n_time != limits.samples:
-        text = f"has {recording.n_time} samples instead of {limits.samples}"
+        text = f"has {counted(recording.n_time, 'sample')} instead of {limits.samples}"
         yield Remark("wrong_length", text)
     yield from low_pressures(recording)
     for channel, samples in recording.channels.items():
@@ -45,7 +46,7 @@ def _of_channel(
 ) -> Iterator[Remark]:
     missing = int(np.count_nonzero(~np.isfinite(samples)))
     if missing:
-        text = f"{missing} of {samples.size} samples of {channel} are missing or not finite"
+        text = f"{missing} of {counted(samples.size, 'sample')} of {channel} are missing or not finite"
         yield Remark("missing", text, channel, is_unusable=True)
         return
     if channel in ranges:

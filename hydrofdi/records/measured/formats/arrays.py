@@ -11,6 +11,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.formats.table import Table, split_title
 from hydrofdi.records.measured.rejection import damage_named
+from hydrofdi.settings.counting import counted
 
 _EXACT = 2**53
 """Integers up to here are exact as floats."""
@@ -75,7 +76,9 @@ class ArrayTable(Table):
         """The one value of a column that does not change."""
         values = {_as_text(value) for value in self._vector(position).tolist()}
         if len(values) != 1:
-            raise DataError(f"{self.place}: {self.titles[position]}: holds {len(values)} different values")
+            raise DataError(
+                f"{self.place}: {self.titles[position]}: holds {counted(len(values), 'different value')}"
+            )
         return values.pop()
 
     def _vector(self, position: int) -> Any:

@@ -1,6 +1,42 @@
-"""``python -m hydrofdi``."""
+"""The entry of ``hydrofdi`` and of ``python -m hydrofdi``: it handles signals while the rest loads."""
 
-from hydrofdi.cli.app import main
+import os
+import signal
+import sys
+from types import FrameType
+
+_INTERRUPTED = 130
+
+
+def main() -> None:
+    """Load the command line, run it and exit."""
+    if "hydrofdi.cli.app" not in sys.modules:
+        _end_quietly_while_loading()
+    from hydrofdi.cli.app import main as run
+
+    run()
+
+
+def _end_quietly_while_loading() -> None:
+    """Let Ctrl-C end the process with one line, and SIGTERM a monitor as it does later.
+
+    A command takes Ctrl-C back once it runs, and a monitor takes SIGTERM. An exception is no choice here: the
+    libraries that are being loaded may turn it into errors of their own.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupted)
+    if sys.argv[1:2] == ["monitor"]:
+        signal.signal(signal.SIGTERM, _stopped)
+
+
+def _interrupted(number: int, frame: FrameType | None) -> None:
+    os.write(2, b"hydrofdi: interrupted\n")
+    os._exit(_INTERRUPTED)
+
+
+def _stopped(number: int, frame: FrameType | None) -> None:
+    os._exit(0)
+
 
 if __name__ == "__main__":
     main()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import re
+import signal
 import sys
 import traceback
 import warnings
@@ -60,6 +61,7 @@ class _Commands(TyperGroup):
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         """Run a command; its exit code."""
         try:
+            _take_back_ctrl_c()
             return super().invoke(ctx)
         except KeyboardInterrupt as stop:
             _complain(str(stop) or "interrupted")
@@ -133,6 +135,12 @@ def _usage_message(error: Exception) -> str:
         told += f" is not one of {choices.removesuffix('.')}"
         told += similar(_QUOTED.findall(told)[1], _QUOTED.findall(choices))
     return without_credentials(told)
+
+
+def _take_back_ctrl_c() -> None:
+    """Let Ctrl-C raise `KeyboardInterrupt` again, which the entry of the program handles until here."""
+    if callable(signal.getsignal(signal.SIGINT)):
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _show_warnings() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
 import re
@@ -46,6 +47,8 @@ from hydrofdi.settings.suggestions import similar
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
+_MOST_OF_PATH = 60
+"""Characters that are shown of a name that is too long."""
 
 _QUOTED = re.compile("'([^']*)'")
 
@@ -120,11 +123,18 @@ def main() -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = DONE
-    except Exception:
-        traceback.print_exc()
-        _complain("this is a bug in hydrofdi; please report it with the lines above")
-        code = FAULT
+    except Exception as error:
+        code = _unexpected(error)
     sys.exit(code)
+
+
+def _unexpected(error: Exception) -> int:
+    """A name that no file system takes is the user's, wherever it was met; all else is a bug."""
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        return _complain(f"{str(error.filename)[:_MOST_OF_PATH]}…: {error.strerror}")
+    traceback.print_exc()
+    _complain("this is a bug in hydrofdi; please report it with the lines above")
+    return FAULT
 
 
 def _usage_message(error: Exception) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -113,13 +114,15 @@ def open_for_reading(path: Path) -> Iterator[h5py.File]:
             raise StoreError(f"{path}: is damaged: {reason(error)}") from error
 
 
-_ERRNO_WORDS = {28: "no space left on device", 27: "file too large", 122: "disk quota exceeded"}
+_ERRNO = re.compile(r"\berrno(?: =)? (\d+)\b", re.IGNORECASE)
+"""The system's error number within the text of a library: ``errno = 28`` of HDF5, ``[errno 28]`` of Arrow."""
 
 
 def reason(error: Exception) -> str:
-    """The cause of an error in a few words."""
+    """The cause of an error in a few words: the system's, if there is one."""
     text = getattr(error, "strerror", None) or str(error).strip("'\"") or type(error).__name__
-    for number, words in _ERRNO_WORDS.items():
-        if f"errno = {number}," in text:
-            return words
+    if isinstance(error, FileExistsError) and error.filename:
+        return f"{error.filename} is not a folder"
+    if number := _ERRNO.search(text):
+        return os.strerror(int(number[1]))
     return str(text).splitlines()[0]

@@ -21,6 +21,7 @@ from hydrofdi.assessment import (
 from hydrofdi.assessment.selection import select_runs
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
+from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.units import parse_quantity
 
@@ -103,12 +104,13 @@ def check(
     accepted = positive_of("tolerance", tolerance, "1", "a relative change such as 0.001")
     loaded = experiment_of(experiment, settings)
     selection = select_runs(loaded)
-    doubtful = unusual_values(loaded) + distant_baseline(loaded) + study_warnings(loaded)
-    return Check(
-        inspect_experiment(selection),
-        converge(selection.jobs, accepted) if halve_step else None,
-        tuple(doubtful + idle_parameters(loaded)),
-    )
+    with shown_in(loaded.units):
+        doubtful = unusual_values(loaded) + distant_baseline(loaded) + study_warnings(loaded)
+        return Check(
+            inspect_experiment(selection),
+            converge(selection.jobs, accepted) if halve_step else None,
+            tuple(doubtful + idle_parameters(loaded)),
+        )
 
 
 def calibrate(

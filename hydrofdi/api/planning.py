@@ -10,10 +10,11 @@ from hydrofdi.api.arguments import count_of
 from hydrofdi.api.experiments import Experiment, stated_experiment
 from hydrofdi.api.places import path_of
 from hydrofdi.api.plan_of_study import study_record
-from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.shown_values import shown_in
 from hydrofdi.execution import available_cores
 from hydrofdi.pipeline.places import experiment_directory
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep, predict_seconds
@@ -56,6 +57,8 @@ class Plan:
         What deserves a second look.
     unusual_values, idle_parameters : list of str
         Those of the warnings that are about unusual values, and about parameters without effect.
+    units : dict
+        Dotted parameter → the unit that the experiment is written in.
     """
 
     experiment: str
@@ -82,6 +85,7 @@ class Plan:
     warnings: list[str]
     unusual_values: list[str]
     idle_parameters: list[str]
+    units: dict[str, str]
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi plan --json`` prints."""
@@ -128,6 +132,13 @@ def plan(
     """
     workers = available_cores() if workers is None else count_of("workers", workers)
     loaded = stated_experiment(experiment, settings)
+    with shown_in(loaded.units):
+        return _planned(loaded, out, workers, retry_failed)
+
+
+def _planned(
+    loaded: ExperimentConfig, out: str | PathLike[str] | None, workers: int, retry_failed: bool
+) -> Plan:
     directory = experiment_directory(loaded, None if out is None else path_of(out))
     made = plan_sweep(loaded, directory, retry_failed=retry_failed)
     n_run = len(made.run_ids)
@@ -157,6 +168,7 @@ def plan(
         warnings=made.warnings,
         unusual_values=unusual_values(loaded) + distant_baseline(loaded),
         idle_parameters=idle_parameters(loaded),
+        units=loaded.units,
     )
 
 

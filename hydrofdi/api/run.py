@@ -15,6 +15,7 @@ from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_table
 from hydrofdi.api.places import path_of
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.shown_values import shown_in
 from hydrofdi.pipeline.single import SingleRun, simulate_nominal, write_single_run
 from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
 from hydrofdi.simulation.second_opinion import Solver
@@ -45,6 +46,12 @@ class Run:
     def summary(self) -> RunSummary:
         """The features of the run in words and numbers, as the command prints them."""
         return summarize_run(self._single.run, self._single.columns)
+
+    @property
+    def title(self) -> str:
+        """The run in a few words."""
+        with shown_in(self.experiment.units):
+            return self.summary.title
 
     @property
     def run_id(self) -> str:
@@ -101,7 +108,7 @@ class Run:
         """
         from hydrofdi.api.labelled import run_dataset, run_variables
 
-        told = {"title": self.summary.title, "run_id": self.run_id, "status": self.status}
+        told = {"title": self.title, "run_id": self.run_id, "status": self.status}
         told |= {"verdict": self.verdict} | ({"message": self.message} if self.message else {})
         return run_dataset(run_variables(self.experiment), self._single.columns, told)
 
@@ -118,7 +125,7 @@ class Run:
             if channel in channels and signal in held
         ]
         time = Column("time", held[TIME], "s")
-        records = records_of(Held(self.summary.title, columns, time, [self.run_id]), None, None, None)
+        records = records_of(Held(self.title, columns, time, [self.run_id]), None, None, None)
         return replace(records, is_simulated=True)
 
     def to_dict(self) -> dict[str, Any]:
@@ -129,7 +136,7 @@ class Run:
         """The signals over time; `Figure.savefig` writes them."""
         from hydrofdi.report.figures import draw_signals
 
-        return shown(draw_signals(self._single.columns, self.experiment.wavelet, self.summary.title))
+        return shown(draw_signals(self._single.columns, self.experiment.wavelet, self.title))
 
     def write(self, path: str | PathLike[str]) -> None:
         """Store the run as an experiment file (HDF5).
@@ -143,12 +150,12 @@ class Run:
         write_single_run(path_of(path), self.experiment, self._single)
 
     def __repr__(self) -> str:
-        lines = [self.summary.title]
+        lines = [self.title]
         lines += [f"  {name}: {value} {unit}".rstrip() for name, value, unit in self.summary.lines()]
         return "\n".join([*lines, *(f"  warning: {warning}" for warning in self.warnings)])
 
     def _repr_html_(self) -> str:
-        table = html_table(self.summary.lines(), caption=self.summary.title)
+        table = html_table(self.summary.lines(), caption=self.title)
         return table + "".join(f"<p>warning: {escape(warning)}</p>" for warning in self.warnings)
 
 

@@ -11,6 +11,7 @@ from hydrofdi.api.experiments import Experiment, stated_experiment
 from hydrofdi.api.places import path_of
 from hydrofdi.api.progress import Progress, watching
 from hydrofdi.api.results import Results
+from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import SweepInterrupted
 from hydrofdi.pipeline.engines import ENGINES, make_engine
 from hydrofdi.pipeline.places import experiment_directory
@@ -83,7 +84,8 @@ def sweep(
         chosen = make_engine(
             choice_of("engine", engine, ENGINES), n_worker, scheduler, shared_directory=shared_directory
         )
-        summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed)
+        with shown_in(loaded.units):
+            summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed)
     if summary.interrupted:
         raise SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)
     return Results(read_results(directory), summary)

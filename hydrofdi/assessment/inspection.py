@@ -25,6 +25,7 @@ from hydrofdi.assessment.selection import Selection, computed_rows
 from hydrofdi.assessment.sensor_noise import MUCH_NOISE, NoiseOfLevel, noise_of_levels
 from hydrofdi.assessment.step_limits import shortest_step_limits, step_limits, too_long_sentence
 from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.execution import Job
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
 from hydrofdi.physics.leakage import internal_leakage_flow
@@ -241,7 +242,8 @@ def _problems(found: Inspection) -> Iterator[str]:
             yield too_long_sentence(part, found.step, limit, found.sampling_frequency)
     failed: dict[str, list[str]] = {}
     for mode in (mode for mode in found.modes if mode.status != "ok"):
-        condition = f"EBM {mode.bulk_modulus / 1e6:g} MPa with K_i {mode.leakage_coefficient:.3g}"
+        modulus = shown_value("fluid.bulk_modulus", mode.bulk_modulus)
+        condition = f"EBM {modulus} with K_i {mode.leakage_coefficient:.3g}"
         failed.setdefault(mode.status, []).append(condition)
     for status, conditions in failed.items():
         yield f"{status}: {len(conditions)} of {counted(len(found.modes), 'run')}, at {few_of(conditions)}"

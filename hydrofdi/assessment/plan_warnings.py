@@ -10,7 +10,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.analysis import DEFAULT_CHOICE, IndicatorChoice
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.record import is_whole
-from hydrofdi.config.shown_values import four_digits
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
@@ -87,7 +87,7 @@ def near_edge_warnings(near: Iterable[tuple[float, float]], n_all: int) -> list[
     if not different:
         return []
     frequency, modulus = different[0]
-    first = f"{frequency:.1f} Hz at EBM {four_digits(modulus / 1e6)} MPa"
+    first = f"{frequency:.1f} Hz at EBM {shown_value('fluid.bulk_modulus', modulus)}"
     sentence = "The hydraulic mode f_h is close to the edge of a wavelet band, so both bands respond to it"
     if len(different) == 1:
         return [f"{sentence}: {first}"]

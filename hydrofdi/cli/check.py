@@ -38,14 +38,17 @@ def check(
     from hydrofdi.api.experiments import experiment_with
     from hydrofdi.cli.assessment_rendering import inspection_record, print_convergence, print_inspection
     from hydrofdi.cli.terminal import print_json, tell
+    from hydrofdi.config.shown_values import shown_in
 
-    found = look(experiment_with(config, settings or ()), halve_step=converge, tolerance=tolerance)
+    experiment = experiment_with(config, settings or ())
+    found = look(experiment, halve_step=converge, tolerance=tolerance)
     for warning in found.settings:
         tell(f"warning: {warning}")
     if json:
         print_json(inspection_record(found.inspection, found.convergence))
     else:
-        print_inspection(found.inspection)
+        with shown_in(experiment.units):
+            print_inspection(found.inspection)
         if found.convergence is not None:
             print_convergence(found.convergence)
     return 0 if found else 1

@@ -74,12 +74,14 @@ def why(
     from hydrofdi.api.folders import why as explain
     from hydrofdi.cli.explanation import print_explanation
     from hydrofdi.cli.terminal import print_json
+    from hydrofdi.config.shown_values import shown_in
 
     explanation = explain(directory, run, config)
     if json:
         print_json(asdict(explanation))
     else:
-        print_explanation(explanation)
+        with shown_in(explanation.units):
+            print_explanation(explanation)
     return 0
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.cli.parted_table import PartedTable
 from hydrofdi.cli.terminal import terminal
-from hydrofdi.report.wording import labels_text
+from hydrofdi.report.wording import labels_text, shown_modulus
 from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 _MOST_ROWS = 24
 """Runs up to which each has a row; of more, such as those of a sample, the ranges are shown."""
 
-_COLUMNS: dict[str, tuple[Callable[[ModeOfRun], float], str]] = {
-    "EBM\nMPa": (lambda mode: convert(mode.bulk_modulus, "MPa"), "g"),
+Column = tuple[Callable[["ModeOfRun"], float], str]
+"""Number of a run, and its form."""
+
+_OTHERS: dict[str, Column] = {
     "K_i\nm³/s/√Pa": (lambda mode: mode.leakage_coefficient, ".3g"),
     "leakage\nL/min": (lambda mode: convert(mode.mean_leakage_flow, "L/min"), ".3g"),
     "of piston\nflow": (lambda mode: mode.piston_share, ".1%"),
@@ -33,7 +35,7 @@ _COLUMNS: dict[str, tuple[Callable[[ModeOfRun], float], str]] = {
     "octaves\nto edge": (lambda mode: mode.octaves_to_edge, ".2f"),
     "stroke\nused": (lambda mode: mode.stroke_share, ".0%"),
 }
-"""Header → number of a run, and its form."""
+"""Header → column, of all but the EBM."""
 
 _LEADING = 3
 """Columns that tell runs apart."""
@@ -52,12 +54,19 @@ def print_modes(found: Inspection) -> None:
             console.print(f"({number}) {text}")
 
 
+def _columns() -> dict[str, Column]:
+    """Header → column; the EBM in the unit of the reader."""
+    modulus = shown_modulus()
+    return {f"EBM\n{modulus.unit}": (lambda mode: modulus.number(mode.bulk_modulus), "g"), **_OTHERS}
+
+
 def _rows(found: Inspection) -> PartedTable:
-    marks, headers = _condition_marks(found), list(_COLUMNS)
+    marks, columns = _condition_marks(found), _columns()
+    headers = list(columns)
     more = ["see\nbelow"] if len(marks) > 1 else []
     shown = PartedTable([*headers[:-2], "band\n", *headers[-2:], *more], _LEADING)
     for mode in found.modes:
-        cells = [cell(number(mode), form) for number, form in _COLUMNS.values()]
+        cells = [cell(number(mode), form) for number, form in columns.values()]
         band = _band_name(mode.level, len(found.bands)) if mode.status == "ok" else mode.status
         mark = [f"({marks[labels_text(mode.labels)]})"] if len(marks) > 1 else []
         shown.add_row(*cells[:-2], band, *cells[-2:], *mark)
@@ -65,11 +74,12 @@ def _rows(found: Inspection) -> PartedTable:
 
 
 def _ranges(found: Inspection) -> PartedTable:
-    shown = PartedTable(["", *_COLUMNS])
-    numbers = np.array([[number(mode) for number, _ in _COLUMNS.values()] for mode in found.modes])
+    columns = _columns()
+    shown = PartedTable(["", *columns])
+    numbers = np.array([[number(mode) for number, _ in columns.values()] for mode in found.modes])
     for name, place in (("least", 0.0), ("median", 0.5), ("largest", 1.0)):
         row = [_quantile(own[np.isfinite(own)], place) for own in numbers.T]
-        forms = (form for _, form in _COLUMNS.values())
+        forms = (form for _, form in columns.values())
         shown.add_row(name, *(cell(value, form) for value, form in zip(row, forms, strict=True)))
     return shown
 

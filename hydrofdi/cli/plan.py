@@ -48,12 +48,14 @@ def show_plan(
     """Print the plan of a sweep."""
     from hydrofdi.api.planning import plan as make_plan
     from hydrofdi.cli.terminal import print_json, write_out
+    from hydrofdi.config.shown_values import shown_in
 
     record = make_plan(experiment, out=out, workers=workers, retry_failed=retry_failed).to_dict()
     if json:
         print_json(record)
     else:
-        write_out("\n".join(_lines(record)) + "\n")
+        with shown_in(experiment.units):
+            write_out("\n".join(_lines(record)) + "\n")
     return 0
 
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from hydrofdi.cli.options import Json, Settings
+
+if TYPE_CHECKING:
+    from hydrofdi.config import ExperimentConfig
 
 
 class SecondOpinion(StrEnum):
@@ -43,15 +46,29 @@ def simulate(
     Ignores a sweep in the file.
     """
     from hydrofdi.api.experiments import experiment_with
+    from hydrofdi.config.shown_values import shown_in
+
+    experiment = experiment_with(config, settings or ())
+    with shown_in(experiment.units):
+        return _simulate(experiment, out, figure, None if solver is None else solver.value, json=json)
+
+
+def _simulate(
+    experiment: ExperimentConfig,
+    out: Path | None,
+    figure: Path | None,
+    solver: Literal["lsoda", "radau"] | None,
+    *,
+    json: bool,
+) -> int:
     from hydrofdi.api.run import simulate as simulate_actuator
     from hydrofdi.cli.rendering import print_run, tell_doubtful_settings
     from hydrofdi.cli.terminal import print_json, tell
     from hydrofdi.quality.doubts import doubts_of
     from hydrofdi.quality.failures import remedy
 
-    experiment = experiment_with(config, settings or ())
     tell_doubtful_settings(experiment, with_sweep=False)
-    run = simulate_actuator(experiment, solver=None if solver is None else solver.value, out=out)
+    run = simulate_actuator(experiment, solver=solver, out=out)
     if out is not None:
         tell(f"stored {out}")
     if figure is not None:

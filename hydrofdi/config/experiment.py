@@ -13,7 +13,7 @@ from hydrofdi.config.claims import ClaimId, Paper
 from hydrofdi.config.limits import LimitsConfig
 from hydrofdi.config.parameters import SENSING
 from hydrofdi.config.reference import ReferenceConfig
-from hydrofdi.config.request import RunRequest
+from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
 from hydrofdi.config.sections.fluid import FluidConfig
 from hydrofdi.config.store import StoreConfig
 from hydrofdi.config.study.detection import DetectionConfig
@@ -23,6 +23,7 @@ from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.settings.yaml_source import Source
+from hydrofdi.units import parse_quantity
 
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""
@@ -57,6 +58,10 @@ class ExperimentConfig(RunRequest):
 
     store: StoreConfig = StoreConfig()
     """What is kept."""
+
+    units: dict[str, str] = Field(default_factory=dict)
+    """Dotted parameter → the unit in which plans and reports show it. A value that is written with a unit
+    sets it: a bulk modulus of ``8000 bar`` is shown in bar. Leakage is shown in L/min."""
 
     limits: LimitsConfig = LimitsConfig()
     """What a run may use up."""
@@ -96,6 +101,17 @@ class ExperimentConfig(RunRequest):
         except ConfigError as error:
             raise ValueError("; ".join(str(mistake) for mistake in error.mistakes)) from None
         return chosen
+
+    @field_validator("units")
+    @classmethod
+    def _known_units(cls, given: dict[str, str]) -> dict[str, str]:
+        """Units that fit the parameters."""
+        for name, unit in given.items():
+            own = parameter_unit(name) if name in parameter_names() else None
+            if own is None:
+                raise ValueError(f"{name}: is not a parameter with a unit")
+            parse_quantity(f"1 {unit}", own)
+        return given
 
     @field_validator("claims", "reference")
     @classmethod

@@ -14,6 +14,7 @@ from hydrofdi.config.renamed_keys import RENAMED, given_twice, rename_keys
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
+from hydrofdi.config.written_units import note_written_units
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.naming import setting
@@ -87,6 +88,7 @@ def _prepare(own: Source, file: FilePath) -> None:
         raise ConfigError([Mistake(_NOTHING, origin=str(file))])
     anchor_input_files(own, file.parent)
     rename_keys(own)
+    note_written_units(own)
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -133,6 +135,7 @@ def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None
         value = {part: value}
     laid = Source(value, {path: ""} if origins is None else origins)
     rename_keys(laid)
+    note_written_units(laid)
     overlay(source, laid, _merged)
 
 

@@ -43,14 +43,14 @@ def distant_baseline(experiment: ExperimentConfig) -> list[str]:
     values = [value for block in blocks for varied, value in block_values(block) if varied == name]
     if not any(name in block.names_throughout for block in blocks):
         values.append(experiment.value(name))
-    held, low, high = (value / 1e6 for value in (experiment.baseline[name], min(values), max(values)))
+    held, low, high = experiment.baseline[name], min(values), max(values)
     if low <= held <= high or any(name in block.unbounded_names for block in blocks):
         return []
-    place = f"{low:g} MPa of all runs" if low == high else f"{low:g} … {high:g} MPa of the runs"
+    place = "of all runs" if low == high else "of the runs"
+    runs = shown_value(name, low if low == high else {"uniform": [low, high]})
     return [
-        f"the baseline's {name} = {held:g} MPa lies outside of the {place}: δ against the fixed baseline "
-        "shows"
-        " that difference too, and K_i is solved there"
+        f"the baseline's {name} = {shown_value(name, held)} lies outside of the {runs} {place}: δ against the"
+        " fixed baseline shows that difference too, and K_i is solved there"
     ]
 
 

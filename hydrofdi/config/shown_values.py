@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from pydantic.fields import FieldInfo
@@ -24,6 +28,20 @@ _WRITTEN = {
     "lognormal": "{} {unit}, factor {} (lognormal)",
     "triangular": "{} … {} … {} {unit} (triangular)",
 }
+
+
+_UNITS: ContextVar[Mapping[str, str]] = ContextVar("units of the reader", default=MappingProxyType({}))
+"""Dotted name → unit in which the reader writes it."""
+
+
+@contextmanager
+def shown_in(units: Mapping[str, str]) -> Iterator[None]:
+    """Show parameters in these units (dotted name → unit), and all others in units that suit their size."""
+    token = _UNITS.set(units)
+    try:
+        yield
+    finally:
+        _UNITS.reset(token)
 
 
 @dataclass(frozen=True)
@@ -59,8 +77,10 @@ class ShownParameter:
 
 
 def shown_parameter(name: str, values: Iterable[Any]) -> ShownParameter:
-    """A parameter with the unit that suits the largest of its values [SI]."""
+    """A parameter in the unit of the reader (`shown_in`), else in one that suits its largest value [SI]."""
     own = (parameter_unit(name) if name in parameter_names() else None) or ""
+    if own and (unit := _UNITS.get().get(name)):
+        return ShownParameter(name, own, unit)
     return _shown_in(name, own, values)
 
 
@@ -132,4 +152,4 @@ def _is_number(value: Any) -> bool:
 
 
 def _typeset(unit: str) -> str:
-    return unit.replace("*", "·")
+    return re.sub(r"\bu(?=[A-Za-z])", "µ", unit).replace("*", "·")

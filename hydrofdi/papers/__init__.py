@@ -5,11 +5,19 @@ from __future__ import annotations
 from hydrofdi.papers.maddahi2015 import StudyReport, is_study
 from hydrofdi.report import Report, analyze
 from hydrofdi.report.contract import ComposedReport
+from hydrofdi.report.in_units import ReportInUnits
 from hydrofdi.store import ExperimentData
 
 
 def make_report(data: ExperimentData) -> ComposedReport:
-    """The report of an experiment: of a study of detection, of a paper's study, else the general one."""
+    """The report of an experiment: of a study of detection, of a paper's study, else the general one.
+
+    People read it in the units that the experiment is written in.
+    """
+    return ReportInUnits(_report(data), data.experiment.units)
+
+
+def _report(data: ExperimentData) -> ComposedReport:
     if data.experiment.study is not None:
         from hydrofdi.report.detection.composition import report_study
 

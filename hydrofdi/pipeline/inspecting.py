@@ -93,6 +93,8 @@ class Explanation:
         Word of the verdict → the number behind it, what it means, and what to do about it.
     remedy : str
         What to do about a failure; empty where it did not fail.
+    units : dict
+        Dotted parameter → the unit that the experiment is written in.
     changes : dict
         Key of the experiment → (value of the sweep that last stored results, value now), where they differ.
     """
@@ -116,6 +118,7 @@ class Explanation:
     remedy: str = ""
     changes: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     is_baseline: bool = False
+    units: dict[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         said = [self.verdict or self.status, self.message, self.remedy, self.reason]
@@ -217,6 +220,7 @@ def explain(directory: Path, wanted: str, asked: ExperimentConfig | None = None)
         remedy=remedy(status),
         changes=changes_since(directory, plan.experiment) if position in plan.missing else {},
         is_baseline=compared != NO_RUN and plan.run_ids[compared] == run_id,
+        units=plan.experiment.units,
     )
 
 
@@ -265,7 +269,7 @@ def _held(stored: StoredRun) -> dict[str, Any]:
 
 def _doubt(doubt: Doubt, held: dict[str, Any]) -> dict[str, Any]:
     number = float(held[doubt.number])
-    meaning = doubt.meaning.format(f"{100.0 * number:.2g}")
+    meaning = doubt.meaning.format(f"{100.0 * float(f'{number:.2g}'):g}")
     return {"number": number, "meaning": meaning, "remedy": doubt.remedy}
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.config import RunSpec
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.store import Columns
 from hydrofdi.store.layout import names
@@ -57,7 +58,7 @@ class RunSummary:
         leakage = (
             f"{convert(self.mean_leakage_flow, 'L/min'):.3g} L/min" if self.leakage_coefficient else "sealed"
         )
-        return f"EBM {convert(self.run.parameters.fluid.bulk_modulus, 'MPa'):g} MPa, {leakage}"
+        return f"EBM {shown_value('fluid.bulk_modulus', self.run.parameters.fluid.bulk_modulus)}, {leakage}"
 
     def lines(self) -> Iterator[tuple[str, str, str]]:
         """Name, value and unit of each feature."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from hydrofdi.config.shown_values import shown_values
+from hydrofdi.config.shown_values import ShownParameter, shown_parameter, shown_values
 from hydrofdi.report.document import Cell
 from hydrofdi.report.intervals import Share
 from hydrofdi.report.runs.rows import TableRow, largest_positive
@@ -23,9 +23,24 @@ _MOST_MODES = 12
 """EBM up to which a sentence names the hydraulic mode of each."""
 
 
-def megapascal(bulk_modulus: float) -> str:
-    """An EBM in MPa, without the unit."""
-    return f"{convert(bulk_modulus, 'MPa'):g}"
+def shown_modulus() -> ShownParameter:
+    """How a person reads the EBM: in MPa where the experiment is not written in another unit."""
+    return shown_parameter("fluid.bulk_modulus", [1e9])
+
+
+def modulus_text(bulk_modulus: float) -> str:
+    """An EBM with its unit."""
+    return f"{shown_modulus().text(bulk_modulus)} {shown_modulus().unit}"
+
+
+def modulus_header() -> str:
+    """Header of a column of EBM."""
+    return f"EBM [{shown_modulus().unit}]"
+
+
+def modulus_cell(bulk_modulus: float) -> Cell:
+    """An EBM under `modulus_header`."""
+    return Cell(shown_modulus().text(bulk_modulus), value=shown_modulus().number(bulk_modulus))
 
 
 def litres_per_minute(flow: float) -> str:
@@ -41,7 +56,7 @@ def flow_text(flow: float) -> str:
 def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
     """A mode in words, e.g. ``0.12 L/min at 551 MPa``."""
     leakage = f"{litres_per_minute(leakage_flow)} L/min" if leakage_flow else "sealed"
-    return f"{leakage} at {megapascal(bulk_modulus)} MPa"
+    return f"{leakage} at {modulus_text(bulk_modulus)}"
 
 
 def labels_text(labels: dict[str, Any]) -> str:
@@ -110,7 +125,7 @@ def lead_headers(table: SensitivityTable) -> list[str]:
     """Headers of the columns that say which run a row is."""
     external = EXTERNAL_HEADERS if table.varies_external else ()
     labels = [shown.header for name, shown in table.shown_labels.items() if not name.startswith(EXTERNAL)]
-    return ["Leakage [L/min]", "EBM [MPa]", *external, *labels, "f_h [Hz]"]
+    return ["Leakage [L/min]", modulus_header(), *external, *labels, "f_h [Hz]"]
 
 
 def lead_cells(table: SensitivityTable, row: TableRow) -> list[Cell]:
@@ -121,7 +136,7 @@ def lead_cells(table: SensitivityTable, row: TableRow) -> list[Cell]:
     frequency = HOLE if math.isnan(row.mode_frequency) else f"{row.mode_frequency:.1f}"
     return [
         Cell(leakage_label(row), value=convert(row.leakage_flow, "L/min")),
-        Cell(megapascal(row.bulk_modulus), value=convert(row.bulk_modulus, "MPa")),
+        modulus_cell(row.bulk_modulus),
         *labels,
         Cell(frequency, value=row.mode_frequency),
     ]
@@ -137,7 +152,7 @@ def leakage_label(row: TableRow) -> str:
 def band_sentence(table: SensitivityTable) -> str:
     """Bands of the levels, and where the hydraulic mode lies for each EBM; for many, the ends."""
     bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
-    texts = [f"{_frequencies(table, *ends)} at {megapascal(beta)} MPa" for beta, ends in table.modes.items()]
+    texts = [f"{_frequencies(table, *ends)} at {modulus_text(beta)}" for beta, ends in table.modes.items()]
     modes = ", ".join(texts) if len(texts) <= _MOST_MODES else f"{texts[0]} to {texts[-1]}"
     return f"Bands [Hz]: {bands}. Hydraulic mode f_h [Hz]: {modes or HOLE}."
 

@@ -56,6 +56,29 @@ def parse_si(text: str) -> float:
     return _scaled(number, factor)
 
 
+def stated_unit(text: str, unit: str) -> str | None:
+    """The unit that a quantity is written with, such as ``bar`` in ``"80 bar"`` and ``"±5 bar"``.
+
+    Parameters
+    ----------
+    text : str
+    unit : str
+        Unit of the same dimension.
+
+    Returns
+    -------
+    str or None
+        None if the text states no unit of this dimension.
+    """
+    match = _NUMBER.fullmatch(text.lstrip(" ±"))
+    if match is None or not (given := match[2].strip()):
+        return None
+    try:
+        return given if parse_unit(given).exponents == parse_unit(unit).exponents else None
+    except ValueError:
+        return None
+
+
 def convert(value: float, unit: str) -> float:
     """A value in SI expressed in `unit`, e.g. ``convert(2e-6, "L/min")`` is 0.12.
 

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
-from hydrofdi.config.shown_values import four_digits, shown_parameter
+from hydrofdi.config.shown_values import shown_parameter
 from hydrofdi.config.sweeps.points import count_points
 from hydrofdi.errors import ConfigError
 from hydrofdi.report.fifths import MOST_VALUES, fifths
-from hydrofdi.report.wording import HOLE, litres_per_minute, plain
+from hydrofdi.report.wording import HOLE, litres_per_minute, modulus_header, plain, shown_modulus
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
-from hydrofdi.units import convert
 
 _FLOW, _COEFFICIENT = "leakage.internal_flow", "leakage.internal_coefficient"
 _MODULUS = "fluid.bulk_modulus"
@@ -111,17 +110,13 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
     is_leakage = name in INTERNAL_LEAKAGE_FORMS
     values = data.leakage_requests.tolist() if is_leakage else data.values(name)
     if name == _MODULUS:
-        return _made(name, "EBM [MPa]", values, kept, _modulus)
+        return _made(name, modulus_header(), values, kept, shown_modulus().text)
     if name == _FLOW:
         return _made(name, "Leakage [L/min]", values, kept, _flow)
     if is_leakage:
         return _made(name, "K_i [m^3.5/kg^0.5]", values, kept, _coefficient)
     shown = shown_parameter(name, values)
     return _made(name, shown.header, values, kept, shown.text)
-
-
-def _modulus(bulk_modulus: float) -> str:
-    return four_digits(convert(bulk_modulus, "MPa"))
 
 
 def _flow(flow: float) -> str:

@@ -20,7 +20,7 @@ from hydrofdi.report.wording import (
     labels_text,
     lead_cells,
     lead_headers,
-    megapascal,
+    modulus_text,
 )
 
 BASELINES: dict[str, Callable[[TableRow], Levels]] = {
@@ -60,7 +60,7 @@ def baseline_words(table: SensitivityTable, baseline: str) -> str:
     sealed = "sealed internally and externally" if outside and not any(outside.values()) else "sealed"
     if baseline == "matched":
         return f"{sealed}, the same conditions as the run"
-    state = [sealed, f"EBM {megapascal(table.normal_bulk_modulus)} MPa"]
+    state = [sealed, f"EBM {modulus_text(table.normal_bulk_modulus)}"]
     state += [labels_text(held)] if held else []
     state += (
         ["otherwise the same parameters as the run"]

@@ -18,7 +18,8 @@ from hydrofdi.report.wording import (
     flow_text,
     joined,
     leakage_label,
-    megapascal,
+    modulus_cell,
+    modulus_header,
     signed,
 )
 from hydrofdi.units import convert
@@ -141,7 +142,7 @@ def _rows_sheet(table: SensitivityTable, study: ExternalStudy) -> Sheet:
         key="external-rows",
         title=f"{study.name} and d2 of P_1 over external leakage, internal leakage and EBM",
         headers=(
-            *EXTERNAL_HEADERS, "Internal [L/min]", "EBM [MPa]",
+            *EXTERNAL_HEADERS, "Internal [L/min]", modulus_header(),
             f"RMS {study.name}/{study.gain:.4g} [MPa]", "Mean P_1 [MPa]", *study.indicators,
             *doubt_headers(table),
         ),
@@ -157,7 +158,7 @@ def _lead(row: TableRow) -> list[Cell]:
     return [
         *external_cells(row),
         Cell(leakage_label(row), value=convert(row.leakage_flow, "L/min")),
-        Cell(megapascal(row.bulk_modulus), value=convert(row.bulk_modulus, "MPa")),
+        modulus_cell(row.bulk_modulus),
     ]
 
 

@@ -7,7 +7,15 @@ from collections.abc import Iterator, Sequence
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.replicates import HealthyRange, ReplicatedRow, ReplicateStudy
-from hydrofdi.report.wording import HOLE, lead_cells, lead_headers, megapascal, share_text, signed
+from hydrofdi.report.wording import (
+    HOLE,
+    lead_cells,
+    lead_headers,
+    modulus_cell,
+    modulus_header,
+    share_text,
+    signed,
+)
 from hydrofdi.settings.counting import counted
 
 
@@ -78,7 +86,7 @@ def _level_headers(n_level: int) -> list[str]:
 def _ranges_sheet(analysis: Analysis, ranges: Sequence[HealthyRange]) -> Sheet:
     rows = [
         (
-            Cell(megapascal(healthy.bulk_modulus)),
+            modulus_cell(healthy.bulk_modulus),
             Cell(str(healthy.n_replicate)),
             *(
                 Cell(f"{signed(low)} … {signed(high)}".replace(" ", "\N{NO-BREAK SPACE}"))
@@ -90,7 +98,7 @@ def _ranges_sheet(analysis: Analysis, ranges: Sequence[HealthyRange]) -> Sheet:
     return Sheet(
         "replicates-ranges",
         "δ [%] of the healthy replicates, each against the mean of the others",
-        ("EBM [MPa]", "Replicates", *_level_headers(analysis.table.n_level)),
+        (modulus_header(), "Replicates", *_level_headers(analysis.table.n_level)),
         tuple(rows),
     )
 

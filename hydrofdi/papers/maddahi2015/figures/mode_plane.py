@@ -11,7 +11,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.grid.modes import ABSENT
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import INK, MARKERS, RULE, series
-from hydrofdi.report.wording import litres_per_minute, megapascal
+from hydrofdi.report.wording import litres_per_minute, modulus_header, shown_modulus
 from hydrofdi.store.layout import names
 
 _NAMED = 14
@@ -41,7 +41,7 @@ def draw_mode_plane(study: Study) -> Figure:
     _mark_borders(axis, study, frequency)
     axis.set_xlabel("frequency of the hydraulic mode $f_h$ [Hz]")
     axis.set_ylabel("damping ratio ζ [–]")
-    axis.legend(title="leakage; numbers: EBM [MPa]", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axis.legend(title=f"leakage; numbers: {modulus_header()}", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
@@ -57,7 +57,9 @@ def _name_bulk_moduli(axis: Any, study: Study, frequency: Any, damping: Any) -> 
             last = frequency[known, column][0]
             top = damping[known, column].max()
             at = (frequency[known, column][0], top)
-            axis.annotate(megapascal(beta), at, (0, 8), textcoords="offset points", ha="center", fontsize=8)
+            axis.annotate(
+                shown_modulus().text(beta), at, (0, 8), textcoords="offset points", ha="center", fontsize=8
+            )
     axis.margins(0.12, 0.15)
 
 

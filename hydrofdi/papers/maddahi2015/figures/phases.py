@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.standings import PhaseCount, Standing
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE
-from hydrofdi.report.wording import labels_text, megapascal
+from hydrofdi.report.wording import labels_text, modulus_text
 
 _OFFSET = 0.16
 """How far the two kinds of records stand above and below their line."""
@@ -47,7 +47,7 @@ def draw_phases(study: Study) -> Figure:
 
 def _alarm_name(study: Study, place: int) -> str:
     alarm = study.sealed_alarms[place]
-    return ", ".join(filter(None, [f"{megapascal(alarm.bulk_modulus)} MPa", labels_text(alarm.labels)]))
+    return ", ".join(filter(None, [modulus_text(alarm.bulk_modulus), labels_text(alarm.labels)]))
 
 
 def _draw(axis: Any, standings: Sequence[Standing], names: Sequence[str], numbers: Any) -> None:

@@ -14,7 +14,7 @@ from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import INK, series
 from hydrofdi.report.figures.ticks import log_axis
 from hydrofdi.report.runs.changes import ROUNDING
-from hydrofdi.report.wording import megapascal, mode_name
+from hydrofdi.report.wording import mode_name, modulus_text
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.spectrum import power_spectrum
 
@@ -49,7 +49,7 @@ def _draw_leakage(axis: Any, study: Study, leakage: int) -> bool:
         position = run_position(study, leakage, beta)
         _, pressure = data.signal(names.CHAMBER_1_PRESSURE, position)
         frequency, density = power_spectrum(pressure, sampling_frequency)
-        name = f"{megapascal(grid.bulk_moduli[beta])} MPa"
+        name = modulus_text(grid.bulk_moduli[beta])
         stands_still = np.ptp(pressure) <= ROUNDING * np.abs(pressure).max()
         if not stands_still:
             axis.plot(frequency[1:], 1e-6 * density[1:], label=name, **style)

@@ -15,7 +15,9 @@ from hydrofdi.report.wording import (
     joined,
     labels_text,
     litres_per_minute,
-    megapascal,
+    modulus_cell,
+    modulus_header,
+    modulus_text,
     signed,
     some,
 )
@@ -41,7 +43,7 @@ def _alarm_sentence(alarms: tuple[SealedAlarm, ...]) -> str:
     raised = [alarm for alarm in decided if alarm.alarm]
     if not raised:
         return f"The d3 rule raises no alarm in all {len(decided):,} sealed cases above the normal EBM."
-    places = list(dict.fromkeys(f"{megapascal(alarm.bulk_modulus)} MPa" for alarm in raised))
+    places = list(dict.fromkeys(modulus_text(alarm.bulk_modulus) for alarm in raised))
     return (
         f"The d3 rule raises an alarm on the sealed actuator in {len(raised):,} of {len(decided):,} cases"
         f" above the normal EBM ({some(places)}): there the EBM alone makes δd3 positive and the largest."
@@ -64,7 +66,7 @@ _WORDS = {True: "alarm", False: "silent", None: "open"}
 
 def _alarm_sheet(study: Study) -> Sheet:
     levels = [f"δd{level}" for level in range(1, study.table.n_level + 1)]
-    headers = (*_label_header(study.sealed_alarms), "EBM [MPa]", "d3 rule", *levels)
+    headers = (*_label_header(study.sealed_alarms), modulus_header(), "d3 rule", *levels)
     n_label = len(_label_header(study.sealed_alarms))
     return Sheet(
         "sealed-alarms",
@@ -78,14 +80,14 @@ def _alarm_sheet(study: Study) -> Sheet:
 def _alarm_cells(alarm: SealedAlarm) -> tuple[Cell, ...]:
     return (
         *_labels(alarm),
-        Cell(megapascal(alarm.bulk_modulus)),
+        modulus_cell(alarm.bulk_modulus),
         Cell(_WORDS[alarm.alarm], alarm.alarm is True, _WORDS[alarm.alarm]),
         *delta_cells(alarm.delta_fixed),
     )
 
 
 def _best_level_sheet(study: Study) -> Sheet:
-    headers = (*_label_header(study.best_levels), "Leakage [L/min]", "EBM [MPa]", "Best level", "δ [%]")
+    headers = (*_label_header(study.best_levels), "Leakage [L/min]", modulus_header(), "Best level", "δ [%]")
     n_label = len(_label_header(study.best_levels))
     return Sheet(
         "best-levels",
@@ -100,7 +102,7 @@ def _best_level_cells(mode: BestLevel) -> tuple[Cell, ...]:
     return (
         *_labels(mode),
         Cell(litres_per_minute(mode.leakage_flow)),
-        Cell(megapascal(mode.bulk_modulus)),
+        modulus_cell(mode.bulk_modulus),
         Cell(level_name(mode.level) or HOLE, value=level_name(mode.level)),
         Cell(signed(mode.delta), value=mode.delta),
     )

@@ -9,7 +9,7 @@ import numpy as np
 from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.runs.rows import level_name
-from hydrofdi.report.wording import HOLE, joined, megapascal, mode_name, share_text
+from hydrofdi.report.wording import HOLE, joined, mode_name, modulus_text, share_text
 from hydrofdi.settings.counting import counted
 
 
@@ -84,7 +84,7 @@ def _share(study: ScenarioStudy, outcomes: Mask, members: Mask) -> str:
 
 def _alarms_sheet(study: ScenarioStudy) -> Sheet:
     views = [view for view in (study.configured, study.settled) if view is not None]
-    moduli = [f"{megapascal(study.grid.bulk_moduli[b])} MPa" for b in study.grid.raised]
+    moduli = [modulus_text(study.grid.bulk_moduli[b]) for b in study.grid.raised]
     headers = ["Scenarios", "Number", *moduli, "At every EBM", "At every EBM and phase"]
     headers += ["Settled: at every EBM", "Settled: at every EBM and phase"] if study.settled else []
     rows = []

@@ -11,7 +11,7 @@ from hydrofdi.papers.maddahi2015.standings import PhaseCount
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.wording import HOLE, labels_text, megapascal, signed, some
+from hydrofdi.report.wording import HOLE, labels_text, modulus_text, signed, some
 
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
@@ -66,7 +66,7 @@ def _counts_by_name(study: Study) -> Iterator[tuple[str, list[PhaseCount]]]:
 
 def _conditions(alarm: SealedAlarm) -> str:
     labels = labels_text(alarm.labels)
-    return f"{megapascal(alarm.bulk_modulus)} MPa" + (f", {labels}" if labels else "")
+    return modulus_text(alarm.bulk_modulus) + (f", {labels}" if labels else "")
 
 
 def _repeated_phases(study: Study) -> Iterator[str]:

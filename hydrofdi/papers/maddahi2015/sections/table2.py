@@ -6,7 +6,15 @@ from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.runs.rows import TableRow
 from hydrofdi.report.runs.table import SensitivityTable
-from hydrofdi.report.wording import HOLE, kilopascal, leakage_label, megapascal, signed
+from hydrofdi.report.wording import (
+    HOLE,
+    kilopascal,
+    leakage_label,
+    modulus_cell,
+    modulus_header,
+    modulus_text,
+    signed,
+)
 
 _MOST_SIDE_BY_SIDE = 3
 """EBM up to which the table has the paper's arrangement."""
@@ -40,7 +48,7 @@ def _wide_sheet(table: SensitivityTable, rows: list[TableRow], key: str, title: 
     """The paper's arrangement: one line per level, the EBM side by side."""
     headers = ["Level", "Normal RMS [kPa]"]
     for row in rows:
-        headers += [f"{megapascal(row.bulk_modulus)} MPa: RMS [kPa]", "δ [%]", "δ′ [%]"]
+        headers += [f"{modulus_text(row.bulk_modulus)}: RMS [kPa]", "δ [%]", "δ′ [%]"]
     normal = _normal_row(table)
     lines = []
     for level in range(table.n_level):
@@ -54,11 +62,13 @@ def _long_sheet(rows: list[TableRow], key: str, title: str) -> Sheet:
     """One line per level and EBM."""
     pairs = [(level, row) for level in range(len(rows[0].detail_rms)) for row in rows]
     lines = [
-        (Cell(f"d{level + 1}"), Cell(megapascal(row.bulk_modulus)), *_mode_cells(row, level))
+        (Cell(f"d{level + 1}"), modulus_cell(row.bulk_modulus), *_mode_cells(row, level))
         for level, row in pairs
     ]
     breaks = group_breaks([level for level, _ in pairs])
-    return Sheet(key, title, ("Level", "EBM [MPa]", "RMS [kPa]", "δ [%]", "δ′ [%]"), tuple(lines), breaks)
+    return Sheet(
+        key, title, ("Level", modulus_header(), "RMS [kPa]", "δ [%]", "δ′ [%]"), tuple(lines), breaks
+    )
 
 
 def _mode_cells(row: TableRow, level: int) -> tuple[Cell, Cell, Cell]:

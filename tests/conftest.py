@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -59,6 +60,12 @@ def swept(folder: Path, config: Path, *arguments: str) -> SimpleNamespace:
     return SimpleNamespace(
         folder=folder, config=config, file=file, directory=file.parent, summary=summary, result=result
     )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _interrupts_reach_processes() -> None:
+    """Also where the shell that runs the tests ignores Ctrl-C, as it does for jobs in the background."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

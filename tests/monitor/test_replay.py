@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -136,27 +137,33 @@ def test_channels_without_a_scale_are_refused(tmp_path):
     assert "chamber_1_pressure has no scale" in run("replay", file, check=2).stderr
 
 
+@contextmanager
 def started(*arguments):
-    return subprocess.Popen(
+    process = subprocess.Popen(
         [*COMMAND, "replay", *map(str, arguments)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ,
     )  # fmt: skip
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
 
 
 def test_a_reader_that_leaves_ends_it(experiment):
-    process = started(experiment, "--rate", "max")
-    assert process.stdout.readline().startswith("time [s],P1 [Pa]")
-    process.stdout.close()
-    assert process.wait(60) == 0
-    assert process.stderr.read() == ""
-    process.stderr.close()
+    with started(experiment, "--rate", "max") as process:
+        assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+        process.stdout.close()
+        assert process.wait(60) == 0
+        assert process.stderr.read() == ""
+        process.stderr.close()
 
 
 def test_an_interrupt_ends_it(experiment):
-    process = started(experiment, "--rate", "1Hz")
-    assert process.stdout.readline().startswith("time [s],P1 [Pa]")
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    with started(experiment, "--rate", "1Hz") as process:
+        assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
     assert (process.returncode, errors.split(" after ")[0]) == (0, "stopped")
 
 

@@ -60,7 +60,8 @@ def read(folder, suffix):
 def readers(process=None):
     """Processes that a process has started to read files."""
     program = reading_apart.array_reader.__file__
-    return [child for child in psutil.Process(process).children() if program in child.cmdline()]
+    children = psutil.Process(process).children()
+    return [child for child in children if not has_ended(child) and program in child.cmdline()]
 
 
 def has_ended(process):

@@ -8,7 +8,7 @@ from typing import Any
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.settings.yaml_source import Source
-from hydrofdi.units import stated_unit
+from hydrofdi.units import parse_unit, stated_unit
 
 
 def note_written_units(source: Source) -> None:
@@ -41,5 +41,5 @@ def _units_of(name: str, value: Any) -> Iterator[str]:
             yield from _units_of(name, item)
     elif own and name not in INTERNAL_LEAKAGE_FORMS and isinstance(value, str):
         unit = stated_unit(value, own)
-        if unit and unit != own:
+        if unit and parse_unit(unit) != parse_unit(own):
             yield unit

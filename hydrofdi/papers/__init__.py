@@ -9,7 +9,7 @@ from hydrofdi.report.in_units import ReportInUnits
 from hydrofdi.store import ExperimentData
 
 
-def make_report(data: ExperimentData) -> ComposedReport:
+def make_report(data: ExperimentData) -> ReportInUnits:
     """The report of an experiment: of a study of detection, of a paper's study, else the general one.
 
     People read it in the units that the experiment is written in.

@@ -49,7 +49,7 @@ def test_the_heat_map_of_many_runs_leaves_none_out(reports):
 
 def test_the_lines_of_the_heat_map_are_the_runs_of_a_small_sweep(reports):
     drawn = structure(draw_figure(reports["modes"], "sensitivity"))
-    rows = reports["modes"].analysis.table.rows
+    rows = reports["modes"].report.analysis.table.rows
     assert drawn["axes"][0]["x"]["ticks"] == ["leakage\n[L/min]", "EBM\n[MPa]"]
     assert drawn["axes"][0]["texts"][:4] == ["sealed", "400", "sealed", "551"]
     assert drawn["axes"][1]["cells"] == [[len(rows), 5]]

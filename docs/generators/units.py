@@ -16,10 +16,10 @@ A quantity is a number and a unit, such as `551 MPa`, `0.12 L/min` or `22 µm/V`
 are multiplied with `·`, `*` or a space and divided with `/`. Powers are `m²`, `m^2` or `m^1.5`; `√Hz` is
 `Hz^0.5`. All factors are exact: every spelling of a quantity gives the same number.
 
-Plans, checks and reports show a parameter in the unit that the experiment file uses: `bulk_modulus: 12000 bar` is
-shown in bar. The key `units` sets another one: `units: {fluid.bulk_modulus: GPa}`. Otherwise the unit suits the size
-of the numbers. Leakage is shown in L/min. Files for programs (CSV, JSON, HDF5) always have the same units, which
-stand in their headers.
+Plans, checks and reports show a parameter in the unit that the experiment file uses: `bulk_modulus: 12000
+bar` is shown in bar. The key `units` sets another one: `units: {fluid.bulk_modulus: GPa}`. Otherwise the unit
+suits the size of the numbers. Leakage is shown in L/min. Files for programs (CSV, JSON, HDF5) always have the
+same units, which stand in their headers.
 
 """
 

@@ -13,9 +13,7 @@ from hydrofdi.cli.options import Json, Settings
 def calibrate(
     config: Annotated[
         Path | None,
-        typer.Argument(
-            help="Experiment file, or a ready one; without it, the nominal actuator of the paper."
-        ),
+        typer.Argument(help="Experiment file, or a ready one; without it, the default actuator."),
     ] = None,
     flows: Annotated[
         list[str] | None,

@@ -13,9 +13,7 @@ from hydrofdi.cli.options import Json, Settings
 def check(
     config: Annotated[
         Path | None,
-        typer.Argument(
-            help="Experiment file, or a ready one; without it, the nominal actuator of the paper."
-        ),
+        typer.Argument(help="Experiment file, or a ready one; without it, the default actuator."),
     ] = None,
     settings: Settings = None,
     converge: Annotated[

@@ -13,10 +13,10 @@ from rich.text import Text
 def folded(text: str, width: int) -> list[str]:
     """A text in lines of at most `width`: broken at blanks, and long words behind points and underscores.
 
-    Only a part of a name that is longer than a line is cut.
+    Only a part of a name that is longer than a line is cut. A mark of one letter stays with its word.
     """
     lines = [""]
-    for word in text.split():
+    for word in _words(text):
         if lines[-1] and len(lines[-1]) + 1 + len(word) <= width:
             lines[-1] += f" {word}"
             continue
@@ -27,6 +27,10 @@ def folded(text: str, width: int) -> list[str]:
                 lines.append("")
             lines[-1] += piece
     return lines
+
+
+def _words(text: str) -> list[str]:
+    return re.split(r"\s+(?!\S(?:\s|$))", text.strip())
 
 
 def _pieces(word: str, width: int) -> list[str]:
@@ -47,5 +51,5 @@ class Folded:
 
     def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
         """From its longest part to the whole text in a line."""
-        parts = (part for word in self.text.split() for part in _pieces(word, options.max_width))
+        parts = (part for word in _words(self.text) for part in _pieces(word, options.max_width))
         return Measurement(max(map(len, parts), default=0), len(self.text))

@@ -24,9 +24,7 @@ class SecondOpinion(StrEnum):
 def simulate(
     config: Annotated[
         Path | None,
-        typer.Argument(
-            help="Experiment file, or a ready one; without it, the nominal actuator of the paper."
-        ),
+        typer.Argument(help="Experiment file, or a ready one; without it, the default actuator."),
     ] = None,
     settings: Settings = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE.h5", help="Store the run in this file.")] = None,

@@ -17,6 +17,7 @@ from hydrofdi.report.document import Cell, Sheet
         ("balance_P1.leakage ↑", 14, ["balance_P1.", "leakage ↑"]),
         ("the oil is stiffer by 4.5 MPa", 12, ["the oil is", "stiffer by", "4.5 MPa"]),
         ("dwt.d3", 14, ["dwt.d3"]),
+        ("ring_down.damping ↕ !", 19, ["ring_down.", "damping ↕ !"]),
         ("unbreakablename", 6, ["unbrea", "kablen", "ame"]),
         ("", 6, [""]),
     ],

@@ -25,9 +25,9 @@ _MARKS = {"rising": "↑", "falling": "↓", "both": "↕"}
 def ranking_block(detection: Detection) -> Block:
     """Every score that was tried."""
     order = (
-        "Scores that kept to their false-alarm rate on healthy test records and in shifts come first,"
-        " by q90/95; the others, marked with !, follow. A bold q90/95 (in plain text *) is"
-        " Pareto-optimal: no other score detects a smaller leak with the same or fewer sensors."
+        "Scores that do not exceed their false-alarm rate come first, by q90/95. Scores that exceed it (!) or"
+        " have too few records to tell (?) follow. A bold q90/95 (in plain text *) is Pareto-optimal: no"
+        " other score detects a smaller leak with the same or fewer sensors."
     )
     return Block(
         "ranking",
@@ -96,12 +96,13 @@ def ranking_note(detection: Detection) -> str:
     area = f" AUC: area under the ROC curve at {unit.text(middle[0].severity)}." if middle else ""
     rate, confidence = f"{100.0 * asked.false_alarm_rate:g} %", f"{100.0 * asked.confidence:g} %"
     return (
-        f"q90/95: {unit.quantity} found with {100.0 * asked.probability:g} % probability, with {confidence}"
-        " confidence; q90 and q50 are the estimates. ≤: at most the smallest tested; >: no leak detected up"
-        f" to the largest. {FROM_LEVELS}: from the tested levels, without a curve, each taken at the largest"
-        " true severity of its records, which may exceed the nominal one; estimates are interpolated"
-        f" between them. False alarms of healthy test records, with {confidence} interval, at thresholds for"
-        f" {rate}. ↑, ↓, ↕: alarms where it rises, falls, or either. !: exceeds its false-alarm rate;"
-        f" ?: too few records to know.{area} Cost:"
-        " CPU time per record."
+        f"q90/95: upper bound with {confidence} confidence on the {unit.quantity} found with"
+        f" {100.0 * asked.probability:g} % probability; q90 and q50: estimates without confidence."
+        f" In all three columns, ≤: at most the smallest tested; >: not found up to the largest tested;"
+        f" {FROM_LEVELS}: from the tested levels, without a fitted curve: a level counts as the largest true"
+        " severity of its records, which may be above the nominal one; estimates are interpolated."
+        f" False alarms: healthy test records, with {confidence} interval, at thresholds for {rate}."
+        " ↑, ↓, ↕: alarms where it rises, falls, or either. !: exceeds its false-alarm rate, because the"
+        " lower limit of its rate, on healthy test records or in a shift, is above what the threshold allows;"
+        f" ?: too few records to tell.{area} Cost: CPU time per record."
     )

@@ -91,6 +91,8 @@ def _text(name: str, content: Any) -> str:
     if isinstance(content, dict):
         parts = {key: value for key, value in content.items() if value is not None}
         return "; ".join(f"{key}: {_text(key, value)}" for key, value in parts.items())
+    if isinstance(content, list):
+        return ", ".join(_text(name, value) for value in content)
     return content if isinstance(content, str) else json.dumps(content)
 
 

@@ -49,9 +49,9 @@ def _captions(detection: Detection) -> dict[str, str]:
     on_axes = f"on normal-deviate axes; dashed: chance; {ends}. Lines end where no record is left on one side"
     return {
         "ranking": f"The {quantity} that each score finds with {share} probability: the estimate (open) and"
-        f" the bound with {confidence} confidence (filled), at thresholds for {rate} false alarms; an arrow"
-        " where nothing is found up to the largest tested; in brackets where the score is shown to"
-        " exceed its rate",
+        f" the bound with {confidence} confidence (filled), at thresholds for {rate} false alarms; → not"
+        " found up to the largest tested; ← at most the smallest tested; in brackets: exceeds its"
+        " false-alarm rate",
         "pod": f"Share of records detected over their {quantity}: tested levels with {confidence} intervals,"
         f" the fitted curve and its one-sided {confidence} lower bound (dashed), which reaches {share}"
         " (horizontal line) at q90/95 (vertical line), and the share of false alarms that the threshold is"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -11,6 +12,7 @@ from hydrofdi.evaluation.pod.detectable import DetectableSeverity
 from hydrofdi.records import Channel
 from hydrofdi.report.detection.selection import answers, distinct, wavelet_rules
 from hydrofdi.report.detection.wording import (
+    FROM_LEVELS,
     SeverityUnit,
     false_alarms_in_words,
     found_text,
@@ -56,7 +58,7 @@ def draw_answer(detection: Detection) -> Any:
     )
     title = f"{probability_in_words(asked.probability)}, at {false_alarms_in_words(asked.false_alarm_rate)}"
     figure.suptitle(f"The smallest {unit.quantity} that is found {title}", x=0.01, ha="left", fontsize=12)
-    figure.supxlabel(_symbols(shown), x=0.01, ha="left", fontsize=9)
+    figure.supxlabel("\n".join([_symbols(shown), *_signs(shown, unit)]), x=0.01, ha="left", fontsize=9)
     return figure
 
 
@@ -83,6 +85,15 @@ def _number(found: DetectableSeverity, unit: SeverityUnit) -> str:
     if found.value is None:
         return f"not found up to {unit.found(found)} {unit.name}".rstrip()
     return f"{found_text(found, unit)} {unit.name}".rstrip()
+
+
+def _signs(shown: tuple[Judgement, ...], unit: SeverityUnit) -> Iterator[str]:
+    """What the signs beside the numbers mean, those that occur."""
+    texts = "".join(_number(each.smallest["q90_95"], unit) for each in shown)
+    if "≤" in texts:
+        yield f"≤: at most the smallest {unit.quantity} tested"
+    if FROM_LEVELS in texts:
+        yield f"{FROM_LEVELS}: from the tested levels of {unit.quantity}, without a fitted curve"
 
 
 def _symbols(shown: tuple[Judgement, ...]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -15,7 +16,8 @@ from hydrofdi.report.figures.style import PAPER
 from hydrofdi.report.figures.ticks import log_axis
 from hydrofdi.studies.judgement import Detection, Judgement
 
-_MOST = 24
+_MOST, _LETTERS = 24, 115
+"""Scores, and letters of a line below them."""
 
 
 def draw_ranking(detection: Detection) -> Any:
@@ -39,9 +41,23 @@ def draw_ranking(detection: Detection) -> Any:
     axis.set_ylim(len(shown) - 0.4, -0.6)
     axis.set_xlabel(_axis_label(detection, unit))
     _legend(figure, marks)
+    figure.supxlabel(_note(detection, shown), x=0.01, ha="left", fontsize=8)
     if len(shown) < len(detection.judgements):
         axis.set_title(f"the foremost {len(shown)} of {len(detection.judgements):,} scores")
     return figure
+
+
+def _note(detection: Detection, shown: list[Judgement]) -> str:
+    """What the marks mean, those that occur."""
+    places = {found.place for each in shown for found in each.smallest.values()}
+    parts = {
+        "open: estimate": True,
+        f"filled: bound with {100.0 * detection.rules.confidence:g} % confidence": True,
+        "← at most the smallest tested": "below" in places,
+        "→ not found up to the largest tested": "above" in places,
+        "(in brackets): exceeds its false-alarm rate": any(each.keeps_its_rate is False for each in shown),
+    }
+    return fill("; ".join(text for text, occurs in parts.items() if occurs), _LETTERS)
 
 
 def _label(judgement: Judgement) -> str:
@@ -60,13 +76,18 @@ def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit, mar
     ends = [unit.value(value) for value in found if value is not None]
     if len(ends) == 2:
         axis.plot(ends, [row, row], color=mark["color"], linewidth=1.2)
-    if estimate is not None and estimate.value is not None:
-        axis.plot(unit.value(estimate.value), row, **style, markerfacecolor=PAPER)
-    if bound is not None and bound.value is not None:
-        axis.plot(unit.value(bound.value), row, **style)
-    elif bound is not None:
+    arrow = {"color": mark["color"], "markersize": 11, "linestyle": "none"}
+    if estimate is not None and estimate.place == "within":
+        axis.plot(unit.value(estimate.severity), row, **style, markerfacecolor=PAPER)
+    if bound is None:
+        return
+    if bound.place == "within":
+        axis.plot(unit.value(bound.severity), row, **style)
+    elif bound.place == "below":
+        axis.plot(unit.value(bound.severity), row, marker=r"$\leftarrow$", **arrow)
+    else:
         largest = unit.value(min(bound.severity, unit.largest))
-        axis.plot(largest, row, color=mark["color"], marker=r"$\rightarrow$", markersize=11, linestyle="none")
+        axis.plot(largest, row, marker=r"$\rightarrow$", **arrow)
 
 
 def _legend(figure: Any, marks: dict[str, dict[str, Any]]) -> None:

@@ -11,6 +11,7 @@ The public names below are loaded when they are first used, so that importing th
 from __future__ import annotations
 
 from importlib import import_module
+from inspect import isfunction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -109,7 +110,11 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'hydrofdi' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    found = getattr(import_module(_HOMES[name]), name)
+    if isfunction(found):
+        found = import_module("hydrofdi.api.binding").bound(found)
+    globals()[name] = found
+    return found
 
 
 def __dir__() -> list[str]:

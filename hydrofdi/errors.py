@@ -6,6 +6,7 @@
     ├── ConfigError          an experiment file or an option is wrong
     ├── DataError            a measured file is unusable
     ├── StoreError           a result file is missing, damaged, locked or of another version
+    ├── UnknownNameError     a table has no column of this name
     └── ReportError          there is nothing to report
 
 Everything else that is raised is a bug in hydrofdi or of its caller and keeps its traceback.
@@ -56,9 +57,15 @@ class Mistake:
     origin: str = ""
 
     def __str__(self) -> str:
-        key = "" if f" {self.key}=" in self.origin else self.key
+        key = "" if self._origin_names_key else self.key
         text = ": ".join(part for part in (self.origin, key, self.message) if part)
         return text.replace("\n", "\\n")
+
+    @property
+    def _origin_names_key(self) -> bool:
+        """Whether the origin is an option or a keyword that names the key already."""
+        keyword = self.origin.lstrip("-").replace("-", "_")
+        return f" {self.key}=" in self.origin or keyword in self.key.split(".")
 
 
 class ConfigError(HydrofdiError, ValueError):
@@ -77,6 +84,13 @@ class DataError(HydrofdiError, ValueError):
 
 class StoreError(HydrofdiError, OSError):
     """A result file that is missing, damaged, locked, or written by another version."""
+
+
+class UnknownNameError(HydrofdiError, KeyError):
+    """A name that is not there; its message lists the names that are, or the one that was probably meant."""
+
+    def __str__(self) -> str:
+        return without_credentials(str(self.args[0]))
 
 
 class ReportError(HydrofdiError):

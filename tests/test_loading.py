@@ -62,7 +62,7 @@ LINES = [
     ("negative area", "actuator: {piston_area: -1 cm²}\n", "1: actuator.piston_area: must be greater than 0"),
     ("zero mass", "actuator: {mass: 0}\n", "1: actuator.mass: must be greater than 0; found 0"),
     ("bool for a number", "actuator: {mass: true}\n", "1: actuator.mass: expected a number in kg"),
-    ("bool for a count", "wavelet: {levels: true}\n", "1: wavelet.levels: input should be a valid integer"),
+    ("bool for a count", "wavelet: {levels: true}\n", "1: wavelet.levels: expected an integer"),
     ("nan", "actuator: {mass: .nan}\n", "1: actuator.mass: must be a finite number; found nan"),
     ("infinity", "actuator: {mass: .inf}\n", "1: actuator.mass: must be a finite number; found inf"),
     ("huge number", "actuator: {mass: 1e400}\n", "1: actuator.mass: must be a finite number"),
@@ -96,7 +96,7 @@ LINES = [
     ("name leaves the folder", "name: ../x\n", "1: name: letters, digits"),
     ("hidden name", "name: .x\n", "1: name: letters, digits"),
     ("name with line break", 'name: "a\\n"\n', "1: name: letters, digits"),
-    ("number for a name", "name: 2024\n", "1: name: input should be a valid string"),
+    ("number for a name", "name: 2024\n", "1: name: expected a text"),
     ("list for a section", "record: [1]\n", "1: record: expected a section with 'key: value' pairs; found [1]"),
     ("list for a file", "- 1\n", "1: an experiment file holds 'key: value' pairs"),
     ("text for a file", "hello\n", "1: an experiment file holds 'key: value' pairs"),
@@ -181,7 +181,7 @@ def test_the_command_reports_all_mistakes_and_writes_nothing(hydrofdi, experimen
 
 
 BAD_COMMANDS = {
-    "missing file": (["simulate", "missing.yaml"], "missing.yaml: No such file"),
+    "missing file": (["simulate", "missing.yaml"], "missing.yaml: no such file"),
     "directory for a file": (["sweep", "."], ".: is a directory, not an experiment file"),
     "unreachable leakage": (
         ["simulate", "--set", "record.duration=2 s", "--set", "leakage.internal_flow=500 L/min", "--out", "x.h5"],

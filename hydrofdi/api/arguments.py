@@ -8,6 +8,7 @@ from numbers import Integral, Real
 from typing import Any
 
 from hydrofdi.errors import ConfigError
+from hydrofdi.settings.counting import brief
 from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.units import parse_quantity
@@ -15,7 +16,7 @@ from hydrofdi.units import parse_quantity
 
 def refusal(name: str, expected: str, found: object) -> ConfigError:
     """The error of an argument that is of a wrong kind."""
-    return ConfigError(f"{setting(name)}: expected {expected}; found {found!r}")
+    return ConfigError(f"{setting(name)}: expected {expected}; found {brief(found)}")
 
 
 def number_of(name: str, given: Any, unit: str, expected: str) -> float:

@@ -105,6 +105,6 @@ def evaluate(
 def _share(name: str, given: str | float, least: float, most: float) -> float:
     value = number_of(name, given, "1", "a share such as 0.01 or '1 %'")
     if not least < value <= most:
-        allowed = f"must lie above {least:.0%} and up to {most:.4g}"
+        allowed = f"must be above {least:g} and at most {most:.4g}"
         raise ConfigError(f"{setting(name)}: {allowed}; found {given!r}")
     return value

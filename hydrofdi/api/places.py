@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.errors import ConfigError, ReportError
+from hydrofdi.settings.counting import brief
 
 
 def path_of(place: Any) -> Path:
@@ -20,7 +21,7 @@ def path_of(place: Any) -> Path:
     """
     place = getattr(place, "folder", place)
     if not isinstance(place, str | PathLike):
-        raise ConfigError(f"expected a path, found {place!r}")
+        raise ConfigError(f"expected a path, found {brief(place)}")
     return Path(place).expanduser()
 
 

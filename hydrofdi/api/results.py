@@ -14,6 +14,7 @@ from hydrofdi.api.page import html_table
 from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.api.table import Table
 from hydrofdi.errors import ReportError, StoreError
+from hydrofdi.settings.naming import command
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.layout.names import STATUS
 
@@ -70,7 +71,9 @@ class Results:
         library = notebook_library("xarray")
         notebook_library("h5netcdf")
         if not self.file.exists():
-            raise StoreError(f"{self.folder}: the sweep is not finished; 'hydrofdi collect' builds the file")
+            raise StoreError(
+                f"{self.folder}: the sweep is not finished; {command('collect')} builds the file"
+            )
         dataset: xarray.Dataset = library.open_dataset(self.file, engine="h5netcdf")
         return dataset
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.api.page import html_table
 from hydrofdi.api.places import notebook_library
+from hydrofdi.errors import UnknownNameError
 from hydrofdi.settings.suggestions import nearest
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class Table:
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Values of a column, one for each row."""
         if name not in self._columns:
-            raise KeyError(f"no column {name!r}{nearest(name, self.columns)}")
+            raise UnknownNameError(f"no column {name!r}{nearest(name, self.columns)}")
         return self._columns[name]
 
     def __contains__(self, name: str) -> bool:

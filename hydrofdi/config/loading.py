@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
@@ -16,6 +16,7 @@ from hydrofdi.config.study.normalizing import check_detection, normalize_detecti
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.config.written_units import note_written_units
 from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.counting import brief
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.naming import setting
 from hydrofdi.settings.validation import validated
@@ -59,6 +60,8 @@ def load_experiment(
         With every mistake in the files and the settings.
     """
     source = _read(file)
+    settings = [settings] if isinstance(settings, str) else settings
+    _require_texts(settings)
     if isinstance(settings, Mapping):
         for key, value in settings.items():
             _lay(source, _setting_path(key), plain(value))
@@ -71,6 +74,12 @@ def load_experiment(
     return _validate(source)
 
 
+def _require_texts(settings: object) -> None:
+    if not isinstance(settings, Iterable) or not all(isinstance(each, str) for each in settings):
+        expected = "{'fluid.bulk_modulus': '689 MPa'}, or texts such as 'fluid.bulk_modulus=689 MPa'"
+        raise ConfigError(f"{setting('settings')}: expected {expected}; found {brief(settings)}")
+
+
 def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
     kind = "an experiment file"
     if file is None:
@@ -78,7 +87,7 @@ def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
     if isinstance(file, Mapping):
         return extended(Source(plain(file)), FilePath(_MAPPING), kind, _prepare, _merged)
     if not isinstance(file, str | PathLike):
-        raise ConfigError(f"expected a path, found {file!r}")
+        raise ConfigError(f"expected a path, found {brief(file)}")
     return read_extended(FilePath(file), kind, _prepare, _merged)
 
 

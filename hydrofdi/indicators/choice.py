@@ -9,10 +9,10 @@ from typing import Any
 from hydrofdi.errors import ConfigError, IndicatorWarning
 from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.indicators.registry import indicator_names, shadows, sound_indicator
+from hydrofdi.settings.naming import command
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
 
-_LISTED = "'hydrofdi indicators' lists them"
 _WITH_OPTIONS = "indicators: {dwt: {}, modwt: {levels: 3}}"
 
 
@@ -25,7 +25,8 @@ def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[st
     given = [name.strip() for name in chosen.split(",")] if isinstance(chosen, str) else chosen
     is_unnamed = isinstance(chosen, str) and "" in given
     if not isinstance(given, Mapping | Sequence) or not given or is_unnamed:
-        message = f"expected 'all', names, or 'name: {{options}}' pairs; found {chosen!r}; {_LISTED}"
+        listed = f"{command('indicators')} lists them"
+        message = f"expected 'all', names, or 'name: {{options}}' pairs; found {chosen!r}; {listed}"
         source.mistakes.append(source.mistake(within, message))
         return {}
     if not isinstance(given, Mapping):
@@ -46,7 +47,7 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
                 "a list contains only names; with options, write 'indicators: {dwt: {}, modwt: {levels: 3}}'"
             )
         elif not isinstance(name, str) or not name:
-            message = f"expected the name of an indicator; found {name!r}; {_LISTED}"
+            message = f"expected the name of an indicator; found {name!r}; {command('indicators')} lists them"
         elif name in names:
             message = f"{name!r} is named twice; give one a label of its own: 'LABEL: {{kind: {name}}}'"
         elif name == "all":

@@ -20,6 +20,7 @@ from hydrofdi.pipeline.results import stored_run_ids
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of
 from hydrofdi.quality.failures import remedy
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.naming import command
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
@@ -167,7 +168,7 @@ def verify(directory: Path) -> list[str]:
             n_run = len(read_statuses(file))
             if n_run != len(plan.run_ids):
                 faults.append(
-                    f"{file}: holds {counted(n_run, 'run')} of {len(plan.run_ids)}; run 'hydrofdi collect'"
+                    f"{file}: holds {counted(n_run, 'run')} of {len(plan.run_ids)}; run {command('collect')}"
                 )
         except StoreError as error:
             faults.append(str(error))

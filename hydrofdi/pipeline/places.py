@@ -9,7 +9,7 @@ from pathlib import Path
 import hydrofdi
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.errors import ConfigError, ReportError
-from hydrofdi.settings.naming import setting
+from hydrofdi.settings.naming import command, setting
 from hydrofdi.store.request import REQUEST_FILE
 
 RESULTS = Path("results")
@@ -51,7 +51,7 @@ def newest_directory() -> Path:
     requested = [file for file in RESULTS.glob(f"*/{REQUEST_FILE}") if file.parent not in folders]
     files = finished + requested
     if not files:
-        raise ReportError(f"no experiment file in {RESULTS}/*; run 'hydrofdi sweep CONFIG' first")
+        raise ReportError(f"no experiment file in {RESULTS}/*; run {command('sweep CONFIG')} first")
     return max(files, key=lambda file: file.stat().st_mtime_ns).parent
 
 

@@ -10,6 +10,7 @@ from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.pipeline.places import experiment_file, library_versions, newest_directory
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.naming import command
 from hydrofdi.simulation import run_identities
 from hydrofdi.store import (
     ExperimentData,
@@ -47,7 +48,7 @@ def read_results(place: Path | None = None) -> ExperimentData:
         return _read_requested(directory)
     files = list(directory.glob("[!.]*.h5"))
     if not files:
-        raise ReportError(f"no experiment file in {directory}; run 'hydrofdi sweep CONFIG' first")
+        raise ReportError(f"no experiment file in {directory}; run {command('sweep CONFIG')} first")
     return read_experiment(max(files, key=lambda file: file.stat().st_mtime_ns))
 
 
@@ -97,7 +98,7 @@ def _read_shards(
     if index.runs and index.runs.keys().isdisjoint(run_ids):
         remark = (
             f"None of the {counted(len(index.runs), 'stored run')} is one of this experiment: the request or "
-            "a default has changed since then; 'hydrofdi sweep' computes the current request."
+            f"a default has changed since then; {command('sweep')} computes the current request."
         )
         data = replace(data, remarks=(remark,))
     return data

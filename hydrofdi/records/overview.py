@@ -11,6 +11,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.source import RecordSource
+from hydrofdi.settings.naming import command
 
 _EXAMPLES = 3
 """Examples that are kept of each kind of remark."""
@@ -151,7 +152,7 @@ def look_at(source: RecordSource, record_id: str | None = None) -> Overview:
             row = _row(batch, record_id)
             overview.example = overview.example if row is None else batch.rows([row])
     if record_id is not None and overview.example is None:
-        raise DataError(f"{source.name}: has no record {record_id!r}; 'hydrofdi measure' lists them")
+        raise DataError(f"{source.name}: has no record {record_id!r}; {command('measure')} lists them")
     return overview
 
 

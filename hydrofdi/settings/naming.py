@@ -12,6 +12,9 @@ _AS_OPTIONS = ContextVar("as_options", default=False)
 _OPTIONS = {"settings": "--set", "shared_directory": "--no-shared-directory"}
 """Keywords whose option has another name."""
 
+_FUNCTIONS = {"indicators": "list_indicators"}
+"""Commands whose function has another name."""
+
 
 @contextmanager
 def settings_as_options() -> Iterator[None]:
@@ -21,6 +24,12 @@ def settings_as_options() -> Iterator[None]:
         yield
     finally:
         _AS_OPTIONS.reset(token)
+
+
+def command(name: str) -> str:
+    """A command as its reader calls it: ``hydrofdi.check(…)``; ``'hydrofdi check'`` on the command line."""
+    word = name.partition(" ")[0]
+    return f"'hydrofdi {name}'" if _AS_OPTIONS.get() else f"hydrofdi.{_FUNCTIONS.get(word, word)}(…)"
 
 
 def setting(name: str, value: str = "") -> str:

@@ -113,8 +113,8 @@ def _read_text(file: FilePath, kind: str) -> str:
         raise ConfigError(f"{file}: is a directory, not {kind}") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{file}: is not a text file in UTF-8") from None
-    except FileNotFoundError as error:
-        raise ConfigError(f"{file}: {error.strerror}{ready_hint(file)}") from None
+    except FileNotFoundError:
+        raise ConfigError(f"{file}: no such file{ready_hint(file)}") from None
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror}") from None
 

@@ -153,7 +153,7 @@ def test_a_reader_that_leaves_early_is_no_fault(machine):
         ("nothing.csv", ("--no-follow",), "no such file"),
         ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), "applies only to text"),
         ("-", ("--sampling-frequency", "1 kg"), "--sampling-frequency"),
-        ("-", ("--config", "absent.yaml"), "absent.yaml: No such file"),
+        ("-", ("--config", "absent.yaml"), "absent.yaml: no such file"),
         ("-", ("--events", "ftp://host/x"), "--events: 'ftp': give mqtt://"),
         ("-", ("--metrics", "here"), "--metrics: 'here' is not host:port"),
     ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -54,6 +54,8 @@ class Held:
     time : Column or None
     record_ids, groups, labels : sequence of str
         Empty where nothing names the records.
+    texts : sequence of str
+        Titles of the columns that contain no numbers.
     """
 
     kind: str
@@ -62,6 +64,7 @@ class Held:
     record_ids: Sequence[str] = field(default=())
     groups: Sequence[str] = field(default=())
     labels: Sequence[str] = field(default=())
+    texts: Sequence[str] = field(default=())
 
 
 def held(data: Any, number: int | None = None) -> Held:
@@ -109,7 +112,8 @@ def _of_frame(kind: str, frame: Any) -> Held:
     columns += [_column(kind, str(each.name), _dates(kind, each), "") for each in others if _is_dated(each)]
     if frame.index.name is not None or frame.index.dtype.kind in "mM":
         columns.append(_column(kind, str(frame.index.name or "time"), _values(frame.index), ""))
-    return _timed(kind, columns)
+    left_out = [title for n, title in enumerate(titles) if n not in numeric]
+    return replace(_timed(kind, columns), texts=left_out)
 
 
 def _values(series: Any) -> NDArray[Any]:

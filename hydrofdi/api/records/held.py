@@ -13,11 +13,13 @@ from hydrofdi.api.records.columns import Column, Held
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.column_names import channel_named
-from hydrofdi.records.measured.column_units import unit_by_name
+from hydrofdi.records.measured.column_units import is_counts, known_unit, unit_by_name
+from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.records.measured.held import HeldSource, HeldTable, held_source
 from hydrofdi.records.measured.sampling import counts_samples
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.suggestions import nearest
+from hydrofdi.units import parse_unit, similar_units
 
 Names = str | Mapping[str, str] | None
 """One name for all columns, or column → name."""
@@ -72,7 +74,22 @@ def _described(data: Held, channel: Channel, column: Column, unit: Names) -> dic
     if given is None and not (column.unit is None or column.unit or unit_by_name(column.name)):
         raise _no_unit(data, column.name or channel.value, "bar" if channel.is_pressure else channel.unit)
     given = channel.unit if given is None and not column.unit else given
+    _require_fitting(data, channel, column, given)
     return {"column": channel.value} | ({} if given is None else {"unit": str(given)})
+
+
+def _require_fitting(data: Held, channel: Channel, column: Column, given: object) -> None:
+    """Check the unit of a column, in the words of who holds it in memory."""
+    unit = str(given or column.unit)
+    found = known_unit(unit)
+    if is_counts(unit) or (found is not None and found.exponents == parse_unit(channel.unit).exponents):
+        return
+    place = "unit" if given else f"{data.kind}: column {column.name or channel.value!r}"
+    if found is not None:
+        raise DataError(f"{place}: {unit} is not convertible to {channel.unit}")
+    similar = similar_units(unit, channel.unit)
+    hint = f"did you mean {' or '.join(map(repr, similar))}?" if similar else f"use one like {channel.unit!r}"
+    raise DataError(f"{place}: unknown unit {unit!r}; {hint}")
 
 
 def _no_unit(data: Held, name: str, unit: str) -> DataError:
@@ -131,12 +148,27 @@ def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
         if found is not None and wanted in (None, found):
             chosen[found] = column
     if not chosen:
-        names = ", ".join(repr(column.name) for column in data.columns)
-        raise DataError(
-            f"{data.kind}: no column is named like {wanted or 'a channel'}; found {names};"
-            " give channel={'column': 'P1'}"
-        )
+        raise _no_channel(data, wanted)
     return chosen
+
+
+def _no_channel(data: Held, wanted: Channel | None) -> DataError:
+    """What to say of columns none of which can be read as a channel."""
+    for column in data.columns:
+        meant = channel_named(column.name, "")
+        if meant is not None and wanted in (None, meant):
+            unit = f"the unit {column.unit!r}, which is not convertible to {meant.unit}"
+            return DataError(f"{data.kind}: {column.name!r} has {unit}")
+    for title in data.texts:
+        meant = channel_named(split_title(title)[0], "")
+        if meant is not None and wanted in (None, meant):
+            remedy = "convert it to numbers, for example with pandas.to_numeric"
+            return DataError(f"{data.kind}: column {title!r} contains text; {remedy}")
+    names = ", ".join(repr(column.name) for column in data.columns) or "no column of numbers"
+    return DataError(
+        f"{data.kind}: no column is named like {wanted or 'a channel'}; found {names};"
+        " give channel={'column': 'P1'}"
+    )
 
 
 def _channel(name: str) -> Channel:

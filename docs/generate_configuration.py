@@ -38,18 +38,18 @@ INTRODUCTION = """\
 
 <!-- written by docs/generate_configuration.py from hydrofdi/config; change the docstrings there -->
 
-An experiment file is YAML. Keys that it omits have the default below; an empty file is refused. A quantity is
-a number in SI or a string with a unit, such as `551 MPa`, `0.12 L/min` or `22 µm/V`
-([units](how-to/units.md)). Wrong units, unknown keys, duplicate keys and numbers out of range are refused, all
-at once, with `file:line` and dotted key. `extends: other.yaml` starts from another file.
+An experiment file is YAML. Keys that it omits have the default below; an empty file is refused. A
+quantity is a number in SI or a string with a unit, such as `551 MPa`, `0.12 L/min` or `22 µm/V`
+([units](how-to/units.md)). Wrong units, unknown keys, duplicate keys and numbers out of range are
+refused, all at once, with `file:line` and dotted key. `extends: other.yaml` starts from another file.
 
 `--set fluid.bulk_modulus='689 MPa'`, `baseline` and the axes of `sweep` use the same keys with dots.
-[configs/table3.yaml](../configs/table3.yaml) is a complete example. `hydrofdi init` writes a file for your own
-actuator.
+[configs/table3.yaml](../configs/table3.yaml) is a complete example. `hydrofdi init` writes a file for
+your own actuator.
 
-Symbols and equation numbers are those of Maddahi et al., CDSR 2015, paper 181. Our copy of the paper lacks all
-digits 0 and 2, so the nominal values are one possible scenario. "Legible as" quotes the remaining digits, and
-the text says how reliable a value is.
+Symbols and equation numbers are those of Maddahi et al., CDSR 2015, paper 181. Our copy of the paper
+lacks all digits 0 and 2, so the nominal values are one possible scenario. "Legible as" quotes the
+remaining digits, and the text says how reliable a value is.
 """
 
 MEASURED_INTRODUCTION = """\
@@ -57,9 +57,9 @@ MEASURED_INTRODUCTION = """\
 
 <!-- written by docs/generate_configuration.py from hydrofdi/records/measured; change the docstrings there -->
 
-This page lists every key of the YAML that [measured.md](measured.md) explains. A quantity is a number in SI or
-a string with a unit, such as `1 kHz` or `20 ms`. Unknown keys, duplicate keys and wrong units are refused, all at
-once, with `file:line`.
+This page lists every key of the YAML that [measured records](measured.md) explains. A quantity is a number in
+SI or a string with a unit, such as `1 kHz` or `20 ms`. Unknown keys, duplicate keys and wrong units are
+refused, all at once, with `file:line`.
 """
 
 MONITOR_INTRODUCTION = """\
@@ -67,9 +67,10 @@ MONITOR_INTRODUCTION = """\
 
 <!-- written by docs/generate_configuration.py from hydrofdi/monitor; change the docstrings there -->
 
-This page lists every key of the YAML that `hydrofdi monitor --config` reads ([monitoring.md](monitoring.md)). A
-quantity is a number in SI or a string with a unit, such as `1 kHz` or `20 ms`. Unknown keys, duplicate keys and
-wrong units are refused, all at once, with `file:line`. Paths are relative to the folder of the file.
+This page lists every key of the YAML that `hydrofdi monitor --config` reads
+([monitoring](monitoring.md)). A quantity is a number in SI or a string with a unit, such as `1 kHz` or
+`20 ms`. Unknown keys, duplicate keys and wrong units are refused, all at once, with `file:line`. Paths
+are relative to the folder of the file.
 """
 
 READABLE = {"Pa": "MPa", "m^2": "mm^2", "m^3": "cm^3", "m": "mm", "m/V": "µm/V"}

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.evaluation_record import evaluation_record
+from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_sentences
 from hydrofdi.api.table import Table
+from hydrofdi.errors import ReportError
 from hydrofdi.pipeline import evaluating
 from hydrofdi.pipeline.healthy_control import stands_clear
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.suggestions import nearest
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.parts import records_without_number
 
@@ -20,6 +24,7 @@ if TYPE_CHECKING:
     import xarray
 
     from hydrofdi.evaluation.groups import HealthyPair
+    from hydrofdi.report.figures import Figure
 
 
 class Evaluation:
@@ -92,6 +97,29 @@ class Evaluation:
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi evaluate --json`` prints."""
         return evaluation_record(self.found)
+
+    def plot(self, figure: str = "densities") -> Figure:
+        """The scores of healthy and faulty records with the limits, or another figure of a study by its name.
+
+        Parameters
+        ----------
+        figure : str
+            ``densities``, ``roc``, ``false_alarms``; with known leaks also ``answer``, ``ranking``, ``pod``
+            and ``det``.
+
+        Raises
+        ------
+        ReportError
+            There is no such figure, or the records do not give it; the message says why.
+        """
+        from hydrofdi.report.detection.report import DetectionReport
+        from hydrofdi.report.figures import draw_figure
+
+        report = DetectionReport("evaluation", Path(), (self.detection,))
+        known = [*report.figures()]
+        if figure not in known:
+            raise ReportError(f"no figure {figure!r}{nearest(figure, known)}")
+        return shown(draw_figure(report, figure))
 
     def _sentences(self) -> list[str]:
         first = f"best score: {self.best}" if self.best else "no indicator could measure any record"

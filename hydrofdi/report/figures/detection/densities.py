@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.selection import chosen_levels
@@ -28,9 +29,12 @@ def draw_densities(detection: Detection) -> Any:
     Raises
     ------
     ReportError
-        No score has a threshold.
+        There is no score.
     """
-    shown = with_threshold(detection, _MOST)
+    is_limited = any(each.threshold is not None for each in detection.judgements)
+    shown = with_threshold(detection, _MOST) if is_limited else detection.judgements[:_MOST]
+    if not shown:
+        raise ReportError("no indicator could measure any record")
     populations = _populations(detection)
     height = 0.9 + 0.28 * len(populations)
     figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True)
@@ -68,11 +72,13 @@ def _draw_one(
         axis.axvline(limit * scale, color=INK, linewidth=0.9)
     axis.set_xlim(edges[0] * scale, edges[-1] * scale)
     axis.set_xlabel("score" if unit == "1" else f"score [{unit}]", fontsize=8)
-    axis.locator_params(axis="x", nbins=5)
+    axis.locator_params(axis="x", nbins=4)
+    axis.ticklabel_format(axis="x", useOffset=False)
 
 
 def _label(population: Population) -> str:
-    return f"{population.name} (fit)" if population.is_fit else population.name
+    is_named = not population.is_fit or "fit" in population.name
+    return population.name if is_named else f"{population.name} (fit)"
 
 
 def _finite(values: Array) -> Array:

@@ -10,6 +10,7 @@ from hydrofdi.api.page import html_table
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
 from hydrofdi.errors import ReportError
+from hydrofdi.pipeline.assumed_plant import plant_advice
 from hydrofdi.records import Channel
 from hydrofdi.records.overview import Overview, Range, look_at
 from hydrofdi.settings.counting import counted
@@ -25,10 +26,13 @@ class Inspection:
     ----------
     overview : Overview
         Counts, ranges and remarks, in SI.
+    assumptions : tuple of str
+        What indicators assume of the actuator behind measured records.
     """
 
-    def __init__(self, overview: Overview) -> None:
+    def __init__(self, overview: Overview, assumptions: tuple[str, ...] = ()) -> None:
         self.overview = overview
+        self.assumptions = assumptions
 
     @property
     def n_record(self) -> int:
@@ -88,6 +92,7 @@ class Inspection:
                 }
                 for kind, finding in overview.findings.items()
             },
+            "assumptions": list(self.assumptions),
         }
 
     def _lines(self) -> list[tuple[str, ...]]:
@@ -157,7 +162,9 @@ def inspect(
     said = Said(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):
         raise refusal("record", "the name of a record", record)
-    return Inspection(look_at(joined(sources_of(data, tuple(Channel), said)), record))
+    sources = sources_of(data, tuple(Channel), said)
+    overview = look_at(joined(sources), record)
+    return Inspection(overview, plant_advice(sources, overview.channels))
 
 
 def _range_record(found: Range) -> dict[str, Any]:

@@ -33,8 +33,8 @@ from hydrofdi.settings.counting import counted
 from hydrofdi.store.layout.names import OBSTACLE
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
-REFERENCE_DROP = 10e6
-"""Pressure difference at which a leak is also stated [Pa]."""
+REFERENCE_DROP = 8e6
+"""Pressure difference at which a leak is also stated, by default by indicators as well [Pa]."""
 
 FULL_STROKE = 0.9
 """Share of the stroke from which on the linearised mode, taken at the centre, is off by far."""
@@ -55,7 +55,7 @@ class ModeOfRun:
     bulk_modulus, leakage_coefficient : float
         β [Pa] and K_i [m^3.5/kg^0.5].
     mean_leakage_flow, leakage_flow_at_reference : float
-        Mean of abs(q_il), and q_il at 10 MPa [m³/s].
+        Mean of abs(q_il), and q_il at 8 MPa [m³/s].
     piston_share : float
         Mean leakage flow over the mean of A abs(v_p) [-].
     frequency, damping_ratio : float

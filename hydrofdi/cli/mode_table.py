@@ -29,7 +29,7 @@ _OTHERS: dict[str, Column] = {
     "K_i\nm³/s/√Pa": (lambda mode: mode.leakage_coefficient, ".3g"),
     "leakage\nL/min": (lambda mode: convert(mode.mean_leakage_flow, "L/min"), ".3g"),
     "of piston\nflow": (lambda mode: mode.piston_share, ".1%"),
-    "at 10 MPa\nL/min": (lambda mode: convert(mode.leakage_flow_at_reference, "L/min"), ".3g"),
+    "at 8 MPa\nL/min": (lambda mode: convert(mode.leakage_flow_at_reference, "L/min"), ".3g"),
     "f_h\nHz": (lambda mode: mode.frequency, ".1f"),
     "ζ\n": (lambda mode: mode.damping_ratio, ".4f"),
     "octaves\nto edge": (lambda mode: mode.octaves_to_edge, ".2f"),

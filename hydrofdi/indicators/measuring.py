@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import process_time
 from typing import Any
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.faults import FaultyIndicatorError, gives_infinite, raised, require_sound_outputs
-from hydrofdi.records import Array, RecordBatch, Remark
+from hydrofdi.records import Array, Channel, RecordBatch, Remark
 
 Indicators = Mapping[str, Indicator[Any]]
 """Label → indicator."""
@@ -157,12 +157,20 @@ def _obstacles(
 def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | None:
     missing = sorted(indicator.channels - records.channels.keys())
     if missing:
-        return f"has no {' and no '.join(missing)}"
+        return f"has no {' and no '.join(missing)}{spool_remedy(missing, indicator)}"
     relative = sorted(indicator.channels & records.relative)
     if indicator.needs_scale and relative:
         found = "is normalised" if relative[0] in records.normalized else "is in counts"
         return f"{relative[0]} {found}, but {indicator.name} needs it in {relative[0].unit}"
     return indicator.obstacle(records)
+
+
+def spool_remedy(missing: Collection[Channel], indicator: Indicator[Any]) -> str:
+    """The option that replaces a measured spool position; empty where that is not what is missing."""
+    is_asked = getattr(indicator.options, "spool", "") == "measured"
+    if not is_asked or Channel.SPOOL_POSITION not in missing:
+        return ""
+    return f"; 'spool: command' under {indicator.name} computes it from the {Channel.INPUT_VOLTAGE}"
 
 
 def _own_obstacle(remarks: Sequence[Remark], indicator: Indicator[Any]) -> str | None:

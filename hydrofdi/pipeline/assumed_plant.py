@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.plant_constants import constants_not_given, plant_constants
-from hydrofdi.records import RecordSource
+from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.settings.quantities import Section
@@ -34,6 +34,24 @@ def assumed_plants(
         if names := assumed_constants(sources, indicator.options):
             labels.setdefault(names, []).append(label)
     return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
+
+
+def plant_advice(sources: Sequence[RecordSource], channels: Collection[Channel]) -> tuple[str, ...]:
+    """What the indicators that can use these channels assume of the plant; at most one sentence."""
+    from hydrofdi.indicators import make_indicators
+
+    labels: list[str] = []
+    names: dict[str, None] = {}
+    for label, indicator in make_indicators("all").items():
+        if indicator.channels <= set(channels) and (own := assumed_constants(sources, indicator.options)):
+            labels.append(label)
+            names |= dict.fromkeys(own)
+    if not labels:
+        return ()
+    return (
+        f"{', '.join(labels)} take {', '.join(names)} of your actuator as options; without them they assume"
+        " the nominal actuator of the paper",
+    )
 
 
 def assumption_text(label: str, names: Sequence[str]) -> str:

@@ -7,7 +7,14 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.detectors.trained.wording import count_text, limits_text, percent, plain, time_text
+from hydrofdi.detectors.trained.wording import (
+    count_text,
+    limits_text,
+    percent,
+    plain,
+    score_meaning,
+    time_text,
+)
 from hydrofdi.pipeline.assumed_plant import assumption_text, constants_text
 from hydrofdi.settings.counting import counted
 
@@ -42,6 +49,7 @@ def sentences(training: Training) -> Iterator[str]:
     channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
     yield f"It judges {_what(file)} at {file.sampling_frequency:g} Hz and needs {channels}."
     yield from _plant(file)
+    yield from _reference(file)
     yield f"A score {limits_text(file)} is an alarm."
     yield from _promise(file)
     yield from _basis(training)
@@ -54,6 +62,12 @@ def _plant(file: DetectorFile) -> Iterator[str]:
         yield f"It takes the actuator as {constants}."
     if file.assumed:
         yield f"Warning: {assumption_text(file.config.indicator, file.assumed)}."
+
+
+def _reference(file: DetectorFile) -> Iterator[str]:
+    """The pressure difference at which a leakage flow is stated."""
+    if " at " in (meaning := score_meaning(file)):
+        yield f"The score is the {meaning}."
 
 
 def _what(file: DetectorFile) -> str:

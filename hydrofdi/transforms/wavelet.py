@@ -83,9 +83,13 @@ def shortage(n_sample: int, wavelet: str, levels: int) -> str | None:
     """Message if a record is too short for the levels of a decimated transform, else None."""
     from pywt import Wavelet, dwt_max_level
 
-    reached = dwt_max_level(max(n_sample, 1), Wavelet(wavelet).dec_len)
+    length = Wavelet(wavelet).dec_len
+    if dwt_max_level(max(n_sample, 1), length) >= levels:
+        return None
+    needed = (length - 1) * 2**levels
     return (
-        f"{n_sample} samples allow {reached} levels of {wavelet}, not {levels}" if reached < levels else None
+        f"{n_sample} samples are too few for level {levels} of {wavelet}: it needs {needed}; take longer"
+        " records or windows"
     )
 
 

@@ -122,7 +122,7 @@ def test_an_indicator_without_numbers_is_said(tmp_path, options, reason):
     )
     found = run_json("check", tmp_path / "few.yaml")
     (warning,) = [each for each in found["warnings"] if "no numbers" in each]
-    assert warning.startswith("adaptive_observer has no numbers in 1 of 1 runs: ")
+    assert warning.startswith("adaptive_observer has no numbers in 1 of 1 run: ")
     assert reason in warning
 
 

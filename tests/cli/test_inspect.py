@@ -135,3 +135,13 @@ def test_the_symbols_of_the_list_are_those_that_plain_files_use(tmp_path: Path) 
     (tmp_path / "rig.csv").write_text("\n".join([header, *lines]) + "\n")
     found = run_json("inspect", tmp_path / "rig.csv", "--sampling-frequency", "1kHz")["channels"]
     assert [found[channel]["min"] for channel in Channel] == [float(f"0.{n}") for n in range(len(Channel))]
+
+
+def test_the_constants_that_indicators_assume_of_a_measured_actuator_are_named(tmp_path: Path) -> None:
+    lines = [f"{80 + n % 7},{60 + n % 3},{n % 9},{n % 5}" for n in range(400)]
+    (tmp_path / "rig.csv").write_text("P1 [bar],P2 [bar],x [mm],u [V]\n" + "\n".join(lines) + "\n")
+    told = run("inspect", tmp_path / "rig.csv", "--sampling-frequency", "200 Hz", check=0).stderr
+    assert "ekf_innovation" in told
+    assert "piston_area, chamber_volume" in told
+    assert "flow_balance" not in told, "it needs the spool position, too"
+    assert run_json("inspect", MUSEUM / "pressures.h5")["assumptions"] == []

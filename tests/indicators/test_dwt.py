@@ -44,7 +44,7 @@ def test_another_unit_scales_the_numbers():
 def test_a_record_that_is_too_short_is_not_measured_and_says_so(n_time):
     measures = measure(records(np.ones(n_time)), make_indicators(["dwt"]))
     assert np.isnan(measures.values["dwt.d1"]).all()
-    assert f"{n_time} samples allow" in measures.obstacles["dwt"][0]
+    assert f"{n_time} samples are too few for level 5 of db8: it needs 480" in measures.obstacles["dwt"][0]
 
 
 @pytest.mark.parametrize("phase", [0, "all"])

@@ -54,4 +54,6 @@ def test_another_unit_scales_the_numbers():
 
 
 def test_a_record_that_is_too_short_is_not_measured():
-    assert obstacle("wavelet_packet", noise(6, 200)) == "200 samples allow 3 levels of db8, not 4"
+    assert obstacle("wavelet_packet", noise(6, 200)) == (
+        "200 samples are too few for level 4 of db8: it needs 240; take longer records or windows"
+    )

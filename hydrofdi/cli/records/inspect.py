@@ -48,4 +48,6 @@ def inspect(
         print_json(found.to_dict())
     else:
         print_overview(found.overview)
+    for assumption in found.assumptions:
+        tell(f"note: {assumption}")
     return 1 if found.n_rejected else 0

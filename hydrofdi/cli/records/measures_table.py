@@ -73,6 +73,9 @@ def _print_indicator(
     for column in columns:
         if column.output.dims:
             console.print(f"{column.output.name}: {counted(column.size, 'number')} for each record, in files")
+    for column in columns if are_measured else ():
+        if " at " in column.output.long_name and column.output.unit == "m^3/s":
+            console.print(f"{column.output.name}: {column.output.long_name}", style="dim")
     for text, count in _reasons(label, records).items():
         console.print(f"not measured, {count} of {len(records)}: {text}")
     console.print()

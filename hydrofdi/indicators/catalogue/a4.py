@@ -9,7 +9,7 @@ from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import Section
 from hydrofdi.transforms.configuration import Levels, WaveletConfig, WaveletName
-from hydrofdi.transforms.wavelet import coefficient_rms
+from hydrofdi.transforms.wavelet import coefficient_rms, shortage
 
 _CHAMBERS = {"chamber_1": Channel.CHAMBER_1_PRESSURE, "chamber_2": Channel.CHAMBER_2_PRESSURE}
 
@@ -58,13 +58,7 @@ class A4(Indicator[A4Options]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is too short for the level."""
-        from pywt import Wavelet, dwt_max_level
-
-        wavelet, level, n_time = self.options.wavelet, self.options.level, records.n_time
-        reached = dwt_max_level(max(n_time, 1), Wavelet(wavelet).dec_len)
-        return (
-            f"{n_time} samples allow {reached} levels of {wavelet}, not {level}" if reached < level else None
-        )
+        return shortage(records.n_time, self.options.wavelet, self.options.level)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the pressures, each (n_record,)."""

@@ -18,7 +18,7 @@ from hydrofdi.detectors.trained.training.window_scorer import WindowScorer
 from hydrofdi.detectors.trained.wording import time_text
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.refusal import NotStatedError
-from hydrofdi.indicators.measuring import output_unit
+from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.settings.naming import setting
 
@@ -127,7 +127,10 @@ def _alike(
             f" {first.sampling_frequency:g} Hz; a detector needs a single sampling frequency"
         )
     if missing := [channel for channel in channels if channel not in batch.channels]:
-        raise DataError(f"{source}: has no {' and no '.join(missing)}, which {config.indicator} needs")
+        remedy = spool_remedy(missing, feature_of(config).indicator)
+        raise DataError(
+            f"{source}: has no {' and no '.join(missing)}, which {config.indicator} needs{remedy}"
+        )
     if obstacle := without_scale(batch, channels):
         raise DataError(f"{source}: {obstacle}")
     needs_length = config.window.by == "time" and config.window.duration is None

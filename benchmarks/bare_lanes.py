@@ -1,6 +1,6 @@
-"""The lane kernel as it would be without options: the paper's equations and nothing else.
+"""Lane kernel without options: only the equations of the paper.
 
-What the real kernel, all options off, takes longer is what the options cost those who do not use them.
+The extra time of the real kernel with all options off is the cost of unused options.
 """
 
 from __future__ import annotations

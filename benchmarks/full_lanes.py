@@ -1,4 +1,4 @@
-"""The kernel alone, all lanes in use."""
+"""Kernel alone, with all lanes in use."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hydrofdi.simulation.kernels.options import ModelOptions
 
 
 def advance_full_lanes(jobs: list[Job]) -> None:
-    """The kernels alone: spools and lanes, chunk by chunk."""
+    """Run only the kernels: spools and lanes, chunk by chunk."""
     runs = [parameters for parameters, _ in jobs]
     record, inputs = runs[0].record, Inputs(runs, runs[0].record)
     lanes = pack_lanes(runs, [coefficient for _, coefficient in jobs])

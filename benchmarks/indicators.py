@@ -1,4 +1,4 @@
-"""What indicators cost: in a batch and alone, beside the kernel that simulates the record."""
+"""Cost of indicators, in a batch and for single records, relative to the simulation of the record."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.simulation import simulate_batch
 
 RECORD = 20.0
-"""Record that is measured [s]."""
+"""Duration of the measured record [s]."""
 
 BATCH = 64
-"""Records that are measured together; a few for indicators that are not cheap."""
+"""Number of records measured together; smaller for indicators that are not cheap."""
 
 FEW = 2
 
 
 @dataclass
 class Cost:
-    """An indicator, records that it can measure, and what it took [s per record] in each round."""
+    """An indicator, records that it can measure, and its time in each round [s per record]."""
 
     indicator: Indicator
     records: RecordBatch
@@ -38,7 +38,7 @@ class Cost:
 
 
 def simulated_records(values: Mapping[str, Any] = MappingProxyType({})) -> RecordBatch:
-    """As many records of the jobs in the lanes as are measured together."""
+    """Simulate a batch of records from the jobs in the lanes."""
     jobs = lane_jobs(RECORD, values=values)
     runs = [parameters for parameters, _ in jobs]
     trajectory = simulate_batch(runs, [coefficient for _, coefficient in jobs])
@@ -59,7 +59,7 @@ def simulated_records(values: Mapping[str, Any] = MappingProxyType({})) -> Recor
 
 
 def resting_records() -> RecordBatch:
-    """Records that come to rest, which the position alone shows."""
+    """Simulate records with rests, which only the position shows."""
     records = simulated_records(AT_REST)
     others = {key: samples for key, samples in records.channels.items() if key != Channel.INPUT_VOLTAGE}
     return replace(records, channels=others)
@@ -68,15 +68,15 @@ def resting_records() -> RecordBatch:
 def measure_indicators(
     rounds: int, advance: Callable[[list[Job]], object], names: Sequence[str] = ()
 ) -> tuple[dict[str, dict[str, float]], float]:
-    """Milliseconds per record of each indicator, and the cheap ones together as a multiple of the kernel.
+    """Time of each indicator [ms per record], and of all cheap ones together relative to the kernel.
 
     Parameters
     ----------
     rounds : int
     advance : callable
-        The kernel alone.
+        Runs only the kernel.
     names : sequence of str
-        Indicators that are measured; all without any.
+        Indicators to measure; by default all.
     """
     jobs, sources = lane_jobs(RECORD), [simulated_records(), resting_records()]
     indicators = make_indicators(list(names) or indicator_names())
@@ -106,7 +106,7 @@ def tell_indicators(rows: dict[str, dict[str, float]], cheap: float) -> None:
 
 
 def _measurable(indicator: Indicator, sources: list[RecordBatch]) -> RecordBatch:
-    """The first records that an indicator can measure: some need a drive, some a rest."""
+    """First records that an indicator can measure: some need a drive, some a rest."""
     return next(
         records
         for records in sources

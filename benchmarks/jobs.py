@@ -1,4 +1,4 @@
-"""The jobs that all contestants solve, and how good their d2 is."""
+"""Jobs that all contestants solve, and the RMS of d2 for comparing accuracy."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ Job = tuple[RunParameters, float]
 
 
 AT_REST = {"input.period": 100.0}
-"""An input that is held longer than any record: what moves comes to rest."""
+"""Input that is constant over any record, so that the motion comes to rest."""
 
 IN_MOTION = {"input.shape": "steps", "input.period": 0.02}
-"""An input that changes before anything comes to rest."""
+"""Input that changes before the motion comes to rest."""
 
 
 def lane_jobs(
     duration: float, *, drives: int = 1, values: Mapping[str, Any] = MappingProxyType({})
 ) -> list[Job]:
-    """As many jobs as there are lanes, over leakage and bulk modulus, with so many different drives."""
+    """Jobs for all lanes, over leakage and bulk modulus, with the given number of different drives."""
     amplitudes = np.linspace(1.5, 2.0, drives) if drives > 1 else [2.0]
     nominal = RunParameters().with_values({"record.duration": duration, **values})
     moduli = np.linspace(551e6, 827e6, WIDTH)
@@ -56,7 +56,7 @@ def lane_jobs(
 
 
 def parameter_vector(job: Job) -> np.ndarray:
-    """The parameters of a job in the order of ``PAPER_FIELDS``, in SI."""
+    """Parameters of a job in the order of ``PAPER_FIELDS``, in SI."""
     parameters, leakage_coefficient = job
     single = pack_singles([parameters], [leakage_coefficient])[0]
     return np.array([single[field][0] for field in PAPER_FIELDS])
@@ -64,11 +64,11 @@ def parameter_vector(job: Job) -> np.ndarray:
 
 @cache
 def voltage(parameters: RunParameters, refinement: int = 1) -> np.ndarray:
-    """Input of every Runge-Kutta step [V], the step being divided by `refinement`."""
+    """Input of every Runge-Kutta step [V], with the step divided by `refinement`."""
     steps = np.arange(parameters.record.n_step)
     return np.repeat(input_voltage(parameters.input, parameters.record, steps), refinement)
 
 
 def d2_rms(pressure: np.ndarray) -> float:
-    """RMS of d2 of a chamber-1 pressure [Pa]."""
+    """RMS of detail d2 of a chamber-1 pressure [Pa]."""
     return float(detail_rms(pressure, WaveletConfig())[1])

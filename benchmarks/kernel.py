@@ -1,7 +1,8 @@
-"""How fast hydrofdi is, side by side with other ways to do the same, and against its targets.
+"""Speed of hydrofdi, compared with alternatives and with its targets.
 
-Run it by ``make bench``. The table goes to standard error, the same numbers go to standard output as JSON.
-Contestants take turns, so that a load from outside hits all of them; medians of the rounds are shown.
+Run it with ``make bench``. The table goes to standard error, the same numbers as JSON to standard output.
+Contestants take turns, so that other load on the machine affects all of them; medians of the rounds are
+shown.
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
 
 KERNEL_RECORD = 4.0
-"""Record of the timed kernels [s]."""
+"""Duration of the record of the timed kernels [s]."""
 
 SOLVER_RECORD = 2.0
-"""Record of the general solvers and of all errors [s]."""
+"""Duration of the record of the general solvers and of all errors [s]."""
 
 ERROR_JOBS = (0, 7, 20, 31)
-"""Of the jobs in the lanes, those whose d2 is compared; the largest error counts."""
+"""Jobs whose d2 is compared; the largest error is reported."""
 
 
 @dataclass
 class Contestant:
-    """A way to solve jobs, and what was measured of it."""
+    """A way to solve jobs, and its measured times."""
 
     title: str
     run: Callable[[], object]
@@ -56,7 +57,7 @@ class Contestant:
 
 @dataclass(frozen=True)
 class Target:
-    """A measured value beside what it has to reach."""
+    """A measured value and its target."""
 
     name: str
     measured: float
@@ -111,7 +112,7 @@ def contestants() -> dict[str, Contestant]:
     if (numbalsoda := solvers.numbalsoda_solver()) is not None:
         entrants["numbalsoda"] = solver("numbalsoda, rtol 1e-6", numbalsoda)
     else:
-        tell("numbalsoda is not installed and left out")
+        tell("numbalsoda is not installed and is skipped")
     return entrants
 
 
@@ -184,13 +185,13 @@ def judge_options(rounds: int) -> tuple[dict[str, dict[str, float]], list[Target
 
 
 def ratio(slow: Contestant, fast: Contestant) -> float:
-    """Median over the rounds of how much longer `slow` took per step and job."""
+    """Median over the rounds of the time ratio of `slow` to `fast` per step and job."""
     quotients = np.array(slow.times) / np.array(fast.times) * (fast.job_steps / slow.job_steps)
     return float(np.median(quotients))
 
 
 def kernel_rate(core: int | None) -> float:
-    """Seconds per step and job of the kernel on one core while the others do the same."""
+    """Time per step and job of the kernel on one core while the other cores do the same [s]."""
     pin(core)
     jobs = lane_jobs(KERNEL_RECORD)
     advance_full_lanes(jobs)
@@ -202,7 +203,7 @@ def kernel_rate(core: int | None) -> float:
 
 
 def measure_sweep(n_job: int, repetitions: int) -> tuple[dict[str, float], list[Target]]:
-    """The sweep between two measurements of the pure kernel on the same cores."""
+    """Measure a sweep between two measurements of the pure kernel on the same cores."""
     cores = own_cores()
     n_step = lane_jobs(20.0)[0][0].record.n_step
     results = []
@@ -240,7 +241,7 @@ def measure_start_up(rounds: int) -> tuple[dict[str, dict[str, float]], list[Tar
 
 
 def _limit(command: str) -> float | None:
-    """How many times as long as ``import numpy`` a command may take."""
+    """Largest time of a command relative to ``import numpy``."""
     if not command.startswith("hydrofdi "):
         return None
     return 6.0 if command.split()[1] in ("simulate", "check", "plan") else 4.0
@@ -272,7 +273,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--rounds", type=int, default=7, help="rounds of each comparison")
     parser.add_argument("--sweep", type=int, default=10_000, metavar="N", help="jobs of the sweep; 0: none")
-    parser.add_argument("--sweeps", type=int, default=2, metavar="N", help="so many sweeps; the best counts")
+    parser.add_argument(
+        "--sweeps", type=int, default=2, metavar="N", help="number of sweeps; the fastest counts"
+    )
     options = parser.parse_args()
     cores = own_cores()
     tell(f"{platform.machine()}, {len(cores)} cores, Python {platform.python_version()}\n")

@@ -1,8 +1,8 @@
-"""How fast a monitor is, how late its lines are, and what memory it takes; beside `measure` alone.
+"""Speed, latency and memory of a monitor, compared with `measure` alone.
 
     python benchmarks/monitor.py [INDICATOR ...]
 
-Five channels at 1 kHz, windows of 10 s side by side, one core. The monitor writes JSON lines, log and state.
+Five channels at 1 kHz, adjacent windows of 10 s, one core. The monitor writes JSON lines, log and state.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ CHANNELS = (
     Channel.INPUT_VOLTAGE,
 )
 N_AT_ONCE = 65_536
-"""Samples of a chunk, as files give them."""
+"""Samples per chunk, as from files."""
 LIVE = 20
-"""Samples of a chunk, as live sources give them."""
+"""Samples per chunk, as from live sources."""
 ROUNDS = 5
 N_LIVE = 400_000
-"""Samples in such small chunks."""
+"""Number of samples in small chunks."""
 LONG = 10_000_000
-"""Samples over which memory is looked at."""
+"""Number of samples over which memory is measured."""
 
 
 def signals(n_sample: int, seed: int) -> dict[Channel, Array]:
-    """Something like an actuator that moves."""
+    """Synthetic signals of a moving actuator."""
     draw = np.random.default_rng(seed)
     drive = np.sign(np.sin(2.0 * np.pi * 0.5 * np.arange(n_sample) / FREQUENCY + 0.1))
     swing = np.convolve(drive, np.exp(-np.arange(200) / 40.0) / 40.0)[:n_sample]
@@ -69,19 +69,19 @@ def signals(n_sample: int, seed: int) -> dict[Channel, Array]:
 
 
 class Healthy:
-    """So many windows as records that do not depend on each other."""
+    """Windows as independent records."""
 
     name = "benchmark"
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """One batch."""
+        """A single batch."""
         each = [signals(N_SAMPLE, 1000 + seed) for seed in range(120)]
         rows = {channel: np.stack([record[channel] for record in each]) for channel in CHANNELS}
         yield RecordBatch(rows, FREQUENCY, tuple(map(str, range(120))))
 
 
 class InMemory:
-    """A stream that is there already: the same samples again and again, later each time."""
+    """A stream from memory: repeats the same samples with increasing time."""
 
     name, wants_confirmation, may_repeat_all = "benchmark", False, False
 
@@ -91,10 +91,10 @@ class InMemory:
         self.handed_over = 0.0
 
     def open(self, position: Position) -> None:
-        """From the start."""
+        """Start from the beginning."""
 
     def read(self, timeout: float) -> Reading:
-        """The next chunk."""
+        """Return the next chunk."""
         first = self._place
         here = first % self._n_own
         stop = min(here + self._n_at_once, self._n_own, here + self._n_total - first)
@@ -108,7 +108,7 @@ class InMemory:
 
     @property
     def position(self) -> Position:
-        """Samples so far."""
+        """Number of samples so far."""
         return {"place": self._place}
 
     def confirm(self) -> None:
@@ -120,13 +120,13 @@ class InMemory:
 
 @dataclass
 class Clock:
-    """Behind the JSON lines: how long after the last sample of a window its line was out."""
+    """Sink after the JSON lines: records the delay from the last sample of a window to its line."""
 
     source: InMemory
     delays: list[float]
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Look at the clock."""
+        """Record the time."""
         if any(isinstance(line, WindowLine) for line in lines):
             self.delays.append(time.perf_counter() - self.source.handed_over)
         return ()
@@ -136,12 +136,12 @@ class Clock:
 
 
 def clocks() -> Array:
-    """Clock on the wall, and processor time [s]."""
+    """Wall time and processor time [s]."""
     return np.array([time.perf_counter(), time.process_time()])
 
 
 def run(file: DetectorFile, source: InMemory, sinks: Sequence[Sink] = ()) -> Array:
-    """A whole monitor with log, state and JSON lines; gives its duration by both clocks [s]."""
+    """Run a complete monitor with log, state and JSON lines; return wall and processor time [s]."""
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder, open(os.devnull, "w") as nowhere:
         state_file = StateFile(Path(folder) / "state", file, source.name)
         log = WindowLog(Path(folder) / "log.jsonl", file.unit)
@@ -152,7 +152,7 @@ def run(file: DetectorFile, source: InMemory, sinks: Sequence[Sink] = ()) -> Arr
 
 
 def measured(file: DetectorFile, samples: dict[Channel, Array]) -> Array:
-    """The same of `measure` alone, of the same windows in one batch [s]."""
+    """Wall and processor time of `measure` alone, for the same windows in one batch [s]."""
     time_axis = np.arange(samples[CHANNELS[0]].size) / FREQUENCY
     windows = windows_of(time_axis, samples, windower_of(file))
     records = records_of(windows, file.channels, FREQUENCY)
@@ -162,7 +162,7 @@ def measured(file: DetectorFile, samples: dict[Channel, Array]) -> Array:
 
 
 def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
-    """Print a line about an indicator."""
+    """Compare one indicator and print a line."""
     config = DetectorConfig.model_validate(
         {"indicator": name, "direction": "both", "false_alarm_rate": "2 %"}
     )
@@ -200,7 +200,7 @@ def main(names: Sequence[str]) -> None:
     chosen = names or [name for name in indicator_names() if sound_indicator(name, {}).is_cheap]
     samples = signals(1_000_000, 1)
     print(
-        "times real time by the clock on the wall, and by processor time: of the monitor, of `measure` of the"
+        "speed relative to real time, by wall time and by processor time: of the monitor, of `measure` of the"
     )
     print("same windows alone, and of the monitor in small chunks; time from last sample to line [ms]")
     print(f"{'':20} {'wall':>9} {'monitor':>9} {'measure':>9} {'small':>9} {'median':>8} {'99 %':>8}")
@@ -208,7 +208,7 @@ def main(names: Sequence[str]) -> None:
     run(files[0], InMemory(samples, LONG // 10, N_AT_ONCE))
     before = resident()
     duration = run(files[0], InMemory(samples, LONG, N_AT_ONCE))
-    memory = f"{before:.1f} MiB before, {resident():.1f} MiB behind"
+    memory = f"{before:.1f} MiB before, {resident():.1f} MiB after"
     print(f"{LONG:,} samples: memory {memory}; {duration[0]:.1f} s")
 
 

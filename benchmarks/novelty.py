@@ -1,9 +1,9 @@
-"""Share of windows that a detector calls novel or clipped: other healthy machines, leaks, other operation.
+"""Fraction of windows that a detector calls novel or clipped: other healthy machines, leaks, other operation.
 
     python benchmarks/novelty.py [--seed 10] [--duration '20 s']
 
 Machines are those of configs/populations/unknown-plant.yaml in closed loop; each gives one window. Columns:
-from how many healthy windows the ranges were learned.
+number of healthy windows in the training set.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ study:
 
 
 def main() -> None:
-    """Print the shares."""
+    """Print the fractions."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--seed", type=int, default=10)
     parser.add_argument("--duration", default="20 s")
@@ -74,7 +74,7 @@ def main() -> None:
 
 
 def first(n: int, facts: ChannelFacts) -> ChannelFacts:
-    """Facts of the first windows."""
+    """Statistics of the first windows."""
     return ChannelFacts(*(getattr(facts, each.name)[:n] for each in fields(facts)))
 
 

@@ -1,8 +1,8 @@
-"""What a stream of OPC UA costs: processor time of the source per second of stream, by kind of node.
+"""Cost of an OPC UA stream: processor time of the source per second of stream, by kind of node.
 
     PYTHONPATH=. python benchmarks/opcua.py
 
-A server in a process of its own writes four nodes in real time; this process reads them.
+A server in a separate process writes four nodes in real time; this process reads them.
 """
 
 import multiprocessing
@@ -24,7 +24,7 @@ SECONDS, STEP = 5, 0.1
 
 
 def serve(port, rate, n_block, is_over):
-    """Four nodes, written in real time; arrays where a block has several samples."""
+    """Serve four nodes in real time; values are arrays if a block has several samples."""
     initial = 0.0 if n_block == 1 else [0.0]
     with LoopbackServer({channel.symbol: initial for channel in CHANNELS}, port) as server:
         began, n_sent = time.time() + 3.0, 0
@@ -41,7 +41,7 @@ def serve(port, rate, n_block, is_over):
 
 
 def measure(rate, n_block):
-    """Seconds of processor per second of stream, and the share of its samples that came."""
+    """Processor time per second of stream, and the fraction of samples received."""
     context = multiprocessing.get_context("spawn")
     port, is_over = free_port(), context.Event()
     process = context.Process(target=serve, args=(port, rate, n_block, is_over))
@@ -64,7 +64,7 @@ def measure(rate, n_block):
 
 
 if __name__ == "__main__":
-    print("rate [Hz]  samples a value  processor [s/s]  share that came")
+    print("rate [Hz]  samples/value    processor [s/s]  received")
     for rate, n_block in ((100.0, 1), (1000.0, 1), (1000.0, 100)):
         busy, share = measure(rate, n_block)
         print(f"{rate:9.0f}  {n_block:15d}  {busy:15.3f}  {share:15.3f}")

@@ -1,4 +1,4 @@
-"""What each option of the model costs: time per step, time to compile, and what they cost while off."""
+"""Cost of each model option: time per step, compile time, and overhead if the option is off."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "closed loop": {"control.law": "pid"},
     "measured feedback": {"control.law": "pid", "control.feedback": "measured"},
 }
-CHOICES["all that go together"] = {
+CHOICES["all compatible options"] = {
     name: value for choice in CHOICES.values() for name, value in choice.items()
 }
 
@@ -49,7 +49,7 @@ N_STEP = 10_000
 
 
 class LaneRun:
-    """Full lanes under some options, ready to be advanced over the same steps again and again."""
+    """Full lanes with some options, which can be advanced over the same steps repeatedly."""
 
     def __init__(self, values: dict[str, Any]) -> None:
         jobs = lane_jobs(2.0)
@@ -78,7 +78,7 @@ class LaneRun:
 
 
 def measure_options(rounds: int) -> dict[str, dict[str, float]]:
-    """Per option: ns per step and job, how often the bare kernel's time beside it, and seconds to compile."""
+    """Per option: time per step and job [ns], ratio to the bare kernel, and compile time [s]."""
     runs = {name: LaneRun(values) for name, values in CHOICES.items()}
     bare = LaneRun({})
     for run in runs.values():
@@ -103,7 +103,7 @@ def measure_options(rounds: int) -> dict[str, dict[str, float]]:
 
 
 def warm_seconds(act: Callable[[], None]) -> float:
-    """Time of an act whose arrays are in the cache."""
+    """Time of a function with its arrays in the cache [s]."""
     act()
     start = time.perf_counter()
     act()
@@ -111,7 +111,7 @@ def warm_seconds(act: Callable[[], None]) -> float:
 
 
 def compilation_times() -> dict[str, float]:
-    """Seconds to compile the lane kernel for each option, in a process with an empty cache."""
+    """Time to compile the lane kernel for each option, in a process with an empty cache [s]."""
     with tempfile.TemporaryDirectory() as cache:
         environment = os.environ | {"NUMBA_CACHE_DIR": cache}
         done = subprocess.run([sys.executable, __file__], env=environment, capture_output=True, check=True)

@@ -1,4 +1,4 @@
-"""The equations as printed, in a plain compiled loop: one job after the other, numba's default options."""
+"""Equations as printed, in a plain compiled loop: one job at a time, with numba's default options."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def rates(y, u, p, dy):
 def integrate(p, u, step, steps_per_sample, pressure):
     """Classic Runge-Kutta from rest; fills `pressure` with the samples of P_1 [Pa].
 
-    Decays end as in the lanes, so that subnormal numbers slow neither.
+    Decays are cut off as in the lanes, so that subnormal numbers slow down neither.
     """
     y = np.zeros(6)
     y[4] = y[5] = (p[4] + p[5]) / 2
@@ -62,7 +62,7 @@ def integrate(p, u, step, steps_per_sample, pressure):
 
 
 def pressure(job: Job, refinement: int = 1) -> np.ndarray:
-    """Samples of P_1 [Pa] with the step of the run divided by `refinement`."""
+    """Samples of P_1 [Pa], with the step of the run divided by `refinement`."""
     record = job[0].record
     samples = np.empty(record.n_sample)
     integrate(

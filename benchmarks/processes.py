@@ -31,7 +31,7 @@ sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551
 
 
 def bytecode(folder: str) -> dict[str, str]:
-    """An environment in which Python keeps what it has parsed, as it does where nothing forbids it."""
+    """Environment in which Python caches bytecode, as it does by default."""
     return {"PYTHONPYCACHEPREFIX": str(Path(folder) / "bytecode"), "PYTHONDONTWRITEBYTECODE": ""}
 
 
@@ -43,7 +43,7 @@ def seconds(command: list[str], cwd: str, **environment: str) -> float:
 
 
 def start_up(repetitions: int) -> dict[str, dict[str, float]]:
-    """Median and least wall time of each command [s], all of them in turn in every round."""
+    """Median and minimum wall time of each command [s]; every round runs all commands."""
     commands = {"import numpy": IMPORT_NUMPY} | {
         f"hydrofdi {line}": [HYDROFDI, *line.split()] for line in COMMANDS
     }
@@ -61,7 +61,7 @@ def start_up(repetitions: int) -> dict[str, dict[str, float]]:
 
 
 def first_compilation(repetitions: int) -> list[float]:
-    """Wall times of ``simulate`` with an empty cache less one with the cache that it left [s]."""
+    """Wall times of ``simulate`` with an empty cache minus one with the resulting cache [s]."""
     differences = []
     for _ in range(repetitions):
         with tempfile.TemporaryDirectory() as folder:
@@ -72,7 +72,7 @@ def first_compilation(repetitions: int) -> list[float]:
 
 
 def large_sweep(n_job: int, workers: int) -> dict[str, float]:
-    """A sweep over K_i and EBM without stored signals: wall time [s] and peak memory [bytes]."""
+    """Run a sweep over K_i and EBM without stored signals: wall time [s] and peak memory [bytes]."""
     side = round(n_job**0.5)
     experiment: dict[str, Any] = {
         "name": "large",
@@ -104,7 +104,7 @@ def large_sweep(n_job: int, workers: int) -> dict[str, float]:
 
 
 class MemoryWatch:
-    """Peak of the memory of a process and all its descendants, sampled; shared pages count once (Linux)."""
+    """Sampled peak memory of a process and all its descendants; shared pages count once (Linux)."""
 
     def __init__(self, pid: int) -> None:
         self.peak = float("nan")

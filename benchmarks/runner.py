@@ -2,7 +2,7 @@
 
     make bench-runner
 
-Prints a table and the same as JSON, and keeps the JSON in results/bench-runner.json. Nothing is asserted.
+Prints a table and the same as JSON, and writes the JSON to results/bench-runner.json. Nothing is asserted.
 """
 
 import argparse
@@ -54,7 +54,7 @@ def timed(*command):
 
 
 def pure_seconds(file, out, workers):
-    """Kernel and feature time of all runs of a sweep [s], on as many cores at once as the sweep uses."""
+    """Kernel and feature time of all runs of a sweep [s], on the same number of cores as the sweep."""
     code = f"from runner import core_seconds; print(core_seconds({str(file)!r}, {str(out)!r}, 24))"
     command = [sys.executable, "-c", code]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
@@ -65,7 +65,7 @@ def pure_seconds(file, out, workers):
 
 
 def core_seconds(file, out, n_sample_batch):
-    """Kernel and feature time of all runs of a sweep on one core [s], from some of its batches."""
+    """Kernel and feature time of all runs of a sweep on one core [s], extrapolated from some batches."""
     from hydrofdi.config import load_experiment
     from hydrofdi.execution import Job, compute_columns, split_jobs
     from hydrofdi.pipeline import plan_sweep
@@ -85,9 +85,9 @@ def core_seconds(file, out, n_sample_batch):
 
 
 def processor_seconds(file, out):
-    """Processor time of a sweep in a single process [s]: all of it, and that of kernel and features.
+    """Processor time of a sweep in a single process [s]: total, and of kernel and features.
 
-    Other programs disturb it less than wall time.
+    Other programs affect it less than wall time.
     """
     from hydrofdi.config import load_experiment
     from hydrofdi.execution import InProcessEngine, compute
@@ -109,7 +109,7 @@ def processor_seconds(file, out):
 
 
 def reading(file):
-    """Seconds, and growth of a process [MB], from reading all metrics of an experiment file."""
+    """Time [s] and memory growth [MB] for reading all metrics of an experiment file."""
     code = (
         "import resource, sys, time; from pathlib import Path; from hydrofdi.store import read_experiment;"
         "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3;"
@@ -155,14 +155,14 @@ def many_runs(folder, n_axis, workers):
 
 
 def resume_seconds(folder, workers):
-    """Seconds that a sweep of 10,000 stored runs takes to find that nothing is missing."""
+    """Time of a sweep of 10,000 stored runs to find that nothing is missing [s]."""
     file = write_grid(folder, "stored", 100, 100, 2, "none")
     timed(*COMMAND, "sweep", file, "--out", folder / "stored", "--workers", workers)
     return min(timed(*COMMAND, "sweep", file, "--out", folder / "stored")[0] for _ in range(3))
 
 
 def plain_write_seconds(folder):
-    """Seconds to write the bytes of 1,000 runs with all signals, on disk."""
+    """Time to write the bytes of 1,000 runs with all signals to disk [s]."""
     rows = np.random.default_rng(0).random((1000, 60_000))
     start = time.perf_counter()
     with h5py.File(folder / "plain.h5", "w") as plain:
@@ -175,7 +175,7 @@ def plain_write_seconds(folder):
 
 
 def stored_signals(folder, workers, compression):
-    """1,000 runs with all signals, beside writing as many bytes with h5py before and after."""
+    """1,000 runs with all signals, compared with writing as many bytes with h5py before and after."""
     file = write_grid(folder, f"signals-{compression}", 10, 100, 20, "all")
     out = folder / f"signals-{compression}"
     command = [*COMMAND, "sweep", file, "--out", out, "--workers", workers]
@@ -223,7 +223,7 @@ def main():
             show("1,000 runs of 20 s with all signals (target: ratio < 3)", entry)
     Path("results").mkdir(exist_ok=True)
     Path("results/bench-runner.json").write_text(json.dumps(record, indent=2) + "\n")
-    print("\nkept results/bench-runner.json")
+    print(" wrote results/bench-runner.json")
 
 
 if __name__ == "__main__":

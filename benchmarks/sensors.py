@@ -1,4 +1,4 @@
-"""What sensors cost: whole batches, features included, beside the same batch with ideal sensors."""
+"""Cost of sensors: whole batches including features, compared with ideal sensors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS
 
 RECORD = 20.0
-"""Record of the timed batches [s]."""
+"""Duration of the record of the timed batches [s]."""
 
 LAG: dict[str, Any] = {"order": "second", "bandwidth": 200.0}
 FILTER = {"measurement.anti_alias": 200.0}
@@ -33,7 +33,7 @@ SENSORS: dict[str, dict[str, Any]] = {
 
 
 def measure_sensors(rounds: int) -> dict[str, dict[str, float]]:
-    """Per choice: ns per step and job, and how often the time of ideal sensors beside it; medians."""
+    """Per choice: time per step and job [ns], and ratio to ideal sensors; medians."""
     batches = {
         name: [Job("run", run.with_values(values), coefficient) for run, coefficient in lane_jobs(RECORD)]
         for name, values in SENSORS.items()

@@ -1,6 +1,6 @@
 """General solvers with error control, restarted at every edge of the input.
 
-States are scaled to about one, because numbalsoda takes one absolute tolerance for all: rtol 1e-6, and atol
+States are scaled to about one, because numbalsoda has a single absolute tolerance: rtol 1e-6, and atol
 1e-6 of the scale (1 Pa for the pressures). SciPy calls the same compiled rates.
 """
 
@@ -28,7 +28,7 @@ def scaled_rates(t, y, u, p):
 
 
 def segments(job: Job) -> Iterator[tuple[np.ndarray, float]]:
-    """Between one edge of the input and the next: sampling instants with both ends [s], and u [V]."""
+    """Segments between edges of the input: sampling instants including both ends [s], and u [V]."""
     record, drive = job[0].record, job[0].input
     per_half = round(drive.period / 2 * record.sampling_frequency)
     for first in range(0, record.n_sample, per_half):
@@ -52,7 +52,7 @@ def scipy_lsoda(job: Job) -> np.ndarray:
 
 
 def numbalsoda_solver() -> Callable[[Job], np.ndarray] | None:
-    """The same by numbalsoda; None where it is not installed."""
+    """The same with numbalsoda; None if it is not installed."""
     try:
         from numbalsoda import lsoda, lsoda_sig
     except (ImportError, OSError):

@@ -1,9 +1,9 @@
-"""How often the stated interval of a trained detector holds the true rate of false alarms.
+"""Coverage of the stated false-alarm intervals of trained detectors.
 
     PYTHONPATH=. python benchmarks/stated_rates.py [--repeats 400]
 
-Scores are normal; those of a record (first order autoregression) or of a group (a common part) depend on each
-other. The true rate is that of a new window of a new record or group.
+Scores are normal; those of a record (first-order autoregression) or of a group (a common component) are
+dependent. The true rate is that of a new window of a new record or group.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ Draw = Callable[[np.random.Generator], np.ndarray]
 
 RECORDS = ((1, 400, 0.5), (1, 400, 0.9), (20, 20, 0.5), (20, 20, 0.9))
 GROUPS = ((2, 200, 0.2), (3, 130, 0.2), (10, 40, 0.2), (10, 40, 0.5), (30, 40, 0.2), (30, 40, 0.5))
-"""Number, windows of each, and their correlation."""
+"""Number of groups, windows per group, and their correlation."""
 
 
 def main() -> None:
-    """Print the shares."""
+    """Print the coverage."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--repeats", type=int, default=400)
     repeats = parser.parse_args().repeats
-    print("healthy windows | rate set for | interval holds the true rate | mean true rate | median upper end")
+    print("healthy windows | design rate | coverage of the interval | mean true rate | median upper limit")
     for n, n_window, correlation in RECORDS:
         draw: Draw = partial(autoregressive, shape=(n, n_window), correlation=correlation)
         _print(f"{n} records of {n_window}, {correlation}", draw, 0, 0.05, repeats)

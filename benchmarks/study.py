@@ -1,8 +1,8 @@
-"""Measure a study: records of 20 s with all cheap indicators and no signals, beside the kernel alone.
+"""Measure a study: records of 20 s with all cheap indicators and no signals, compared with the kernel alone.
 
     python benchmarks/study.py [--records 10000]
 
-Processor time of one process, so that other programs disturb it little. Prints JSON; nothing is asserted.
+Reports processor time of one process, which other programs affect little. Prints JSON; nothing is asserted.
 """
 
 import argparse
@@ -38,14 +38,14 @@ detection: {{indicators: all}}
 
 
 def experiment_of(folder, n_record):
-    """A study of so many records."""
+    """Make a study of `n_record` records."""
     file = folder / "study.yaml"
     file.write_text(STUDY.format(tenth=n_record // 10))
     return load_experiment(file)
 
 
 def swept(experiment, out):
-    """Processor time [s] of a sweep in this process, and of the kernel in it."""
+    """Processor time of a sweep in this process, and of its kernel [s]."""
     original, spent = compute.compute_columns, []
 
     def simulate(*arguments, **options):
@@ -62,7 +62,7 @@ def swept(experiment, out):
 
 
 def seconds_of(act):
-    """Processor time of an act [s], and what it returns."""
+    """Processor time of a function [s], and its result."""
     start = time.process_time()
     result = act()
     return time.process_time() - start, result
@@ -79,7 +79,7 @@ def main():
         expanding, _ = seconds_of(lambda: expand_runs(large))
         planning, _ = seconds_of(lambda: plan_sweep(large, folder / "nowhere"))
         small = experiment_of(folder, 40)
-        swept(small, folder / "warm")  # compiles, or loads the kernel
+        swept(small, folder / "warm")  # compiles or loads the kernel
         experiment = experiment_of(folder, arguments.records)
         total, kernel = swept(experiment, folder / "out")
         reading, _ = seconds_of(lambda: read_study(read_results(folder / "out")))

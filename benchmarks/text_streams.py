@@ -1,7 +1,7 @@
 """Rows of text per second of processor time, with time and four channels: CSV, JSON lines, and payloads.
 
-``python benchmarks/text_streams.py``: medians of rounds, each over 200,000 rows in pieces of 128 KiB. Beside
-them the conversion of the same cells by ``float`` alone, which bounds what a reader of text can do.
+``python benchmarks/text_streams.py``: medians of rounds, each over 200,000 rows in pieces of 128 KiB. For
+comparison: conversion of the same cells by ``float`` alone, an upper bound for text readers.
 """
 
 from __future__ import annotations

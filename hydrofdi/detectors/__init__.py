@@ -1,4 +1,4 @@
-"""Detectors: they learn from healthy records and score others, as batches or as streams."""
+"""Detectors: trained on healthy records, they score other records, as batches or as streams."""
 
 from hydrofdi.detectors.contract import Detector, OnlineDetector
 from hydrofdi.detectors.distance_detector import DistanceDetector

@@ -1,4 +1,4 @@
-"""What a detector is."""
+"""Interfaces of detectors."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ State = TypeVar("State")
 
 
 class Detector(Protocol[Model]):
-    """Something that learns from healthy records and scores others."""
+    """Interface of a detector: it learns from healthy records and scores other records."""
 
     def fit(self, healthy: RecordBatch) -> Model:
-        """What healthy records teach; they have no labels."""
+        """Fit a model to healthy records."""
         ...
 
     def score(self, model: Model, records: RecordBatch) -> Array:
-        """Scores (n_record,): larger is leakier. NaN if a record cannot be scored."""
+        """Scores (n_record,); larger scores mean larger leaks, NaN if a record cannot be scored."""
         ...
 
 
 class OnlineDetector(Detector[Model], Protocol[Model, State]):
-    """A detector of streams. Whatever the chunks, the scores of a stream are the same to the bit."""
+    """Interface of an on-line detector: scores are bit-identical however a stream is split into chunks."""
 
     def start(self, model: Model, records: RecordBatch) -> State:
-        """The state before the first sample of streams that have the channels and sampling of `records`."""
+        """State before the first sample of streams with the channels and sampling of `records`."""
         ...
 
     def step(self, state: State, chunk: RecordBatch) -> tuple[State, Array]:
-        """The state behind a chunk, and the scores (n_record, n_instant) that came with it."""
+        """State after a chunk, and the scores (n_record, n_instant) within it."""
         ...

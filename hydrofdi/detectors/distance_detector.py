@@ -1,4 +1,4 @@
-"""Several numbers of indicators as a detector."""
+"""Detector from several indicator outputs."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from hydrofdi.scoring.contract import Score
 
 
 class DistanceDetector:
-    """How far records lie from healthy ones in several numbers: Mahalanobis with a shrunk covariance.
+    """Distance of records from healthy ones in several outputs: Mahalanobis with shrinkage covariance.
 
     Parameters
     ----------
     features : sequence of Feature
-        All numbers of each count.
+        Outputs to use; of array outputs, all elements.
     score : Score, optional
-        Another score that learns from healthy records.
+        Another score that is trained on healthy records.
 
     Raises
     ------
     ConfigError
-        The score learns from faulty records.
+        The score requires faulty records for training.
     """
 
     def __init__(self, features: Sequence[Feature], score: Score[Any] | None = None) -> None:
@@ -35,20 +35,18 @@ class DistanceDetector:
         self.distance = score or make_score("mahalanobis")
         if self.distance.needs_faulty:
             raise ConfigError(
-                f"the score {self.distance.name} learns from faulty records, which a detector does not have"
+                f"the score {self.distance.name} requires faulty records for training,"
+                " but a detector has only healthy ones"
             )
 
     def fit(self, healthy: RecordBatch) -> Fitted:
-        """Centre and covariance of healthy records.
+        """Fit centre and covariance to healthy records.
 
-        Raises
-        ------
-        NotStatedError
-            Too few of them have all numbers.
+        Raises ------ NotStatedError Too few records have all values.
         """
         numbers = np.hstack([feature.of_healthy(healthy) for feature in self.features])
         return self.distance.fit(numbers, np.zeros(len(numbers), dtype=bool))
 
     def score(self, model: Fitted, records: RecordBatch) -> Array:
-        """Scores (n_record,): larger is leakier. NaN if a record lacks a number."""
+        """Scores (n_record,); larger scores mean larger leaks, NaN if a record lacks a value."""
         return model.score(features_of(self.features, records))

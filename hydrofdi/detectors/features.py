@@ -1,4 +1,4 @@
-"""Numbers of indicators, as detectors take them."""
+"""Indicator outputs as features of detectors."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from hydrofdi.settings.suggestions import nearest
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """An output of an indicator: one number, or all of those that it has.
+    """An output of an indicator: a number or an array.
 
     Attributes
     ----------
     indicator : Indicator
     output : str
-        The first one that is a score, where it is empty.
+        Name of the output; by default the first one that is a score.
     """
 
     indicator: Indicator[Any]
@@ -32,12 +32,12 @@ class Feature:
 
     @property
     def described(self) -> Output:
-        """What the indicator says of the output.
+        """Declaration of the output.
 
         Raises
         ------
         ConfigError
-            It has none of this name.
+            The indicator has no output of this name.
         """
         outputs = {each.name: each for each in self.indicator.outputs}
         if not self.output:
@@ -49,16 +49,13 @@ class Feature:
 
     @property
     def label(self) -> str:
-        """Such as ``dwt.d2``."""
+        """Label, such as ``dwt.d2``."""
         return f"{self.indicator.name}.{self.described.name}"
 
     def direction(self, chosen: Direction | None = None) -> Direction:
-        """The direction of a leak: the chosen one, or that of the output.
+        """Direction of change by a leak: the chosen one, or that of the output.
 
-        Raises
-        ------
-        ConfigError
-            None is chosen, and that of the output depends on the actuator.
+        Raises ------ ConfigError No direction is chosen, and that of the output depends on the actuator.
         """
         direction = chosen or self.described.direction
         if direction is None:
@@ -68,16 +65,13 @@ class Feature:
         return direction
 
     def of(self, records: RecordBatch) -> Array:
-        """Its numbers, shape (n_record, n_number); NaN if a record has none."""
+        """Values of the output, shape (n_record, n_number); NaN if a record has none."""
         return self._measured(records)[0]
 
     def of_healthy(self, records: RecordBatch) -> Array:
-        """The same, of records from which something is learned.
+        """The same for training records.
 
-        Raises
-        ------
-        NotStatedError
-            No record has the number, with the reason of the first one.
+        Raises ------ NotStatedError No record has a value; the message gives the reason of the first record.
         """
         numbers, obstacles = self._measured(records)
         if not np.isfinite(numbers).any():
@@ -92,5 +86,5 @@ class Feature:
 
 
 def features_of(features: Sequence[Feature], records: RecordBatch) -> Array:
-    """Numbers of several outputs side by side, shape (n_record, n_number)."""
+    """Values of several outputs, concatenated, shape (n_record, n_number)."""
     return np.hstack([feature.of(records) for feature in features])

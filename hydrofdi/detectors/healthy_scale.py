@@ -1,4 +1,4 @@
-"""A score in units of its healthy spread."""
+"""Standardisation of scores by healthy median and spread."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class HealthyScale:
     centre : float
         Median of the healthy scores.
     spread : float
-        Their interquartile range over 1.349; the standard deviation where the quartiles are equal.
+        Their interquartile range over 1.349; the standard deviation if the quartiles are equal.
     n : int
         Number of healthy scores.
     """
@@ -37,17 +37,17 @@ class HealthyScale:
 
 
 def healthy_scale(scores: ArrayLike) -> HealthyScale:
-    """The scale by healthy scores, those of many instants or of many records; NaN teach nothing.
+    """Fit the scale to healthy scores of many instants or records; NaN values are ignored.
 
     Parameters
     ----------
     scores : array_like
-        Of any shape.
+        Any shape.
 
     Raises
     ------
     NotStatedError
-        Fewer than five scores, or all of them are equal.
+        There are fewer than five scores, or all are equal.
     """
     known, _ = measurable(np.ravel(scores))
     known = known[np.isfinite(known)]

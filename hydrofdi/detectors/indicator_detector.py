@@ -1,4 +1,4 @@
-"""One number of an indicator as a detector."""
+"""Detector from one indicator output."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from hydrofdi.settings.counting import counted
 
 
 class IndicatorDetector:
-    """How far a number lies from its healthy median, in healthy spreads, in the direction of a leak.
+    """Deviation of an output from its healthy median, in healthy spreads, in the direction of a leak.
 
     Parameters
     ----------
     feature : Feature
     direction : Direction, optional
-        That of the output where none is given.
+        Direction of an alarm; by default that of the output.
 
     Raises
     ------
     ConfigError
-        The output has no direction of its own, and none is given.
+        No direction is given, and the output does not declare one.
     """
 
     def __init__(self, feature: Feature, direction: Direction | None = None) -> None:
@@ -32,22 +32,21 @@ class IndicatorDetector:
         self.direction = feature.direction(direction)
 
     def fit(self, healthy: RecordBatch) -> HealthyScale:
-        """Median and spread of healthy records.
+        """Fit median and spread to healthy records.
 
-        Raises
-        ------
-        NotStatedError
-            Too few of them have the number, or it does not vary.
+        Raises ------ NotStatedError Too few records have a value, or it does not vary.
         """
         return healthy_scale(self._single(self.feature.of_healthy(healthy)))
 
     def score(self, model: HealthyScale, records: RecordBatch) -> Array:
-        """Scores (n_record,) in healthy spreads: larger is leakier. NaN if a record has no number."""
+        """Scores (n_record,) in healthy spreads; larger scores mean larger leaks, NaN if a record has no
+        value."""
         return suspicion(model(self._single(self.feature.of(records))), self.direction)
 
     def _single(self, numbers: Array) -> Array:
         if numbers.shape[1] != 1:
             raise ConfigError(
-                f"{self.feature.label} has {counted(numbers.shape[1], 'number')}, and one is needed"
+                f"{self.feature.label} has {counted(numbers.shape[1], 'value')},"
+                " but a single number is needed"
             )
         return np.asarray(numbers[:, 0])

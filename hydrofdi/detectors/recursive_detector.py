@@ -1,4 +1,4 @@
-"""The score of a recursive indicator as a detector of streams, with a chart on top or without."""
+"""On-line detector from a recursive indicator, with an optional control chart."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ _INDICATOR, _CHART = "indicator.", "chart."
 
 
 class RecursiveDetector:
-    """Follows the score of an indicator, in healthy spreads, sample block by sample block.
+    """Computes the score of a recursive indicator in healthy spreads, chunk by chunk.
 
-    What comes within the transient of the indicator is NaN, which raises no alarm.
+    Scores within the transient of the indicator are NaN, which raises no alarm.
 
     Parameters
     ----------
     indicator : RecursiveIndicator
-        Its score is the first of its estimates.
+        The score is the first of its estimates.
     chart : Chart, optional
-        What is asked of the score; without, the score itself. Scores that a leak lowers are turned before, so
-        that the option ``direction: rising`` of a chart means leakage alone.
+        Control chart on the score; by default the score itself is returned. Scores that a leak lowers change
+        sign first, so that ``direction: rising`` of a chart always means leakage.
     direction : Direction, optional
-        That of the score where none is given.
+        Direction of an alarm; by default that of the score.
     limit : float
-        The chart restarts where it is reached.
+        The chart restarts when this limit is reached.
 
     Raises
     ------
     ConfigError
-        The score has no direction of its own, and none is given.
+        No direction is given, and the score does not declare one.
     """
 
     def __init__(
@@ -53,13 +53,9 @@ class RecursiveDetector:
         self.direction = Feature(indicator, indicator.estimates[0].name).direction(direction)
 
     def fit(self, healthy: RecordBatch) -> HealthyScale:
-        """Median and spread of healthy scores, over all instants after the transient.
+        """Fit median and spread to healthy scores at all instants after the transient.
 
-        Raises
-        ------
-        NotStatedError
-            There are too few, or they do not vary.
-        ConfigError
+        Raises ------ NotStatedError There are too few scores, or they do not vary. ConfigError
             The records lack a channel.
         """
         self._require_channels(healthy)
@@ -67,12 +63,12 @@ class RecursiveDetector:
         return healthy_scale(self._settled(trace, healthy.start_time))
 
     def score(self, model: HealthyScale, records: RecordBatch) -> Array:
-        """The largest score along each record (n_record,); NaN if it has none."""
+        """Largest score over time of each record (n_record,); NaN if it has none."""
         scores = self.step(self.start(model, records), records)[1]
         return np.asarray(np.fmax.reduce(scores, axis=1, initial=math.nan))
 
     def start(self, model: HealthyScale, records: RecordBatch) -> State:
-        """The state before the first sample: arrays alone, the model among them."""
+        """State before the first sample: only arrays, including the model."""
         self._require_channels(records)
         chart = {} if self.chart is None else self.chart.start(records.n_record)
         return {
@@ -83,7 +79,7 @@ class RecursiveDetector:
         }
 
     def step(self, state: State, chunk: RecordBatch) -> tuple[State, Array]:
-        """The state behind a chunk, and the scores (n_record, n_instant) that came with it."""
+        """State after a chunk, and the scores (n_record, n_instant) within it."""
         centre, spread, n = state["scale"]
         followed, trace = self.indicator.step(_part(state, _INDICATOR), chunk)
         settled = self._settled(trace, float(state["began"][0]))
@@ -100,7 +96,7 @@ class RecursiveDetector:
             raise ConfigError(f"{self.indicator.name} needs {' and '.join(missing)}, which the records lack")
 
     def _settled(self, trace: Trace, began: float) -> Array:
-        """The score, NaN within the transient."""
+        """The score; NaN within the transient."""
         is_settled = trace.time - began >= self.indicator.options.transient - 1e-9
         return np.where(is_settled, trace.values[self.indicator.estimates[0].name], np.nan)
 

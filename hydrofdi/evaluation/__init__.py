@@ -1,5 +1,5 @@
-"""Statistics of detection: false alarms, ROC, probability of detection. It sees only arrays of scores.
+"""Detection statistics: false alarms, ROC, probability of detection, from arrays of scores.
 
-What it states are frozen dataclasses with intervals. What the records do not carry is refused, with what
-would help (`NotStatedError`).
+Results are frozen dataclasses with intervals. If the records do not support a result, `NotStatedError` says
+why, and what would help.
 """

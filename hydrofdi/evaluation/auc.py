@@ -19,11 +19,11 @@ class Area:
     Attributes
     ----------
     value, low, high : float
-        With its two-sided interval.
+        Area and its two-sided interval.
     confidence : float
     n_healthy, n_faulty : int
     not_measurable : int
-        Number of records of both kinds beside them that have no score.
+        Number of further records of both kinds without a score.
     """
 
     value: float
@@ -36,10 +36,10 @@ class Area:
 
     @property
     def d_prime(self) -> tuple[float, float, float]:
-        """Distance of two unit Gaussians with this area, and its interval: √2 Φ⁻¹(area).
+        """Distance d' of two unit-variance Gaussians with this area, and its interval: √2 Φ⁻¹(area).
 
-        Green and Swets, Signal Detection Theory and Psychophysics (1966), chapter 3. No monotone transform
-        of the scores changes it.
+        Green and Swets, Signal Detection Theory and Psychophysics (1966), chapter 3. It is invariant under
+        monotone transforms of the scores.
         """
         from scipy.special import ndtri
 
@@ -48,10 +48,11 @@ class Area:
 
 
 def placements(healthy: Array, faulty: Array) -> tuple[Array, Array]:
-    """The share of faulty scores above each healthy one, and of healthy scores below each faulty one.
+    """Fraction of faulty scores above each healthy one, and of healthy scores below each faulty one.
 
-    Equal scores count half. The structural components of DeLong, DeLong and Clarke-Pearson, Biometrics 44
-    (1988) 837, from ranks as Sun and Xu, IEEE Signal Processing Letters 21 (2014) 1389, in n log n.
+    Equal scores count half. These are the structural components of DeLong, DeLong and Clarke-Pearson,
+    Biometrics 44 (1988) 837, computed from ranks in O(n log n) as in Sun and Xu, IEEE Signal Processing
+    Letters 21 (2014) 1389.
 
     Parameters
     ----------
@@ -63,17 +64,17 @@ def placements(healthy: Array, faulty: Array) -> tuple[Array, Array]:
 
 
 def share_below(scores: Array, of: Array) -> Array:
-    """The share of `scores` below each of the scores `of`, equal ones counted half; shape of `of`."""
+    """Fraction of `scores` below each score in `of`, equal ones counted half; shape of `of`."""
     ordered = np.sort(scores)
     twice = np.searchsorted(ordered, of, "left") + np.searchsorted(ordered, of, "right")
     return np.asarray(twice / (2.0 * scores.size))
 
 
 def area_under_curve(healthy: ArrayLike, faulty: ArrayLike, *, confidence: float = 0.95) -> Area:
-    """Area under the ROC curve of independent records; larger scores are the more suspicious.
+    """Area under the ROC curve of independent records; larger scores are more suspicious.
 
-    The interval is DeLong's on the logit of the area; where he has no variance (all scores apart, a single
-    record) it is the fifth of Newcombe, Statistics in Medicine 25 (2006) 559.
+    The interval is DeLong's on the logit of the area. If its variance is undefined (perfect separation, a
+    single record), it is method 5 of Newcombe, Statistics in Medicine 25 (2006) 559.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ def _interval(value: float, variance: float, n: int, m: int, confidence: float) 
 
 
 def _newcombe(value: float, n: int, m: int, z: float) -> float:
-    """The lower end: where the distance to `value` is z standard deviations of two exponential samples."""
+    """Lower limit, at a distance of z standard deviations from `value`, under the exponential model."""
     from scipy.optimize import brentq
 
     def distance(area: float) -> float:

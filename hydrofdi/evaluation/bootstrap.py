@@ -1,4 +1,4 @@
-"""Intervals by drawing whole groups."""
+"""Bootstrap intervals from resampled groups."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ def group_bootstrap(
     n_draw: int = 1000,
     seed: int = 0,
 ) -> tuple[float, float]:
-    """Interval of any statistic of the records: groups are drawn with replacement, with all of their records.
+    """Interval of any statistic of the records: whole groups are drawn with replacement.
 
-    Davison and Hinkley, Bootstrap Methods and their Application (1997), section 3.8; percentiles widened for
-    few groups after Hesterberg, The American Statistician 69 (2015) 371. Draws without a value, such as
-    those without a faulty record, are drawn again.
+    Davison and Hinkley, Bootstrap Methods and their Application (1997), section 3.8; percentiles are widened
+    for few groups after Hesterberg, The American Statistician 69 (2015) 371. Resamples without a value, such
+    as those without a faulty record, are drawn again.
 
     Parameters
     ----------
     statistic : callable
-        From the positions of records, shape (n_drawn,), to a number; NaN or NotStatedError where it has none.
+        Function from positions of records, shape (n_drawn,), to a number; NaN or NotStatedError if undefined.
     groups : sequence of str, length n_record
-        A group each where records are independent.
+        Group of each record; independent records have different groups.
     confidence : float
     n_draw : int
     seed : int
@@ -43,7 +43,7 @@ def group_bootstrap(
     Raises
     ------
     NotStatedError
-        Fewer than five groups, or most draws have no value.
+        There are fewer than five groups, or most resamples have no value.
     """
     _, places = np.unique(np.asarray(groups), return_inverse=True)
     n_group = _enough(int(places.max(initial=-1)) + 1)
@@ -56,7 +56,7 @@ def group_bootstrap(
         values += [] if math.isnan(value) else [value]
         if len(values) == n_draw:
             return _percentiles(np.array(values), n_group, confidence)
-    raise NotStatedError("most draws of the groups leave nothing to compute: too few groups of one kind")
+    raise NotStatedError("most resamples have no value: there are too few groups of one kind")
 
 
 def grouped_area(
@@ -69,9 +69,9 @@ def grouped_area(
     n_draw: int = 2000,
     seed: int = 0,
 ) -> Area:
-    """Area under the ROC curve, its interval by drawing groups; a group may hold records of both kinds.
+    """Area under the ROC curve, with an interval from resampled groups; a group may contain both kinds.
 
-    The wins between each two groups are counted once, so that a draw costs no sorting.
+    Pairwise wins between groups are counted once, so resampling needs no sorting.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def grouped_area(
     Raises
     ------
     NotStatedError
-        Fewer than five groups, or no scores of one kind.
+        There are fewer than five groups, or no scores of one kind.
     """
     area = area_under_curve(healthy, faulty, confidence=confidence)
     below, above = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
@@ -109,7 +109,7 @@ def grouped_area(
 
 def _enough(n_group: int) -> int:
     if n_group < FEWEST_GROUPS:
-        raise NotStatedError(f"an interval over groups needs {FEWEST_GROUPS} of them, not {n_group}")
+        raise NotStatedError(f"an interval over groups needs {FEWEST_GROUPS} groups, not {n_group}")
     return n_group
 
 

@@ -1,4 +1,4 @@
-"""Area under the ROC curve of records in many groups, without drawing any."""
+"""Area under the ROC curve of records in many groups, without resampling."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hydrofdi.evaluation.auc import Area, area_under_curve, placements
 from hydrofdi.evaluation.refusal import NotStatedError
 
 MANY_GROUPS = 30
-"""Groups from which on the variance between them is known well enough."""
+"""Minimum number of groups for a reliable estimate of the variance between groups."""
 
 
 def clustered_area(
@@ -24,11 +24,11 @@ def clustered_area(
     *,
     confidence: float = 0.95,
 ) -> Area:
-    """Area under the ROC curve, its interval from the sums of DeLong's components in each group.
+    """Area under the ROC curve, with an interval from the sums of DeLong's components in each group.
 
-    Obuchowski, Biometrics 53 (1997) 567: a group may hold records of both kinds, such as those of one
-    actuator before and after. On the logit of the area; where all scores are apart, that of independent
-    records.
+    Obuchowski, Biometrics 53 (1997) 567: a group may contain records of both kinds, such as those of one
+    actuator before and after a fault. The interval is on the logit of the area; with perfect separation it is
+    that of independent records.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def clustered_area(
     Raises
     ------
     NotStatedError
-        Fewer than thirty groups, or no scores of one kind.
+        There are fewer than thirty groups, or no scores of one kind.
     """
     from scipy.special import expit, logit, stdtrit
 
@@ -50,7 +50,7 @@ def clustered_area(
     _, places = np.unique(names, return_inverse=True)
     n_group = int(places.max()) + 1
     if n_group < MANY_GROUPS:
-        raise NotStatedError(f"the variance between groups needs {MANY_GROUPS} of them, not {n_group}")
+        raise NotStatedError(f"the variance between groups needs {MANY_GROUPS} groups, not {n_group}")
     components = placements(below[is_below], above[is_above])
     departures = np.concatenate([(own - area.value) / own.size for own in components])
     sums = np.bincount(places, departures)

@@ -1,4 +1,4 @@
-"""Two detectors on the same records."""
+"""Comparison of two detectors on the same records."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from hydrofdi.evaluation.scores import Array
 
 @dataclass(frozen=True)
 class Difference:
-    """The first less the second of two paired numbers.
+    """Difference of two paired quantities, first minus second.
 
     Attributes
     ----------
     value, low, high : float
-        With its two-sided interval.
+        Difference and its two-sided interval.
     p_value : float
-        Of no difference; NaN if the records cannot tell.
+        p-value of the null hypothesis of no difference; NaN if undefined.
     confidence : float
     n_record : int
         Number of records with both scores.
     not_measurable : int
-        Number of records beside them that lack one or both.
+        Number of further records that lack one or both scores.
     """
 
     value: float
@@ -42,20 +42,20 @@ class Difference:
 def compare_areas(
     healthy: tuple[ArrayLike, ArrayLike], faulty: tuple[ArrayLike, ArrayLike], *, confidence: float = 0.95
 ) -> Difference:
-    """Difference of two areas under ROC curves over the same records.
+    """Difference of two areas under ROC curves of the same records.
 
     DeLong, DeLong and Clarke-Pearson, Biometrics 44 (1988) 837.
 
     Parameters
     ----------
     healthy, faulty : tuple of array_like, each of shape (n_record,)
-        Scores of the first and of the second detector, larger the more suspicious.
+        Scores of the first and of the second detector, larger is more suspicious.
     confidence : float
 
     Raises
     ------
     NotStatedError
-        Fewer than two records of a kind have both scores.
+        Fewer than two records of one kind have both scores.
     """
     from scipy.special import ndtr, ndtri
 
@@ -74,7 +74,7 @@ def compare_areas(
 
 
 def compare_alarms(first: ArrayLike, second: ArrayLike, *, confidence: float = 0.95) -> Difference:
-    """Difference of two rates of alarms over the same records.
+    """Difference of two alarm rates on the same records.
 
     The p-value is that of McNemar's exact test: Psychometrika 12 (1947) 153. The interval is that of Tango's
     score test, Statistics in Medicine 17 (1998) 891.
@@ -82,7 +82,7 @@ def compare_alarms(first: ArrayLike, second: ArrayLike, *, confidence: float = 0
     Parameters
     ----------
     first, second : array_like, shape (n_record,)
-        1 alarm, 0 none, NaN not measurable.
+        1 for an alarm, 0 for none, NaN if not measurable.
     confidence : float
 
     Raises
@@ -105,7 +105,7 @@ def compare_alarms(first: ArrayLike, second: ArrayLike, *, confidence: float = 0
 
 
 def _upper_score_limit(more: int, fewer: int, n: int, confidence: float) -> float:
-    """The largest difference that the score test of Tango, at its constrained estimate, does not reject."""
+    """Largest difference that Tango's score test, with its constrained estimate, does not reject."""
     from scipy.optimize import brentq
     from scipy.special import ndtri
 
@@ -123,7 +123,7 @@ def _upper_score_limit(more: int, fewer: int, n: int, confidence: float) -> floa
 
 
 def _both(first: ArrayLike, second: ArrayLike) -> tuple[Array, int]:
-    """Scores of the records that have both, shape (2, n_known), and the number of the others."""
+    """Scores of the records that have both, shape (2, n_known), and the number of the other records."""
     scores = np.stack((np.asarray(first, dtype=float), np.asarray(second, dtype=float)))
     is_known = ~np.isnan(scores).any(axis=0)
     return scores[:, is_known], int((~is_known).sum())

@@ -1,4 +1,4 @@
-"""The direction in which a score departs from health."""
+"""Direction in which a score changes with a fault."""
 
 from enum import StrEnum
 
@@ -10,7 +10,7 @@ from hydrofdi.evaluation.scores import Array
 
 
 class Direction(StrEnum):
-    """Which departures raise an alarm. Fixed before any test record is looked at."""
+    """Direction of change that raises an alarm; it is fixed before any test record is used."""
 
     RISING = "rising"
     FALLING = "falling"
@@ -18,39 +18,39 @@ class Direction(StrEnum):
 
     @property
     def n_side(self) -> int:
-        """Number of limits that a threshold has."""
+        """Number of limits of a threshold."""
         return 2 if self is Direction.BOTH else 1
 
 
 def suspicion(scores: ArrayLike, direction: Direction, centre: float = 0.0) -> Array:
-    """Scores of which the larger is the more suspicious, as a ROC curve needs them.
+    """Transform scores so that larger values are more suspicious, as ROC curves require.
 
     Parameters
     ----------
     scores : array_like, shape (n_record,)
     direction : Direction
     centre : float
-        The healthy value from which both directions depart, such as the median of the fit records.
+        Healthy reference value for both directions, such as the median of the fit records.
     """
     values = np.asarray(scores, dtype=float)
     if direction is Direction.BOTH:
         if not np.isfinite(centre):
-            raise ValueError("the healthy value is not finite")
+            raise ValueError("the healthy reference value is not finite")
         return np.abs(values - centre)
     return values if direction is Direction.RISING else -values
 
 
 def learned_direction(healthy: ArrayLike, faulty: ArrayLike, *, confidence: float = 0.95) -> Direction:
-    """The direction that fit records show; both if they do not decide it.
+    """Direction learned from fit records; both if it is not significant.
 
-    Healthy records alone hold no direction: it takes faulty ones, and none of them may be tested afterwards.
+    This requires faulty fit records, which must not be used for testing afterwards.
 
     Parameters
     ----------
     healthy, faulty : array_like, shape (n_record,)
         Scores of fit records.
     confidence : float
-        Of the interval of the area under the ROC curve that has to leave out 1/2.
+        Confidence level of the interval of the area under the ROC curve, which must exclude 1/2.
     """
     area = area_under_curve(healthy, faulty, confidence=confidence)
     if area.low > 0.5:

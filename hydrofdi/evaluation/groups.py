@@ -1,4 +1,4 @@
-"""Records in groups: units, days, directions. Records of a group depend on each other."""
+"""Comparisons between groups of dependent records: units, days, directions."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.threshold import Threshold
 
 Rule = Callable[[Array], Threshold]
-"""Sets a threshold from healthy scores, such as a partial `tolerance_threshold`."""
+"""Function that sets a threshold from healthy scores, such as a partial `tolerance_threshold`."""
 
 
 @dataclass(frozen=True)
 class HealthyPair:
-    """Comparison of healthy groups with each other: no effect, if groups do not differ.
+    """Comparison of two healthy groups; without group differences there is no effect.
 
     Attributes
     ----------
     fit_group, test_group : str
     area : Area
-        Area under the ROC curve of the test group against the fit group; 0.5 where nothing differs.
+        Area under the ROC curve of the test group against the fit group; 0.5 if they do not differ.
     rate : Rate or None
         False alarms of the test group at the threshold of the fit group; None if there is no threshold.
     refusal : str
-        Why there is none.
+        Why there is no rate.
     """
 
     fit_group: str
@@ -44,8 +44,8 @@ class HealthyPair:
 def left_out_outcomes(healthy: ArrayLike, groups: Sequence[str], rule: Rule) -> Array:
     """Alarms of each group at the threshold of all others: cross-validation by group, Stone (1974).
 
-    Journal of the Royal Statistical Society B 36, 111. The rates of the groups, and that of all with `groups`
-    given, follow from `alarm_rates` and `alarm_rate`.
+    Journal of the Royal Statistical Society B 36, 111. Compute the rate of each group with `alarm_rates`, and
+    that of all with `alarm_rate` and `groups`.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def left_out_outcomes(healthy: ArrayLike, groups: Sequence[str], rule: Rule) -> 
     Raises
     ------
     NotStatedError
-        There is one group only, or the others hold too few records for the rule.
+        There is only one group, or the others contain too few records for the rule.
     """
     scores, names = np.asarray(healthy, dtype=float), np.asarray(groups)
     distinct = np.unique(names)
@@ -75,10 +75,10 @@ def left_out_outcomes(healthy: ArrayLike, groups: Sequence[str], rule: Rule) -> 
 def healthy_against_healthy(
     healthy: ArrayLike, groups: Sequence[str], rule: Rule, *, confidence: float = 0.95
 ) -> tuple[HealthyPair, ...]:
-    """Every healthy group against every other, as if it were faulty.
+    """Compare every healthy group with every other, as if the second were faulty.
 
-    Where this tells groups apart, it is not the fault alone that does so elsewhere. Pairs with a group that
-    has no scores are left out.
+    If the score separates healthy groups, separation elsewhere is not due to the fault alone. Pairs with a
+    group without scores are omitted.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Multiple comparisons: what the best of many indicators is worth."""
+"""Corrections for multiple comparisons of indicators."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from hydrofdi.evaluation.scores import Array
 
 @dataclass(frozen=True, eq=False)
 class ManyTests:
-    """P-values of several tests, corrected for their number.
+    """P-values of several tests, corrected for multiplicity.
 
     Attributes
     ----------
     n_tried : int
-        All that were tried, those that were not reported included.
+        Number of all tests tried, including those not reported.
     p_values : ndarray, shape (n_test,)
-        Corrected, in the order given.
+        Corrected p-values, in the order given.
     """
 
     n_tried: int
@@ -28,21 +28,21 @@ class ManyTests:
 
 
 def holm(p_values: ArrayLike, *, n_tried: int | None = None) -> ManyTests:
-    """P-values of which the chance that any false one is below α is at most α, whatever their dependence.
+    """P-values adjusted by Holm's method: the family-wise error rate is at most α under any dependence.
 
     Holm, Scandinavian Journal of Statistics 6 (1979) 65.
 
     Parameters
     ----------
     p_values : array_like, shape (n_test,)
-        NaN if a test could not tell; it counts as tried.
+        NaN if a test is undefined; it still counts as tried.
     n_tried : int, optional
-        Larger than their number where only the best are given.
+        Number of tests tried; larger than the number of p-values if only the best are given.
 
     Raises
     ------
     ValueError
-        More p-values are given than were tried.
+        There are more p-values than tests tried.
     """
     values = np.asarray(p_values, dtype=float)
     tried = values.size if n_tried is None else n_tried
@@ -55,23 +55,23 @@ def holm(p_values: ArrayLike, *, n_tried: int | None = None) -> ManyTests:
 
 
 def simultaneous_confidence(confidence: float, n_tried: int) -> float:
-    """The confidence of each interval for which all of them hold together: Bonferroni's, 1 - (1 - γ)/n.
+    """Confidence level per interval for a simultaneous level γ, by Bonferroni: 1 - (1 - γ)/n.
 
-    Dunn, Journal of the American Statistical Association 56 (1961) 52. The q90/95 of the best of n indicators
-    is one only at this confidence.
+    Dunn, Journal of the American Statistical Association 56 (1961) 52. The bound of the best of n indicators
+    is a valid q90/95 only at this level.
 
     Parameters
     ----------
     confidence : float
-        γ, of all together.
+        Simultaneous level γ.
     n_tried : int
-        All indicators that were looked at.
+        Number of all indicators compared.
     """
     return 1.0 - (1.0 - confidence) / n_tried
 
 
 def confidence_text(confidence: float) -> str:
-    """A confidence in percent, with two digits of what is left to 100: 95, 99.29, 99.9988."""
+    """A confidence level in percent, with two digits of its difference from 100: 95, 99.29, 99.9988."""
     rest = 100.0 * (1.0 - confidence)
     digits = max(1 - math.floor(math.log10(rest)), 0) if rest > 0.0 else 0
     return f"{round(100.0 * confidence, digits):.10g}"

@@ -1,4 +1,4 @@
-"""The generalised Pareto distribution of excesses over a high threshold."""
+"""Generalised Pareto distribution of excesses over a high threshold."""
 
 from __future__ import annotations
 
@@ -33,16 +33,17 @@ class GeneralisedPareto:
             return np.asarray(np.exp(-np.log(growth) / safe))
 
     def excess(self, survival: Array) -> Array:
-        """The excess that is exceeded with the probability `survival`, shape (..., n)."""
+        """Excess that is exceeded with probability `survival`, shape (..., n)."""
         shape, scale = self.shape[..., None], self.scale[..., None]
         safe = _away_from_zero(shape)
         return np.asarray(scale * np.expm1(-safe * np.log(survival)) / safe)
 
 
 def fit_generalised_pareto(excesses: Array) -> GeneralisedPareto:
-    """Distributions fitted to rows of excesses, after Zhang and Stephens, Technometrics 51 (2009) 316.
+    """Fit distributions to rows of excesses, by the method of Zhang and Stephens, Technometrics 51 (2009)
+    316.
 
-    A mean of the profile likelihood over a grid of ξ/σ: as efficient as maximum likelihood, and always there.
+    A likelihood-weighted mean over a grid of ξ/σ: as efficient as maximum likelihood, and always defined.
 
     Parameters
     ----------
@@ -63,7 +64,8 @@ def fit_generalised_pareto(excesses: Array) -> GeneralisedPareto:
 
 
 def anderson_darling(distribution: GeneralisedPareto, excesses: Array) -> Array:
-    """Anderson and Darling's A², which weighs the tails: Annals of Mathematical Statistics 23 (1952) 193.
+    """Anderson-Darling statistic A², which emphasises the tails: Annals of Mathematical Statistics 23 (1952)
+    193.
 
     Parameters
     ----------
@@ -82,5 +84,5 @@ def _shape_at(ratio: Array, excesses: Array) -> Array:
 
 
 def _away_from_zero(shape: Array) -> Array:
-    """ξ = 0 is a limit that is reached to nine digits at 1e-9."""
+    """Replace ξ = 0 by ±1e-9, which is accurate to nine digits."""
     return np.where(np.abs(shape) < 1e-9, 1e-9, shape)

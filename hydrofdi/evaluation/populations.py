@@ -1,4 +1,4 @@
-"""Who is who among records that are judged: populations of healthy and faulty records."""
+"""Populations of healthy and faulty records."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from enum import StrEnum
 
 
 class Kind(StrEnum):
-    """What a population is for.
+    """Purpose of a population.
 
-    The threshold is set on healthy fit records alone. ``shift`` and ``confusion`` are healthy seals whose
-    plant the threshold never saw: another operating condition, or another fault. ``alone`` and ``sobol`` are
-    healthy records that show which nuisance moves a score: one nuisance varies, or the matrices of a Sobol
-    design; thresholds and rates leave them out. ``before``: healthy records of the actuators of all these,
-    taken before, that changes are taken against.
+    The threshold is set only on healthy fit records. ``shift`` and ``confusion`` have healthy seals but
+    conditions that are not in the fit records: another operating condition, or another fault. ``alone`` and
+    ``sobol`` are healthy records for sensitivity analysis, in which one nuisance varies, or from a Sobol
+    design; thresholds and rates do not use them. ``before``: earlier healthy records of the same actuators,
+    as the reference for changes.
     """
 
     HEALTHY = "healthy"
@@ -26,26 +26,26 @@ class Kind(StrEnum):
 
 
 FIRST, SECOND, AGAIN = "A", "B", "A again"
-"""Names of populations of a Sobol design: the rows of its two matrices, and the actuators of the first
-recorded again. Those of A with one column from B have the name of that parameter."""
+"""Names of populations of a Sobol design: the rows of its two matrices, and repeated records of the first.
+Populations of A with one column from B are named after that parameter."""
 
 NOTHING = "nothing"
-"""Name of the population of kind ``alone`` in which no nuisance varies; the others have that of theirs."""
+"""Name of the population of kind ``alone`` without nuisances; the others are named after their nuisance."""
 
 
 @dataclass(frozen=True)
 class Population:
-    """Records that are drawn alike.
+    """Records drawn from the same distribution.
 
     Attributes
     ----------
     name : str
-        Such as ``healthy``, ``0.1 L/min``, ``stiffer``.
+        Name, such as ``healthy``, ``0.1 L/min``, ``stiffer``.
     kind : Kind
     is_fit : bool
-        Whether thresholds, directions and models may be fitted to its records, which are then never tested.
+        Whether its records may be used to fit thresholds, directions and models; they are then never tested.
     severity : float
-        Nominal severity of the fault [unit of the severity]; 0 without one.
+        Nominal severity of the fault [unit of the severity]; 0 without a fault.
     """
 
     name: str
@@ -55,5 +55,5 @@ class Population:
 
     @property
     def title(self) -> str:
-        """What it is called among all populations, such as ``shift stiffer``."""
+        """Unique title, such as ``shift stiffer``."""
         return self.name if self.name == self.kind else f"{self.kind} {self.name}"

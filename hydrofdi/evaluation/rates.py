@@ -1,4 +1,4 @@
-"""Rates of alarms, with binomial intervals."""
+"""Alarm rates with binomial intervals."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from hydrofdi.evaluation.scores import Array
 
 @dataclass(frozen=True)
 class Rate:
-    """A rate of alarms, with its two-sided interval.
+    """An alarm rate with its two-sided interval.
 
     Attributes
     ----------
     count, total : int
-        Alarms, and records with a score.
+        Number of alarms, and of records with a score.
     not_measurable : int
-        Number of records beside them that have none.
+        Number of further records without a score.
     low, high : float
-        0 and 1 where there are no records.
+        Limits of the interval; 0 and 1 if there are no records.
     confidence : float
     n_group : int or None
-        Number of groups whose records may depend on each other; None if all are independent.
+        Number of groups of possibly dependent records; None if all records are independent.
     """
 
     count: int
@@ -44,14 +44,14 @@ class Rate:
 
 
 def clopper_pearson(count: float, total: float, confidence: float = 0.95) -> tuple[float, float]:
-    """The exact interval of a rate: each end leaves out (1 - confidence)/2.
+    """Exact (Clopper-Pearson) interval of a rate, with error probability (1 - confidence)/2 at each end.
 
-    Clopper and Pearson, Biometrika 26 (1934) 404. An end at level γ by itself has confidence (1 + γ)/2.
+    Clopper and Pearson, Biometrika 26 (1934) 404. One limit alone has confidence (1 + γ)/2.
 
     Parameters
     ----------
     count, total : float
-        Need not be whole: an effective number of records does as well.
+        Need not be integers: effective numbers of records are allowed.
     confidence : float
     """
     from scipy.special import betaincinv
@@ -63,23 +63,22 @@ def clopper_pearson(count: float, total: float, confidence: float = 0.95) -> tup
 
 
 def alarm_rate(outcomes: ArrayLike, *, groups: Sequence[str] | None = None, confidence: float = 0.95) -> Rate:
-    """The rate of alarms of one population.
+    """Alarm rate of one population.
 
-    With groups, the interval is that of the effective number of records: the number of independent ones
-    that would give the variance seen between groups, with Student's quantile for the number of groups; at
-    most the number of records, and the number of groups where no record or every record alarms. After Korn
+    With groups, the interval uses the effective number of records: the number of independent records that
+    would give the observed variance between groups, with Student's quantile for the number of groups. It is
+    at most the number of records; if no record or every record alarms, it is the number of groups. After Korn
     and Graubard, Survey Methodology 24 (1998) 193.
 
-    Bursts that no group has shown yet cannot be known: where rare alarms come in bursts the interval is too
-    short (of 95 % it held the rate in about 80 of 100 repeats, at 1 % in 30 groups of 40 records with a
-    correlation of 0.2 inside).
+    If rare alarms come in bursts, the interval is too short: nominal 95 % intervals covered the rate in about
+    80 of 100 repeats, at a rate of 1 % in 30 groups of 40 records with an intra-group correlation of 0.2.
 
     Parameters
     ----------
     outcomes : array_like, shape (n_record,)
-        1 alarm, 0 none, NaN not measurable.
+        1 for an alarm, 0 for none, NaN if not measurable.
     groups : sequence of str, length n_record, optional
-        Equal for records that depend on each other, such as those of one unit or day.
+        Equal for dependent records, such as those of one unit or day.
     confidence : float
     """
     values = np.asarray(outcomes, dtype=float)
@@ -102,7 +101,7 @@ def alarm_rates(
     groups: Sequence[str] | None = None,
     confidence: float = 0.95,
 ) -> dict[str, Rate]:
-    """The rate of alarms of each population, such as the test records, a shift, a confusion.
+    """Alarm rate of each population.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Resampled rates of detection, including the thresholds."""
+"""Bootstrap of detection rates, including the thresholds."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ N_DRAW = 400
 
 @dataclass(frozen=True, eq=False)
 class Redrawn:
-    """How often each record is drawn, with replacement.
+    """Number of times that each record is drawn, with replacement.
 
     Attributes
     ----------
     healthy : ndarray of int, shape (n_draw, n_healthy)
-        Fit records.
+        Counts of fit records.
     faulty : ndarray of int, shape (n_draw, n_faulty)
-        Test records, as many of each severity as there are.
+        Counts of test records, stratified by severity.
     """
 
     healthy: NDArray[np.int64]
     faulty: NDArray[np.int64]
 
     def detected(self, threshold: Threshold, healthy: ArrayLike, faulty: ArrayLike) -> Array:
-        """The share of the faulty records that is detected in each draw, by a threshold of the same rank.
+        """Fraction of faulty records detected in each resample, with a threshold of the same rank.
 
         Parameters
         ----------
         threshold : Threshold
-            Set on the healthy records, by their order.
+            Threshold that is an order statistic of the healthy records.
         healthy, faulty : array_like, shape (n_record,)
             Scores of fit and of test records; NaN if there is none, which raises no alarm.
 
@@ -47,7 +47,7 @@ class Redrawn:
         Raises
         ------
         NotStatedError
-            The threshold is that of a tail model, or no faulty record has a score.
+            The threshold comes from a tail model, or no faulty record has a score.
         """
         fit, tested = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
         if np.isnan(tested).all():
@@ -63,7 +63,7 @@ class Redrawn:
             return np.full(len(self.healthy), limit)
         rank = int(np.sum(healthy >= limit))
         if not np.any(healthy == limit):
-            raise NotStatedError("thresholds of a tail model are not drawn again")
+            raise NotStatedError("thresholds of a tail model cannot be resampled")
         order = np.argsort(-healthy)[: int(np.sum(~np.isnan(healthy)))]
         reached = np.cumsum(self.healthy[:, order], axis=1) >= rank
         return np.asarray(healthy[order][reached.argmax(axis=1)])
@@ -71,7 +71,7 @@ class Redrawn:
 
 @lru_cache(maxsize=4)
 def redrawn(n_healthy: int, n_faulty: tuple[int, ...], seed: int = 0) -> Redrawn:
-    """Draws of fit records, and of the test records of each severity; the same for the same numbers."""
+    """Resample fit records, and test records of each severity; reproducible for the same numbers."""
     draw = np.random.default_rng(seed)
     parts = [draw.multinomial(n, np.full(n, 1.0 / n), size=N_DRAW) for n in (n_healthy, *n_faulty)]
     return Redrawn(parts[0], np.hstack(parts[1:]))

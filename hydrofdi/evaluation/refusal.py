@@ -1,17 +1,17 @@
-"""What is not stated because the records do not carry it."""
+"""Error for results that the records do not support."""
 
 from hydrofdi.errors import ReportError
 
 
 class NotStatedError(ReportError):
-    """A number that these records do not allow to state.
+    """The records do not support this result.
 
     Parameters
     ----------
     message : str
-        One sentence: what is missing, what would help.
+        One sentence: what is missing, and what would help.
     records_needed : int, optional
-        How many records would do, where that is known.
+        Number of records that would suffice, if known.
     """
 
     def __init__(self, message: str, records_needed: int | None = None) -> None:

@@ -13,7 +13,7 @@ from hydrofdi.evaluation.scores import Array, measurable, share_between_0_and_1
 
 @dataclass(frozen=True, eq=False)
 class RocCurve:
-    """Detections against false alarms, over all thresholds.
+    """Detection rate against false-alarm rate for all thresholds.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class RocCurve:
     false_alarm_rate, detection_rate : ndarray, shape (n_point,)
         From (0, 0) to (1, 1).
     not_measurable : int
-        Number of records that have no score and are not in it.
+        Number of records without a score, which are excluded.
     """
 
     threshold: Array
@@ -36,23 +36,24 @@ class RocCurve:
         return 1.0 - self.detection_rate
 
     def normal_deviates(self) -> tuple[Array, Array]:
-        """False-alarm and miss rate on the axes of a DET curve: Φ⁻¹ of each.
+        """False-alarm and miss rate as normal deviates, the axes of a DET curve: Φ⁻¹ of each.
 
-        Martin et al., Proc. Eurospeech (1997) 1895. Unit Gaussians give a straight line of slope -1.
+        Martin et al., Proc. Eurospeech (1997) 1895. Unit-variance Gaussians give a straight line with slope
+        -1.
         """
         from scipy.special import ndtri
 
         return np.asarray(ndtri(self.false_alarm_rate)), np.asarray(ndtri(self.miss_rate))
 
     def partial_area(self, false_alarm_rate: float) -> float:
-        """Area up to a false-alarm rate, scaled so that 0.5 is chance and 1 is perfect.
+        """Partial area up to a false-alarm rate, scaled so that 0.5 is chance and 1 is perfect.
 
         McClish, Medical Decision Making 9 (1989) 190.
 
         Parameters
         ----------
         false_alarm_rate : float
-            The largest that counts.
+            Largest false-alarm rate of the partial area.
         """
         share_between_0_and_1("the false-alarm rate", false_alarm_rate)
         inside = self.false_alarm_rate <= false_alarm_rate
@@ -64,10 +65,10 @@ class RocCurve:
 
 
 def roc_curve(healthy: ArrayLike, faulty: ArrayLike) -> RocCurve:
-    """The empirical ROC curve; larger scores are the more suspicious.
+    """Empirical ROC curve; larger scores are more suspicious.
 
-    Fawcett, Pattern Recognition Letters 27 (2006) 861: equal scores make one point, so that the area counts
-    them half.
+    Fawcett, Pattern Recognition Letters 27 (2006) 861: equal scores give one point, so that they count half
+    in the area.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Scores of records. NaN is the score of a record that cannot be measured; infinite scores are scores."""
+"""Scores of records. NaN means that a record cannot be measured; infinite scores are valid."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -7,7 +7,7 @@ Array = NDArray[np.float64]
 
 
 def measurable(scores: ArrayLike) -> tuple[Array, int]:
-    """The scores that are there, and how many are not.
+    """Scores that are not NaN, and the number of the others.
 
     Parameters
     ----------
@@ -25,12 +25,9 @@ def measurable(scores: ArrayLike) -> tuple[Array, int]:
 
 
 def share_between_0_and_1(name: str, value: float) -> None:
-    """Check that a rate, a probability or a confidence is one.
+    """Check that a rate, a probability or a confidence lies between 0 and 1.
 
-    Raises
-    ------
-    ValueError
-        It does not lie between 0 and 1.
+    Raises ------ ValueError It does not.
     """
     if not 0.0 < value < 1.0:
         raise ValueError(f"{name} must be between 0 and 1; found {value}")

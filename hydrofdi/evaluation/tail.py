@@ -1,4 +1,4 @@
-"""Thresholds for rates that healthy records are too few to count: a model of their tail."""
+"""Thresholds from a tail model, for false-alarm rates too small to be counted."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from hydrofdi.evaluation.scores import Array, measurable, share_between_0_and_1
 from hydrofdi.evaluation.threshold import Threshold
 
 TAIL_SHARE = 0.1
-"""Largest share of the records that counts as tail: DuMouchel, Annals of Statistics 11 (1983) 1019."""
+"""Largest fraction of the records in the tail: DuMouchel, Annals of Statistics 11 (1983) 1019."""
 
 FEWEST, MOST = 50, 500
-"""Number of records in the tail."""
+"""Minimum and maximum number of records in the tail."""
 
 EXTRAPOLATION = 10.0
-"""How many times rarer than one in n a stated rate may be."""
+"""Largest factor by which a rate may be below 1/n."""
 
 N_BOOTSTRAP = 400
 
@@ -34,12 +34,12 @@ def tail_threshold(
     significance: float = 0.05,
     seed: int = 0,
 ) -> Threshold:
-    """The score exceeded at the rate α by a generalised Pareto tail.
+    """Threshold that a generalised Pareto tail exceeds at rate α.
 
-    u + σ/ξ ((α/ζ)^(-ξ) - 1), with ζ the share of the scores above u: Coles, An Introduction to Statistical
-    Modeling of Extreme Values (2001), section 4.3. Tails drawn from the fitted one and fitted again give the
-    interval of the true rate, and the distribution of Anderson and Darling's A²: Stute, Gonzáles Manteiga and
-    Presedo Quindimil, Metrika 40 (1993) 243.
+    u + σ/ξ ((α/ζ)^(-ξ) - 1), with ζ the fraction of scores above u: Coles, An Introduction to Statistical
+    Modeling of Extreme Values (2001), section 4.3. A parametric bootstrap of the fitted tail gives the
+    interval of the true rate and the distribution of the Anderson-Darling statistic A²: Stute, Gonzáles
+    Manteiga and Presedo Quindimil, Metrika 40 (1993) 243.
 
     Parameters
     ----------
@@ -50,17 +50,18 @@ def tail_threshold(
     direction : Direction
         Both directions take α/2 from each tail.
     confidence : float
-        Of the two-sided interval of the true rate. For 95 % it held the rate in 90 to 96 of 100 repeats with
-        exponential, normal and t₃ scores; short tails with an end, such as uniform ones, are judged worse.
+        Confidence level of the two-sided interval of the true rate. Nominal 95 % intervals covered the rate
+        in 90 to 96 of 100 repeats with exponential, normal and t₃ scores; coverage is lower for bounded
+        tails, such as uniform ones.
     significance : float
-        The model does not hold where A² is larger than in all but this share of the drawn tails.
+        The model is rejected if A² exceeds its (1 − significance) quantile in the bootstrap.
     seed : int
-        Of the drawn tails.
+        Seed of the bootstrap.
 
     Raises
     ------
     NotStatedError
-        Too few records, a rate that is no matter of the tail, or a tail that the model does not describe.
+        There are too few records, the rate is not in the tail, or the model does not fit the tail.
     """
     share_between_0_and_1("the false-alarm rate", false_alarm_rate)
     known, missing = measurable(healthy)
@@ -96,7 +97,7 @@ def _tail_size(n: int, rate: float) -> int:
 def _one_tail(
     scores: Array, n_tail: int, rate: float, significance: float, draw: np.random.Generator
 ) -> tuple[float, Array]:
-    """The limit of a tail, and the true rates of the limits of tails drawn from it, shape (n_bootstrap,)."""
+    """Limit of a tail, and true rates of the limits of bootstrapped tails, shape (n_bootstrap,)."""
     ordered = np.sort(scores)
     start, tail = ordered[-n_tail - 1], ordered[-n_tail:]
     excesses = tail - start

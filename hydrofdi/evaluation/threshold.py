@@ -1,4 +1,4 @@
-"""A threshold, and the plain one: an order statistic of healthy scores."""
+"""Thresholds, and the basic rule: an order statistic of healthy scores."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from hydrofdi.evaluation.scores import Array, measurable, share_between_0_and_1
 
 @dataclass(frozen=True)
 class Threshold:
-    """Limits beyond which a score is an alarm.
+    """Limits beyond which a score raises an alarm.
 
     Attributes
     ----------
     low, high : float
-        Scores below `low` or above `high` are alarms, those on a limit are not; infinite if the direction
+        Scores below `low` or above `high` raise an alarm, scores on a limit do not; infinite if the direction
         has no such limit.
     false_alarm_rate : float
-        The rate that it is set for.
+        Design false-alarm rate.
     interval : tuple of float
-        Where the true rate lies, with `confidence`.
+        Interval of the true rate, at level `confidence`.
     confidence : float
     n_healthy : int
-        Number of healthy records that it rests on.
+        Number of healthy records used.
     not_measurable : int
-        Number of healthy records beside them that have no score.
+        Number of further healthy records without a score.
     method : str
         ``quantile``, ``tolerance limit`` or ``tail model``.
     """
@@ -52,7 +52,7 @@ class Threshold:
 
 
 def limits_at_rank(ordered: Array, rank: int, direction: Direction) -> tuple[float, float]:
-    """Limits that leave `rank` - 1 scores outside, or `rank` - 2 in two halves where both directions alarm.
+    """Limits with `rank` - 1 scores outside; for both directions, `rank` - 2 scores, half on each side.
 
     Parameters
     ----------
@@ -75,11 +75,11 @@ def quantile_threshold(
     direction: Direction = Direction.RISING,
     confidence: float = 0.95,
 ) -> Threshold:
-    """The k-th largest of n healthy scores, with k the largest whole number up to α (n + 1).
+    """Threshold at the k-th largest of n healthy scores, with k = ⌊α (n + 1)⌋.
 
-    The rate of false alarms of the next record is then k/(n + 1) ≤ α on average over fit sets; that of the
-    one at hand is distributed as Beta(k, n + 1 - k), whatever the distribution of the scores: David and
-    Nagaraja, Order Statistics (2003), section 2.1. Equal scores only lower it.
+    Averaged over fit sets, the false-alarm rate is k/(n + 1) ≤ α; for one fit set it is distributed as
+    Beta(k, n + 1 - k), for any distribution of the scores: David and Nagaraja, Order Statistics (2003),
+    section 2.1. Ties only lower it.
 
     Parameters
     ----------
@@ -88,14 +88,14 @@ def quantile_threshold(
     false_alarm_rate : float
         α.
     direction : Direction
-        Both directions take k/2 from each end.
+        For both directions, k/2 scores are beyond each limit.
     confidence : float
-        Of the two-sided interval of the true rate.
+        Confidence level of the two-sided interval of the true rate.
 
     Raises
     ------
     NotStatedError
-        Too few records: α (n + 1) is less than 1, or than 2 for both directions.
+        There are too few records: α (n + 1) is less than 1, or less than 2 for both directions.
     """
     from scipy.special import betaincinv
 

@@ -1,4 +1,4 @@
-"""Tolerance limits: thresholds whose false-alarm rate is not exceeded, with a stated confidence."""
+"""Tolerance limits: thresholds with a bound on the false-alarm rate at a given confidence."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from hydrofdi.evaluation.threshold import Threshold, limits_at_rank
 
 
 def records_needed(false_alarm_rate: float, confidence: float, rank: int = 1) -> int:
-    """The smallest n for which the `rank`-th largest of n scores is a tolerance limit.
+    """Smallest n for which the `rank`-th largest of n scores is a tolerance limit.
 
     Parameters
     ----------
     false_alarm_rate, confidence : float
     rank : int
-        From 1.
+        Rank, at least 1.
     """
     below, enough = rank - 1, 2 * rank
     while _confidence_at(rank, enough, false_alarm_rate) < confidence:
@@ -39,11 +39,12 @@ def tolerance_threshold(
     confidence: float = 0.95,
     direction: Direction = Direction.RISING,
 ) -> Threshold:
-    """The lowest order statistic whose rate of false alarms is at most α with confidence γ.
+    """Lowest order statistic whose false-alarm rate is at most α with confidence γ.
 
-    The k-th largest of n has the rate Beta(k, n + 1 - k), so k is the largest with P(Beta ≤ α) ≥ γ: Wilks,
-    Annals of Mathematical Statistics 12 (1941) 91. For both directions only the number of scores left outside
-    counts, and half of them lie beyond each limit. The interval of the threshold is one-sided.
+    The rate of the k-th largest of n scores is distributed as Beta(k, n + 1 - k), so k is the largest rank
+    with P(Beta ≤ α) ≥ γ: Wilks, Annals of Mathematical Statistics 12 (1941) 91. For both directions, only the
+    total number of scores outside matters; half of them lie beyond each limit. The interval of the threshold
+    is one-sided.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ def tolerance_threshold(
     Raises
     ------
     NotStatedError
-        Too few records; it tells how many are needed.
+        There are too few records; the message states how many are needed.
     """
     from scipy.special import betaincinv
 
@@ -88,7 +89,7 @@ def _confidence_at(rank: int, n: int, false_alarm_rate: float) -> float:
 
 
 def _largest_rank(n: int, false_alarm_rate: float, confidence: float) -> int:
-    """The largest rank that keeps the confidence; 0 if none does."""
+    """Largest rank that meets the confidence; 0 if none does."""
     keeps, fails = 0, n + 1
     while fails - keeps > 1:
         middle = (keeps + fails) // 2

@@ -1,7 +1,7 @@
-"""Scores: one number for each record from several that were measured of it. The larger, the more suspicious.
+"""Scores: one number per record, computed from several features; larger is more suspicious.
 
-A score learns from fit records: healthy ones, and faulty ones where it needs them. It knows numbers and these
-labels, and nothing of the plant or of how severe a fault is.
+A score is trained on fit records: healthy ones, and faulty ones if it needs them. It uses only features and
+these labels, not the plant or the severity of a fault.
 """
 
 from hydrofdi.scoring.contract import Fitted, Score

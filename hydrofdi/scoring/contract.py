@@ -1,4 +1,4 @@
-"""What a score is."""
+"""Interface of a score."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from hydrofdi.settings.quantities import Section
 Flags = NDArray[np.bool_]
 
 Rule = Callable[[Array], Array]
-"""Finite features (n_record, n_feature) → scores (n_record,), each record by itself."""
+"""Finite features (n_record, n_feature) → scores (n_record,), computed per record."""
 
 Chosen = TypeVar("Chosen", bound=Section)
 
 LEAST_RECORDS = 5
-"""Healthy records, and faulty ones where they are needed, below which nothing is learned."""
+"""Minimum number of healthy fit records, and of faulty ones if needed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A score that has learned.
+    """A trained score.
 
     Attributes
     ----------
     rule : callable
-        The score of records that have all features.
+        Rule for records that have all features.
     n_feature : int
     n_healthy, n_faulty : int
-        Number of records that it rests on.
+        Number of fit records.
     """
 
     rule: Rule
@@ -45,7 +45,7 @@ class Fitted:
     n_faulty: int
 
     def score(self, values: ArrayLike) -> Array:
-        """Scores of records, to the bit whatever other records are scored with them.
+        """Scores of records; bit-identical whatever other records are scored with them.
 
         Parameters
         ----------
@@ -66,28 +66,30 @@ class Fitted:
 
 
 class Score(Protocol[Chosen]):
-    """One number from several features of a record. Subclass it and implement its training.
+    """Interface of a score: one number from several features of a record.
+
+    Subclasses implement `learn`.
 
     Attributes
     ----------
     name : str
-        Name in files and on the command line; that of its module.
+        Name in files and on the command line; also the name of its module.
     summary : str
-        What it tells, in one sentence.
+        What it computes, in one sentence.
     source : str
-        Where it was published.
+        Publication.
     equation : str
         Its definition, in one line.
     caution : str
-        What has to be known before its numbers are believed.
+        Limitations that users must know.
     needs_faulty : bool
-        Whether it learns from faulty records too; without, it sees none of them.
+        Whether it is also trained on faulty records; if not, it receives none.
     direction : Direction or None
-        The direction in which it departs from health; None if fit records have to show it.
+        Direction of change with a fault; None if it must be learned from fit records.
     Options : type of Section
-        Model of its options; it is valid without any.
+        Model of its options; all of them have defaults.
     options : Section
-        Its options.
+        Options of this instance.
     """
 
     name: ClassVar[str]
@@ -105,7 +107,7 @@ class Score(Protocol[Chosen]):
         self.options = chosen
 
     def fit(self, values: ArrayLike, is_faulty: ArrayLike) -> Fitted:
-        """The score trained on fit records; records with a missing feature are ignored.
+        """Train the score on fit records; records with a missing feature are ignored.
 
         Parameters
         ----------
@@ -115,9 +117,9 @@ class Score(Protocol[Chosen]):
         Raises
         ------
         NotStatedError
-            There are too few records of a kind, or they do not carry the score.
+            There are too few records of a class, or they do not determine the score.
         ConfigError
-            It needs an extra that is not installed.
+            The score needs an extra that is not installed.
         """
         features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
         used = np.isfinite(features).all(axis=1) & (self.needs_faulty | ~faulty)
@@ -130,12 +132,12 @@ class Score(Protocol[Chosen]):
         return Fitted(self.learn(features, faulty), features.shape[1], n_healthy, n_faulty)
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
-        """The rule that fit records teach.
+        """Train the rule on fit records.
 
         Parameters
         ----------
         values : ndarray, shape (n_fit, n_feature)
-            Finite; of healthy records alone, unless it needs faulty ones.
+            Finite features; only of healthy records unless the score needs faulty ones.
         is_faulty : ndarray of bool, shape (n_fit,)
         """
         ...
@@ -150,14 +152,14 @@ class Score(Protocol[Chosen]):
 
 
 def as_features(values: ArrayLike) -> Array:
-    """Features as an array of shape (n_record, n_feature), rows contiguous.
+    """Features as an array of shape (n_record, n_feature) with contiguous rows.
 
     Raises
     ------
     ValueError
-        The array has another number of dimensions.
+        The array does not have two dimensions.
     """
     features = np.ascontiguousarray(values, dtype=float)
     if features.ndim != 2:
-        raise ValueError(f"features have the shape (n_record, n_feature), not {features.shape}")
+        raise ValueError(f"features must have the shape (n_record, n_feature), not {features.shape}")
     return features

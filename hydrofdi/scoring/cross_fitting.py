@@ -1,4 +1,4 @@
-"""Scores of records by models that saw neither them nor their group."""
+"""Cross-fitted scores: the model of a record is not trained on its group."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def cross_fitted_scores(
     n_fold: int = 10,
     seed: int = 0,
 ) -> Array:
-    """Scores of records without separate fit and test: each by a model fitted on the other folds.
+    """Scores by cross-fitting: each record is scored by a model fitted on the other folds.
 
-    Whole groups are dealt into folds; with `n_fold` groups or fewer, each is left out once (Stone, Journal of
-    the Royal Statistical Society B 36 (1974) 111). Each fold has a model of its own; their scores are pooled.
+    Folds consist of whole groups; with at most `n_fold` groups, each group is one fold (Stone, Journal of the
+    Royal Statistical Society B 36 (1974) 111). Each fold has its own model; the scores are pooled.
 
     Parameters
     ----------
@@ -36,14 +36,15 @@ def cross_fitted_scores(
     values : array_like, shape (n_record, n_feature)
     is_faulty : array_like of bool, shape (n_record,)
     groups : sequence of str, length n_record, optional
-        Units, days: what must not be split over fit and test. A record without one, ``""``, is one by itself.
+        Units or days that must not be split between fit and test. A record without a group (``""``) is its
+        own group.
     is_fit : array_like of bool, shape (n_record,), optional
-        The records that may teach; all where it is not given. The others are only scored: by one model of all
-        fit records, or by that of their fold where their group has fit records.
+        Records that may be used for training; by default all. The others are only scored: by the model of
+        their fold if their group has fit records, else by a model of all fit records.
     n_fold : int
         Number of folds, 2 or more.
     seed : int
-        Deals the groups into folds, healthy and faulty ones evenly.
+        Seed of the assignment of groups to folds, which balances healthy and faulty ones.
 
     Returns
     -------
@@ -53,7 +54,7 @@ def cross_fitted_scores(
     Raises
     ------
     NotStatedError
-        There is one group of fit records only, or a fold leaves too few of them.
+        There is only one group of fit records, or a fold leaves too few of them.
     """
     features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
     teaches = np.ones(faulty.size, dtype=bool) if is_fit is None else np.asarray(is_fit, dtype=bool)
@@ -67,7 +68,7 @@ def cross_fitted_scores(
 
 
 def _group_numbers(groups: Sequence[str] | None, n_record: int) -> Numbers:
-    """The group of each record, counted from zero."""
+    """Group index of each record, from zero."""
     if groups is None:
         return np.arange(n_record)
     alone = [name or f"\0{record}" for record, name in enumerate(groups)]
@@ -75,17 +76,15 @@ def _group_numbers(groups: Sequence[str] | None, n_record: int) -> Numbers:
 
 
 def _folds(group: Numbers, is_faulty: Flags, teaches: Flags, n_fold: int, seed: int) -> Numbers:
-    """The fold of each record: groups in drawn order, those with a fault last, dealt in turn.
+    """Fold of each record: groups in random order, faulty groups last, are assigned in turn.
 
-    Groups that teach nothing are a fold by themselves, -1.
+    Groups without training records have fold -1.
     """
     is_dealt = np.bincount(group, weights=teaches) > 0
     has_fault = np.bincount(group, weights=is_faulty & teaches) > 0
     drawn = np.random.default_rng(seed).permutation(np.flatnonzero(is_dealt))
     if drawn.size < 2:
-        raise NotStatedError(
-            "scores by models that did not see a record need two groups of fit records or more"
-        )
+        raise NotStatedError("cross-fitted scores need at least two groups of fit records")
     ordered = drawn[np.argsort(has_fault[drawn], kind="stable")]
     fold = np.full(is_dealt.size, -1)
     fold[ordered] = np.arange(drawn.size) % n_fold

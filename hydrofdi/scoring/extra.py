@@ -1,4 +1,4 @@
-"""The extra that most scores learn with."""
+"""The optional extra that most scores need for training."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from hydrofdi.errors import ConfigError
 
 EXTRA = "pip install 'hydrofdi[learn]'"
-"""How the extra is installed."""
+"""Command that installs the extra."""
 
 
 def has_extra() -> bool:
@@ -22,18 +22,18 @@ def has_extra() -> bool:
 def scikit_learn(name: str) -> Iterator[None]:
     """Context for the use of scikit-learn by a score, including imports.
 
-    Its linear algebra runs in one thread: then its results do not depend on the number of cores, and threads
-    that wait for a busy core do not take twenty times as long.
+    Its linear algebra runs in one thread: then results do not depend on the number of cores, and
+    oversubscribed threads do not slow it down twentyfold.
 
     Parameters
     ----------
     name : str
-        Of the score.
+        Name of the score.
 
     Raises
     ------
     ConfigError
-        It is not installed.
+        scikit-learn is not installed.
     """
     try:
         import sklearn  # noqa: F401

@@ -1,4 +1,4 @@
-"""The scores of this package, found by the names of their modules."""
+"""Registry of scores, found by the names of their modules."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def score_kind(name: str) -> type[Score[Any]]:
     Raises
     ------
     ConfigError
-        There is none of this name.
+        There is no score of this name.
     """
     if name not in score_names():
         raise ConfigError(f"there is no score {name!r}{nearest(name, score_names())}")
@@ -35,14 +35,14 @@ def score_kind(name: str) -> type[Score[Any]]:
 
 
 def make_score(name: str, options: Mapping[str, Any] | None = None) -> Score[Any]:
-    """A score with options.
+    """Make a score with options.
 
     Raises
     ------
     ConfigError
-        There is none of this name.
+        There is no score of this name.
     ValidationError
-        The options are mistaken.
+        The options are not valid.
     """
     kind = score_kind(name)
     return kind(kind.Options.model_validate(dict(options or {})))

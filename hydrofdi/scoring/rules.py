@@ -1,4 +1,4 @@
-"""Rules that several scores share. Each record is computed by itself."""
+"""Rules shared by several scores; each record is computed independently."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hydrofdi.scoring.standardisation import Standardisation
 
 @dataclass(frozen=True, eq=False)
 class LinearRule:
-    """A weighted sum of the standardised features.
+    """Weighted sum of the standardised features.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class LinearRule:
 
 
 def row_products(rows: Array, matrix: Array) -> Array:
-    """`rows` @ `matrix`, to the bit whatever the other rows: BLAS sums otherwise in each size of a block.
+    """`rows` @ `matrix`, bit-identical per row: in BLAS the order of sums depends on the number of rows.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Features on one scale, learned from fit records alone."""
+"""Robust standardisation of features, fitted only to fit records."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 
 NORMAL_QUARTILES = 1.3489795003921634
-"""Distance of the quartiles of a normal distribution, in standard deviations."""
+"""Interquartile range of a normal distribution, in standard deviations."""
 
 FAR = 5.0
-"""Standardised values of fit records beyond ± this are held there, so that single ones do not rule a fit."""
+"""Standardised values of fit records are limited to ± this value, so that outliers do not dominate a fit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Standardisation:
     Attributes
     ----------
     kept : ndarray of int, shape (n_kept,)
-        The features that vary among the fit records. The others have no scale and are left out.
+        Features that vary among the fit records. Constant features have no scale and are omitted.
     centre, scale : ndarray, shape (n_kept,)
     """
 
@@ -37,12 +37,12 @@ class Standardisation:
         return np.ascontiguousarray((values[:, self.kept] - self.centre) / self.scale)
 
     def held(self, values: Array) -> Array:
-        """Standardised features of fit records, held at ±5."""
+        """Standardised features of fit records, limited to ±5."""
         return np.clip(self(values), -FAR, FAR)
 
 
 def standardisation(values: Array) -> Standardisation:
-    """The standardisation by fit records.
+    """Fit the standardisation to fit records.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Features without correlation: directions in which healthy records hardly vary count as all others do."""
+"""Whitening of features: uncorrelated coordinates with equal variance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrofdi.scoring.standardisation import Standardisation, standardisation
 from hydrofdi.settings.counting import counted
 
 SHRINKAGES = np.logspace(-6, 0, 13)
-"""Among which fit records choose."""
+"""Shrinkage values for the cross-validation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,22 +40,23 @@ class Whitening:
 
 
 def whitening(values: Array, name: str, shrinkage: float | None = None) -> Whitening:
-    """The whitening by fit records, with the covariance (1 - δ) S + δ tr(S)/n_kept I.
+    """Fit the whitening to fit records, with the covariance (1 - δ) S + δ tr(S)/n_kept I.
 
     Parameters
     ----------
     values : ndarray, shape (n_fit, n_feature)
     name : str
-        Of the score, for messages.
+        Name of the score, for messages.
     shrinkage : float, optional
-        δ; without, the one at which records of five folds, each left out, are the most likely: Hoffbeck and
-        Landgrebe, IEEE Trans. Pattern Anal. Mach. Intell. 18 (1996) 763. That of Ledoit and Wolf is
-        chosen for the covariance, not its inverse: it hides what shows where healthy records hardly vary.
+        δ; by default the value with the largest likelihood in five-fold cross-validation: Hoffbeck and
+        Landgrebe, IEEE Trans. Pattern Anal. Mach. Intell. 18 (1996) 763. Ledoit-Wolf shrinkage is optimal for
+        the covariance, not for its inverse: it masks deviations in directions in which healthy records hardly
+        vary.
 
     Raises
     ------
     NotStatedError
-        The covariance is singular: too few records for the features, and no shrinkage.
+        The covariance is singular: there are too few records for the features, and no shrinkage.
     """
     standardised = standardisation(values)
     held = standardised.held(values)
@@ -79,5 +80,5 @@ def _covariance(values: Array, shrinkage: float | None) -> Array:
     folds = KFold(LEAST_RECORDS, shuffle=True, random_state=0)
     search = GridSearchCV(ShrunkCovariance(), {"shrinkage": SHRINKAGES}, cv=folds)
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Only one sample available")  # the likelihood of one record will do
+        warnings.filterwarnings("ignore", "Only one sample available")  # one record is enough
         return np.asarray(search.fit(values).best_estimator_.covariance_)

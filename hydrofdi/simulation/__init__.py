@@ -1,4 +1,4 @@
-"""From resolved runs to sampled signals."""
+"""Simulation: from resolved runs to sampled signals."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _HOMES = {
     "simulate_batch": "hydrofdi.simulation.batch",
     "solve_leakage_coefficients": "hydrofdi.simulation.calibration",
 }
-"""Name → module that it is loaded from when it is first used, so that commands load what they need."""
+"""Name → module, which is loaded when the name is first used, so that commands load only what they need."""
 
 __all__ = [
     "Calibration",

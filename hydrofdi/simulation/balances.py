@@ -1,7 +1,7 @@
-"""Volume and energy balances along a record: a check that is independent of the solver.
+"""Volume and energy balances of a record: a check that does not depend on the solver.
 
-Flows and forces are computed again from the samples and integrated by the trapezoidal rule, so the residuals
-hold the error of the simulation and that of the sampling. Sampled at every step, they show the former alone.
+Flows and forces are recomputed from the samples and integrated by the trapezoidal rule, so the residuals
+contain the errors of simulation and sampling. If every step is sampled, only the simulation error remains.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class BalanceResiduals:
     volume : ndarray
         abs[∫(q_1 − q_il − q_el1) dt − A Δx_p − ∫(V + A x_p)/β dP_1] / ∫abs(q_1) dt [-].
     energy : ndarray
-        What supply = throttling + leakage + friction + kinetic and spring energy + compression lacks, over
-        the energy of the supply [-].
+        Residual of supply = throttling + leakage + friction + kinetic and spring energy + compression,
+        relative to the energy supplied [-].
     """
 
     volume: NDArray[np.float64]
@@ -48,7 +48,7 @@ class BalanceResiduals:
 
 
 def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> BalanceResiduals:
-    """Residuals of the volume (chamber 1) and energy balances over the record of each run."""
+    """Residuals of the volume balance (chamber 1) and energy balance over the record of each run."""
     totals = np.zeros((len(runs), 4))
     singles = pack_singles(runs, trajectory.leakage_coefficient.tolist())
     for options, members in group_by_options(runs):
@@ -66,14 +66,13 @@ def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> 
 
 
 class AccountRates(NamedTuple):
-    """What a record adds to its account at an instant.
+    """Integrands of the balances at an instant.
 
-    Attributes
-    ----------
+    Attributes ----------
     stored_volume, passed_volume : float
-        Flow that stays in chamber 1 or is swept; size of the flow through port 1 [m³/s].
+        Flow that is stored in chamber 1 or swept; absolute flow through port 1 [m³/s].
     stored_power, supplied_power : float
-        Power that is neither lost nor leaves; size of the power of the supply [W].
+        Supplied power minus losses and outflow; absolute power of the supply [W].
     compliance_1, compliance_2 : float
         (V ± A x_p)/β of the chambers [m³/Pa].
     """
@@ -90,7 +89,7 @@ class AccountRates(NamedTuple):
 def account_rates(
     state: State, spool_position: float, p: LaneParameters, options: ModelOptions
 ) -> AccountRates:
-    """What a record adds to its account at an instant."""
+    """Integrands of the balances at an instant."""
     p1, p2 = state.pressure_1, state.pressure_2
     flows = port_flows(state, spool_position, p, options)
     friction, _ = chosen_friction(state.velocity, state.bristle, p, options.friction_law)
@@ -116,7 +115,7 @@ def account_rates(
 
 @equation
 def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float:
-    """Energy of the moving mass, the spring and the end stops [J]."""
+    """Energy stored in the moving mass, the spring and the end stops [J]."""
     x, v = state.position, state.velocity
     energy = 0.5 * (p.mass * v * v + p.stiffness * x * x)
     if options.end_stops is not None:
@@ -148,12 +147,12 @@ def integrate_balances(
     spool_position, load, position, velocity, pressure_1, pressure_2, supply, bristle : ndarray
         The samples, in SI, shape (n_run, n_time).
     interval : float
-        Time from one sample to the next [s].
+        Sampling interval [s].
     options : ModelOptions
-        Choices that all runs share.
+        Options shared by all runs.
     totals : ndarray, shape (n_run, 4)
-        Zeros, filled with the defect of the volume balance and the volume through port 1 [m³], the defect of
-        the energy balance and the energy of the supply [J].
+        Zeros on entry; filled with the residual of the volume balance and the volume through port 1 [m³], the
+        residual of the energy balance and the energy supplied [J].
     """
     half = 0.5 * interval
     for run in range(position.shape[0]):

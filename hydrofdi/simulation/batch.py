@@ -19,16 +19,17 @@ from hydrofdi.simulation.leakage_signal import leakage_signal
 from hydrofdi.simulation.trajectory import Outcome, Signal, Trajectory
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 5000, 64_000
-"""About so many steps are taken at a time, for all spools together, so that a chunk stays in the cache."""
+"""Approximate number of steps of a chunk, and of spool steps in it, so that a chunk fits the cache."""
 
 _STRETCH_STEPS = 500
-"""Where every step is read, so many are taken at a time, so that they stay in the cache."""
+"""Number of steps at a time if every step is read, so that they fit the cache."""
 
 ABSURD_PRESSURE_RATIO = 100.0
-"""A run whose pressure exceeds the supply so many times has diverged, even while it is finite."""
+"""Ratio of pressure to supply pressure above which a run has diverged, even if it is finite."""
 
 _CLOSE_TO_STOP = 0.98
-"""Share of the stroke V/A beyond which the piston has left the cylinder: a chamber all but vanishes."""
+"""Fraction of the stroke V/A beyond which the piston has left the cylinder: a chamber volume is nearly
+zero."""
 
 
 ROWS = {
@@ -46,27 +47,27 @@ ROWS = {
 def simulate_batch(
     runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], tap: Tap | None = None
 ) -> Trajectory:
-    """Simulate runs side by side. A run's signals do not depend on the others.
+    """Simulate runs in parallel lanes. The signals of a run do not depend on the others.
 
     Parameters
     ----------
     runs : sequence of RunParameters
-        At least one; all with the same ``run`` section. Their own internal leakage is not looked at.
+        At least one; all with the same ``run`` section. Their own leakage settings are ignored.
     leakage_coefficients : sequence of float
         K_i of each run [m^3.5/kg^0.5].
     tap : Tap, optional
-        Reads some of the runs at every step, for which the others do not pay. No run's signals change by it,
-        but for the noise that controllers read (``control.feedback``).
+        Reads some of the runs at every step, at no cost for the others. It does not change signals, except by
+        the noise that controllers read (``control.feedback``).
 
     Returns
     -------
     Trajectory
-        Runs that went wrong are in it, with an outcome that says so.
+        Includes failed runs, marked by their outcome.
 
     Raises
     ------
     ValueError
-        No runs, or runs of different duration, step or sampling.
+        There are no runs, or their duration, step or sampling differs.
     """
     if len({parameters.record.time_axis for parameters in runs}) != 1:
         raise ValueError("the runs of a batch must share duration, step and sampling frequency")
@@ -85,7 +86,7 @@ def simulate_batch(
 
 
 def _members_of_blocks(group: list[int], tap: Tap | None) -> Iterator[tuple[list[int], Reader | None]]:
-    """Members of each block of a group of runs, and what reads them at every step."""
+    """Members of each block of a group of runs, and their reader if every step is read."""
     read = {k for k in group if tap.wants(k)} if tap else set()
     for members in _up_to_width([k for k in group if k not in read]):
         yield members, None
@@ -100,7 +101,7 @@ def _up_to_width(positions: list[int]) -> Iterator[list[int]]:
 
 
 def chunks(inputs: Inputs, record: RecordConfig) -> Iterator[tuple[slice, Chunk]]:
-    """Samples of the record, window by window, and the inputs of their steps."""
+    """Windows of samples of the record, and the inputs of their steps."""
     most = min(_CHUNK_STEPS, _CHUNK_SPOOL_STEPS // max(inputs.n_drive, 1))
     length = max(1, most // record.steps_per_sample)
     for first in range(0, record.n_sample, length):
@@ -110,7 +111,7 @@ def chunks(inputs: Inputs, record: RecordConfig) -> Iterator[tuple[slice, Chunk]
 
 
 class _Block:
-    """Up to WIDTH runs of a batch that share their options, in lanes."""
+    """Up to WIDTH runs of a batch with the same options, in lanes."""
 
     def __init__(
         self,
@@ -187,7 +188,7 @@ class _Signals:
         self._reference = _held(np.full(len(runs), np.nan), bool(inputs.is_closed.any()), shape)
 
     def keep(self, block: _Block, window: slice, chunk: Chunk, samples: NDArray[np.float64]) -> None:
-        """Take over the samples of a block."""
+        """Store the samples of a block."""
         members, options = block.members, block.options
         rows = samples[:, :, : len(members)].transpose(1, 2, 0)
         every = slice(None, None, self._runs[0].record.steps_per_sample)
@@ -207,7 +208,7 @@ class _Signals:
             self._spool[members, window] = chunk.stages[every, 0, block.columns].T
 
     def trajectory(self, leakage_coefficients: Sequence[float]) -> Trajectory:
-        """The signals with their names, and derived quantities."""
+        """Trajectory with all signals and derived quantities."""
         record = self._runs[0].record
         position, velocity, pressure_1, pressure_2 = self._states
         time = np.arange(record.n_sample) / record.sampling_frequency
@@ -232,13 +233,13 @@ class _Signals:
 
 
 def _held(values: Signal, moves: bool, shape: tuple[int, int]) -> Signal:
-    """A signal with the given values (n_run,); with its own memory if it moves."""
+    """A constant signal with the given values (n_run,); writable if it varies."""
     held = np.broadcast_to(values[:, None], shape)
     return held.copy() if moves else held
 
 
 def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
-    """How a run ended, from its states (4, n_time)."""
+    """Outcome of a run, from its states (4, n_time)."""
     record, actuator = parameters.record, parameters.actuator
     pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure
     stroke = actuator.chamber_volume / actuator.piston_area

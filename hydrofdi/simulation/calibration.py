@@ -1,4 +1,4 @@
-"""The leakage coefficient K_i that causes a given mean leakage flow."""
+"""Calibration of the leakage coefficient K_i to a given mean leakage flow."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.no_load import largest_leakage_flows, no_load_flow
 
 RELATIVE_TOLERANCE = 1e-10
-"""Tolerance of K_i."""
+"""Relative tolerance of K_i."""
 
 _LARGEST_SURPLUS = 1e-6
-"""A root whose leakage deviates from the request by more than this share is rejected."""
+"""Largest relative deviation of the leakage from the request; a root with more is rejected."""
 
 _MOST_TRIALS = 12
-"""How often the upper end of the bracket is tripled before a flow counts as unreachable."""
+"""Number of times the upper end of the bracket is tripled before a flow counts as unreachable."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Calibration:
     coefficient : float
         K_i [m^3.5/kg^0.5]; NaN if no K_i gives the flow.
     reachable_flow : float
-        The largest mean flow that was seen on the way [m³/s].
+        Largest mean flow found during the search [m³/s].
     """
 
     coefficient: float
@@ -39,14 +39,14 @@ class Calibration:
 
 
 def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Calibration]:
-    """K_i for which the mean of abs(q_il) over the record equals ``leakage.internal_flow``.
+    """Solve for K_i such that the mean of abs(q_il) over the record equals ``leakage.internal_flow``.
 
-    The conditions are solved side by side in lanes; no solution depends on the others.
+    The conditions are solved in parallel lanes; no solution depends on the others.
 
     Parameters
     ----------
     conditions : sequence of RunParameters
-        Each with an internal flow above zero.
+        Runs with a positive internal flow.
 
     Returns
     -------
@@ -88,7 +88,8 @@ def _solve_group(conditions: Sequence[RunParameters]) -> list[Calibration]:
 def _upper_bracket(
     conditions: Sequence[RunParameters], target: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients that leak at least the target (NaN if none was found), and the largest flows seen."""
+    """Coefficients whose leakage is at least the target (NaN if none was found), and the largest flows
+    found."""
     supply = np.array([parameters.supply.pressure for parameters in conditions])
     from_valve = np.array([no_load_flow(parameters) for parameters in conditions])
     start = np.where(from_valve > 0.0, np.minimum(target, from_valve), target)
@@ -108,7 +109,7 @@ def _upper_bracket(
 
 
 def _mean_flow(runs: Sequence[RunParameters], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean leakage flows; NaN for runs that failed or that chatter, as they do where K_i is huge."""
+    """Mean leakage flows [m³/s]; NaN for runs that failed or chatter, as happens if K_i is very large."""
     trajectory = simulate_batch(runs, list(coefficients))
     flow = trajectory.mean_internal_leakage_flow
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])

@@ -1,4 +1,4 @@
-"""What moves the spools: the input voltage, and the spool positions that follow from it."""
+"""Drive of the spools: input voltage and resulting spool positions."""
 
 from __future__ import annotations
 
@@ -31,12 +31,13 @@ SPOOL_PARAMETERS = {
 """Field of ``lanes.SPOOLS`` → attribute of a drive."""
 
 _STEP_ROUNDING = 1e-6
-"""A time so many steps after a step belongs to that step."""
+"""Rounding tolerance in steps: a time this close before a step belongs to that step."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Everything that determines a spool's motion within a batch; runs that agree in it share one spool."""
+    """All parameters that determine the motion of a spool within a batch; runs with equal drives share one
+    spool."""
 
     input: InputConfig
     frequency: float
@@ -48,7 +49,7 @@ class Drive:
 
     @classmethod
     def of(cls, parameters: RunParameters) -> Drive:
-        """The drive of a run."""
+        """Drive of a run."""
         valve = parameters.valve
         return cls(
             parameters.input, valve.angular_frequency, valve.damping_ratio, valve.spool_gain,
@@ -57,7 +58,7 @@ class Drive:
 
     @property
     def choices(self) -> tuple[Chosen, Chosen]:
-        """Whether position or speed of the spool saturates, and whether it has a hysteresis."""
+        """Whether position or speed of the spool saturates, and whether there is hysteresis."""
         is_limited = min(self.position_limit, self.speed_limit) < math.inf
         return is_limited or None, self.hysteresis > 0.0 or None
 
@@ -69,7 +70,7 @@ def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.in
     ----------
     drive : InputConfig
     record : RecordConfig
-        Its step divides half of the period of a square, and the period of steps.
+        Its step divides half the period of a square wave, and the period of steps.
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
 
@@ -90,7 +91,7 @@ def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.in
 
 
 def _wave(drive: InputConfig, record: RecordConfig, time: NDArray[Any]) -> NDArray[np.float64]:
-    """A smooth input of amplitude 1."""
+    """A smooth input with amplitude 1."""
     wave: NDArray[np.float64]
     match drive.shape:
         case "sine":
@@ -106,9 +107,9 @@ def _wave(drive: InputConfig, record: RecordConfig, time: NDArray[Any]) -> NDArr
 def position_reference(
     drive: InputConfig, amplitude: float, record: RecordConfig, steps: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Position reference at the given steps, of the shape of an input [m], shape (n,).
+    """Position reference at the given steps, in the shape of an input [m], shape (n,).
 
-    The rows of a file are positions, which no amplitude scales.
+    Values from a file are positions and are not scaled by the amplitude.
     """
     factor = 1.0 if drive.shape == "csv" else amplitude
     return factor * input_voltage(drive.model_copy(update={"amplitude": 1.0}), record, steps)
@@ -116,7 +117,7 @@ def position_reference(
 
 @lru_cache(maxsize=1024)
 def largest_voltage(drive: InputConfig, record: RecordConfig) -> float:
-    """Largest abs(u) that an input may take in a record [V]."""
+    """Largest possible abs(u) of an input in a record [V]."""
     if drive.shape not in ("steps", "csv"):
         return abs(drive.amplitude)
     return float(np.abs(input_voltage(drive, record, np.arange(record.n_step))).max())
@@ -129,7 +130,8 @@ def _held_rows(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64
 
 
 def _multisine(phase: NDArray[np.float64], harmonics: int) -> NDArray[np.float64]:
-    """Sum of harmonics with Schroeder's phases −πk(k−1)/n, which keep its peak low; `phase` in periods."""
+    """Sum of harmonics with Schroeder's phases −πk(k−1)/n, which minimise its crest factor; `phase` in
+    periods."""
     total = np.zeros_like(phase)
     for k in range(1, harmonics + 1):
         total += np.sin(2.0 * np.pi * k * phase - np.pi * k * (k - 1) / harmonics)
@@ -142,7 +144,7 @@ def _peak(harmonics: int) -> float:
 
 
 class Spools:
-    """The spools of several drives, advanced together chunk by chunk.
+    """Spools of several drives, advanced together chunk by chunk.
 
     Parameters
     ----------
@@ -154,7 +156,7 @@ class Spools:
     Attributes
     ----------
     columns : ndarray of int, shape (n_drive,)
-        Column of each drive in the arrays that `advance` gives.
+        Column of each drive in the arrays that `advance` returns.
     """
 
     def __init__(self, drives: Sequence[Drive], record: RecordConfig) -> None:
@@ -201,7 +203,7 @@ class Spools:
 
 
 def _groups_of_spools(drives: Sequence[Drive]) -> Iterator[list[int]]:
-    """Positions of drives that are advanced together, WIDTH at most; all of them make the same choices."""
+    """Positions of drives that are advanced together: at most WIDTH, with the same options."""
     for choices in dict.fromkeys(drive.choices for drive in drives):
         members = [k for k, drive in enumerate(drives) if drive.choices == choices]
         for first in range(0, len(members), WIDTH):

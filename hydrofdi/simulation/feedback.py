@@ -1,4 +1,4 @@
-"""What the controller of a closed loop reads in place of the true position."""
+"""Position feedback of the controller, with sensor errors."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from hydrofdi.config import RunParameters
 
 
 def steps_per_control(run: RunParameters) -> int:
-    """Steps from one sample of the controller to the next."""
+    """Number of steps per sample of the controller."""
     return round(run.control.sample_time / run.record.step)
 
 
 def reading_errors(
     run: RunParameters, steps: NDArray[np.int64], noise: NDArray[np.float64] | None
 ) -> NDArray[np.float64]:
-    """Error of the position in front of the converter, at the given steps.
+    """Error of the position before the converter, at the given steps.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def reading_errors(
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
     noise : ndarray, shape (n_control,), optional
-        Noise at each sample of the controller [m]; without it, none.
+        Noise at each sample of the controller [m]; by default none.
 
     Returns
     -------

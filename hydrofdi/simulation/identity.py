@@ -1,4 +1,4 @@
-"""The identities of records and runs."""
+"""Identities of records and runs."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from hydrofdi.physics import PHYSICS_VERSION
 
 
 def record_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
-    """The first 16 hexadecimal digits of the SHA-256 of the physics version and what determines a record.
+    """First 16 hexadecimal digits of the SHA-256 of the physics version and all that determines a record.
 
-    Plant, drive, sensors and replicate enter; how the record is analysed does not, nor do names, paths,
-    worker counts and spellings of quantities.
+    This includes plant, drive, sensors and replicate, but not the analysis, names, paths, worker counts or
+    spellings of quantities.
     """
     return _of_record(run.record_digest, physics_version)
 
 
 def run_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
-    """Hash of the identity of a run's record and what differs from the default analysis.
+    """Hash of the identity of a run's record and its deviations from the default analysis.
 
-    Where nothing does, it is the identity of the record.
+    With the default analysis, it is the identity of the record.
     """
     return _of_run(record_identity(run, physics_version), run.analysis_text)
 

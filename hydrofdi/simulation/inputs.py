@@ -1,4 +1,4 @@
-"""What acts on the runs of a batch from outside: spools or position references, and load forces."""
+"""External inputs of a batch of runs: spools or position references, and load forces."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _Value = TypeVar("_Value", bound=Hashable)
 
 
 class Chunk(NamedTuple):
-    """Inputs of some steps; one column for runs that share one.
+    """Inputs of some steps; runs with equal inputs share a column.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Chunk(NamedTuple):
     stages : ndarray, shape (n_step, 4, n_drive)
         Positions of the spools in open loop [m]; valid until the next chunk.
     references : ndarray, shape (n_step, 2, n_reference)
-        Position references of the runs in closed loop, and the errors of the positions that are read [m].
+        Position references of the runs in closed loop, and the errors of the measured positions [m].
     loads : ndarray, shape (n_step, n_load)
         Load forces [N].
     """
@@ -42,12 +42,12 @@ class Chunk(NamedTuple):
     loads: Array
 
     def part(self, first: int, last: int) -> Chunk:
-        """The inputs of some of the steps."""
+        """Inputs of some of the steps."""
         return Chunk(*(values[first:last] for values in self))
 
 
 class Inputs:
-    """The inputs of a batch of runs.
+    """Inputs of a batch of runs.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Inputs:
     record : RecordConfig
         Step and length of their record.
     tap : Tap, optional
-        Knows the noise of the positions that controllers read; without it, there is none.
+        Supplies the noise of the positions that controllers read; by default none.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Inputs:
         self.load_of_run = np.array([loads[parameters.load] for parameters in runs])
 
     def advance(self, first: int, n_step: int) -> Chunk:
-        """The inputs from step `first` on."""
+        """Inputs from step `first` on."""
         steps = np.arange(first, first + n_step)
         voltage, stages = self._spools.advance(first, n_step)
         references = np.zeros((n_step, 2, len(self._references)))
@@ -101,11 +101,11 @@ class Inputs:
 
 
 def _reference_of(parameters: RunParameters, position: int) -> tuple[InputConfig, float, int]:
-    """What runs share that have the same references; a run that reads its sensor shares them with none."""
+    """Key of the references of a run: equal for runs that share them, unique for measured feedback."""
     reader = position if parameters.control.is_measured else -1
     return parameters.input, parameters.control.amplitude, reader
 
 
 def _places(values: Iterable[_Value]) -> dict[_Value, int]:
-    """The distinct values, each with its place."""
+    """Distinct values, each with its index."""
     return {value: place for place, value in enumerate(dict.fromkeys(values))}

@@ -1,4 +1,4 @@
-"""The internal leakage flow along a record."""
+"""Internal leakage flow over time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def leakage_signal(
     time: NDArray[np.float64],
     pressure_difference: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Internal leakage flow of runs, each by its own law and onset.
+    """Internal leakage flow of runs, each with its own law and onset.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The load force over time."""
+"""Load force over time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.simulation.random_levels import random_levels
 
 _STREAM = 1
-"""Keeps the load independent of an input that is drawn from the same seed."""
+"""Random stream of the load, independent of an input with the same seed."""
 
 
 def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:

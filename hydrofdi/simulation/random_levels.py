@@ -1,4 +1,4 @@
-"""Seeded pseudo-random levels, each held for some time."""
+"""Seeded pseudo-random levels, each held for a period."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def random_levels(
     ----------
     seed : int or sequence of int
     period : float
-        Time that a level is held, a multiple of the step [s].
+        Holding time of a level, a multiple of the step [s].
     record : RecordConfig
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
@@ -27,7 +27,7 @@ def random_levels(
     Returns
     -------
     ndarray, shape (n,)
-        Uniform in −1 … 1 [-].
+        Levels, uniformly distributed in −1 … 1 [-].
     """
     hold = round(period / record.step)
     levels = np.random.default_rng(seed).uniform(-1.0, 1.0, -(-record.n_step // hold))

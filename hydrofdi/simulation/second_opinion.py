@@ -1,7 +1,7 @@
-"""The same equations through SciPy's solvers: a second opinion on a run.
+"""Verification of runs: the same equations with SciPy's solvers.
 
-All states are integrated together, with an error control of their own, and restarted wherever an input jumps
-or a controller acts. Much slower than the kernel.
+All states are integrated together with error control, and the solver restarts whenever an input jumps or a
+controller acts. This is much slower than the kernel.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Solver = Literal["lsoda", "radau"]
 RELATIVE_TOLERANCE = 1e-8
 
 _SCALES = np.array([1e-2, 1e-1, 1e6, 1e6, 1e6, 1e-5, 1e-5, 1e-2])
-"""Sizes of x_p [m], v_p [m/s], P_1, P_2, P_s [Pa], z [m], x_v [m], v_v [m/s], for the absolute tolerance."""
+"""Scales of x_p [m], v_p [m/s], P_1, P_2, P_s [Pa], z [m], x_v [m], v_v [m/s], for the absolute tolerance."""
 
 _SPOOL = len(STATES)
 
@@ -47,24 +47,24 @@ def simulate_with_solver(
     tolerance: float = RELATIVE_TOLERANCE,
     tap: Tap | None = None,
 ) -> Trajectory:
-    """Simulate runs one after the other with a solver of SciPy.
+    """Simulate runs one by one with a solver of SciPy.
 
     Parameters
     ----------
     runs : sequence of RunParameters
-        All with the same ``run`` section.
+        Runs with the same ``run`` section.
     leakage_coefficients : sequence of float
         K_i of each run [m^3.5/kg^0.5].
     solver : "lsoda" or "radau"
     tolerance : float
         Relative tolerance of a step.
     tap : Tap, optional
-        Reads some of the runs at every step of ``record.step``, between which the solver's own steps lie.
+        Reads some of the runs at every step of ``record.step``; the solver chooses its own steps in between.
 
     Returns
     -------
     Trajectory
-        As of ``simulate_batch``; a run that the solver gives up on has NaN from there on, and has diverged.
+        As for ``simulate_batch``; a run has NaN after the solver fails, and its outcome is diverged.
     """
     sampling = runs[0].record
     singles = pack_singles(runs, leakage_coefficients)
@@ -101,7 +101,7 @@ def simulate_with_solver(
 
 
 class _Record:
-    """One run on its way from jump to jump of its inputs."""
+    """Integration of one run, from jump to jump of its inputs."""
 
     def __init__(
         self,
@@ -147,7 +147,7 @@ class _Record:
                 return
 
     def _jumps(self) -> list[int]:
-        """Steps at which something jumps, first and last included."""
+        """Steps at which an input jumps, including the first and last step."""
         n_step = self._record.n_step
         jumps = {0, n_step, *(np.flatnonzero(np.diff(self.load)) + 1).tolist()}
         if self._is_closed:
@@ -230,8 +230,8 @@ def all_rates(
         t [s].
     state : ndarray, shape (8,)
     voltage : ndarray, shape (1,) or (n_step,)
-        u behind the hysteresis [V]: constant, or smooth and held over each step; then it is interpolated
-        between their middles.
+        u after the hysteresis [V]: constant, or one value held over each step of a smooth input; the latter
+        is interpolated between the middles of the steps.
     load : float
         F_L [N].
     step : float

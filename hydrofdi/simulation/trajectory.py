@@ -1,4 +1,4 @@
-"""The sampled signals of a batch of runs, and how each run ended."""
+"""Sampled signals of a batch of runs, and the outcome of each run."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Signal = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended: ``ok``, or the class of its failure and one sentence."""
+    """Outcome of a run: ``ok``, or the kind of failure and one sentence."""
 
     status: str = "ok"
     message: str = ""
 
     @property
     def is_ok(self) -> bool:
-        """Whether the run's numbers mean anything."""
+        """Whether the run succeeded, so that its results are valid."""
         return self.status == "ok"
 
 
@@ -46,13 +46,13 @@ class Trajectory:
     valve_supply_pressure : ndarray
         P_s at the valve [Pa].
     bristle_deflection : ndarray
-        z of the LuGre law; zero under the others [m].
+        z of the LuGre law; zero for the other laws [m].
     leakage_coefficient : ndarray, shape (n_run,)
         K_i [m^3.5/kg^0.5].
     internal_leakage_flow : ndarray
         q_il from chamber 1 to chamber 2 [m³/s].
     outcomes : tuple of Outcome, length n_run
-        How each run ended.
+        Outcome of each run.
     """
 
     time: Signal
@@ -71,7 +71,7 @@ class Trajectory:
     outcomes: tuple[Outcome, ...]
 
     def rows(self, positions: Sequence[int]) -> Trajectory:
-        """The runs at some positions, in their order."""
+        """Runs at some positions, in the given order."""
         index = np.asarray(positions)
         signals: dict[str, Any] = {
             field.name: getattr(self, field.name)[index]

@@ -1,4 +1,4 @@
-"""Studies of detection: indicators judged by thresholds on populations of records.
+"""Detection studies: evaluation of indicators with thresholds on populations of records.
 
-Here alone do scores meet what is known of their records.
+Only here are scores combined with the known labels and severities of their records.
 """

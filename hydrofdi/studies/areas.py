@@ -1,4 +1,4 @@
-"""Areas under ROC curves of the records of a study."""
+"""Areas under the ROC curves of a study."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from hydrofdi.studies.rules import Rules
 
 @dataclass(frozen=True, eq=False)
 class Suspicion:
-    """Scores made such that the larger is the more suspicious, and healthy records to compare them with.
+    """Transformation of scores so that larger is more suspicious, and the healthy records for comparison.
 
     Attributes
     ----------
     healthy : Part
     direction : Direction
     centre : float
-        The healthy value from which both directions depart: the median of the fit records.
+        Healthy reference value for both directions: the median of the fit records.
     rules : Rules
     """
 
@@ -37,11 +37,12 @@ class Suspicion:
     rules: Rules
 
     def of(self, part: Part) -> Array:
-        """Larger is the more suspicious, shape (n_record,)."""
+        """Transformed scores, larger is more suspicious, shape (n_record,)."""
         return suspicion(part.scores, self.direction, self.centre)
 
     def area(self, faulty: Part, notes: Notes) -> Area | None:
-        """Area of faulty records against the healthy ones; over groups where there are enough of them."""
+        """Area under the ROC curve against the healthy records; with intervals over groups if there are
+        enough groups."""
         healthy, confidence = self.healthy, self.rules.confidence
         if not (np.isfinite(self.centre) and faulty.scores.size):
             return None
@@ -54,7 +55,7 @@ class Suspicion:
                     lambda: over_groups(self.of(healthy), self.of(faulty), *groups, confidence=confidence)
                 )
             notes.remarks.append(
-                f"fewer than {FEWEST_GROUPS} groups: intervals of areas take records as independent, and are"
+                f"fewer than {FEWEST_GROUPS} groups: intervals of areas assume independent records, and are"
                 " too short"
             )
         return notes.unless_refused(
@@ -62,7 +63,7 @@ class Suspicion:
         )
 
     def partial_area(self, faulty: Part) -> float:
-        """Scaled area up to the false-alarm rate; NaN without scores of both kinds."""
+        """Scaled partial area up to the false-alarm rate; NaN without scores of both kinds."""
         if not np.isfinite(self.centre):
             return math.nan
         try:
@@ -73,6 +74,6 @@ class Suspicion:
 
 
 def suspicion_from(fit: Part, healthy: Part, direction: Direction, rules: Rules) -> Suspicion:
-    """Suspicion as the healthy fit records define it."""
+    """`Suspicion` defined by the healthy fit records."""
     known = fit.scores[~np.isnan(fit.scores)]
     return Suspicion(healthy, direction, float(np.median(known)) if known.size else math.nan, rules)

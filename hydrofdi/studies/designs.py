@@ -1,4 +1,4 @@
-"""Designs of a study compared: what longer records, faster sampling or better sensors buy."""
+"""Comparison of designs of a study, such as longer records, faster sampling or better sensors."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Gain:
     Attributes
     ----------
     value, low, high : float
-        Difference of the rates of detection over all faulty test records, and its interval.
+        Difference of the detection rates over all faulty test records, and its interval.
     p_value : float
-        Of no difference.
+        p-value of the null hypothesis of no difference.
     confidence : float
     """
 
@@ -40,7 +40,7 @@ class Gain:
 
 @dataclass(frozen=True)
 class Detector:
-    """A judged score of a design."""
+    """An evaluated score of a design."""
 
     records: StudyRecords
     judgement: Judgement
@@ -57,17 +57,17 @@ class Detector:
 
     @cached_property
     def n_record(self) -> dict[Population, int]:
-        """Numbers of the faulty test records of each severity."""
+        """Number of faulty test records of each severity."""
         return {each: self.records.rows(each).size for each in self._faults}
 
     @cached_property
     def detected(self) -> tuple[float, Array]:
-        """The rate of detection, and its values for resampled records, shape (n_draw,).
+        """Detection rate, and its values for resampled records, shape (n_draw,).
 
         Raises
         ------
         NotStatedError
-            There is no threshold, or nothing to detect.
+            There is no threshold, or there are no faulty records.
         """
         threshold = self.judgement.threshold
         if threshold is None or not self.n_record:
@@ -87,26 +87,27 @@ class Detector:
 
 
 def gain(reference: Detector, other: Detector, *, confidence: float = 0.95) -> Gain:
-    """What the second detector finds more than the first, each actuator against the same.
+    """Paired difference of the detection rates of two designs, second minus first.
 
-    Fit and test records are drawn again, the same ones in both designs, and thresholds set anew: the
-    interval holds what comes from the threshold as well. It is normal, with the deviation of the draws.
+    Fit and test records are resampled, the same ones in both designs, and thresholds are set again, so that
+    the interval includes the uncertainty of the thresholds. It is normal, with the standard deviation of the
+    resamples.
 
     Parameters
     ----------
     reference, other : Detector
-        Of two designs with the same populations, drawn alike.
+        Detectors of two designs with the same populations and draws.
     confidence : float
 
     Raises
     ------
     NotStatedError
-        The designs do not have the same records, or one detects nothing for want of a threshold.
+        The designs do not have the same records, or one has no threshold.
     """
     from scipy.special import ndtr, ndtri
 
     if reference.n_record != other.n_record or reference.healthy.size != other.healthy.size:
-        raise NotStatedError("designs are compared on the same actuators; these differ in their records")
+        raise NotStatedError("designs must be compared on the same actuators, but their records differ")
     (before, drawn_before), (after, drawn_after) = reference.detected, other.detected
     value, deviation = after - before, float(np.std(drawn_after - drawn_before, ddof=1))
     p_value = 2.0 * float(ndtr(-abs(value) / deviation)) if deviation else math.nan
@@ -115,12 +116,12 @@ def gain(reference: Detector, other: Detector, *, confidence: float = 0.95) -> G
 
 
 def are_shown(compared: Sequence[Gain | None]) -> tuple[bool, ...]:
-    """Whether the records show each of several differences that are looked at together (Holm).
+    """Whether each of several differences is significant after Holm's correction.
 
     Parameters
     ----------
     compared : sequence of Gain or None
-        None if nothing is stated.
+        None if there is no result.
     """
     stated = [each for each in compared if each is not None]
     corrected = iter(holm([each.p_value for each in stated]).p_values.tolist())

@@ -1,4 +1,4 @@
-"""The probability of detection of a score over the true severity, and the severities that are found."""
+"""Probability of detection of a score by true severity, and smallest detectable severities."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ from hydrofdi.studies.parts import Notes, Part, TestedLevels, quantile_name
 from hydrofdi.studies.rules import Rules
 
 SIGNIFICANCE = 0.05
-"""A curve is not used if such a deviation of hits and misses from it is less likely than this."""
+"""Significance level of the goodness-of-fit test: a curve with a smaller p-value is not used."""
 
 
 @dataclass(frozen=True)
 class Detectability:
-    """The curve, whether it holds, the severities found (``q50``, ``q90``, ``q90_95``), and their curves."""
+    """Curve, its goodness of fit, the detectable severities (``q50``, ``q90``, ``q90_95``), and the curves of
+    the bounds."""
 
     curve: PodCurve | None = None
     lack_of_fit: LackOfFit | None = None
@@ -41,37 +42,37 @@ class Detectability:
 def detectability(
     levels: Sequence[Part], threshold: Threshold, floor: float, rules: Rules, notes: Notes
 ) -> Detectability:
-    """Results of faulty test records for a score at its threshold.
+    """Probability of detection from the faulty test records of a score at its threshold.
 
-    The curve is fitted over the true severities or their logarithms, whichever is the more likely. Where hits
-    and misses are apart, where the curve does not describe them, and for bounds of records in groups, the
-    nominal levels speak instead.
+    The curve is fitted over true severities or their logarithms, whichever has the larger likelihood. If hits
+    and misses are separated, or the curve does not fit, results come from the nominal levels; so do bounds of
+    records in groups.
 
     Parameters
     ----------
     levels : sequence of Part
-        Ascending in nominal severity.
+        Levels, ascending in nominal severity.
     threshold : Threshold
     floor : float
-        False-alarm rate, as measured.
+        Measured false-alarm rate.
     rules : Rules
     notes : Notes
-        What is refused and remarked is added.
+        Refusals and remarks are added to it.
     """
     known = [level for level in map(_with_severity, levels) if level.scores.size]
     n_lost = sum(int(np.sum(~(level.severity >= 0.0))) for level in levels)
     if n_lost and known:
         notes.remarks.append(f"{n_lost} faulty records without a known severity are not in the curve")
     if not known:
-        notes.refusals.append("no faulty record has a known severity: no probability of detection is stated")
+        notes.refusals.append("no faulty record has a known severity: there is no probability of detection")
         return Detectability()
     if all(np.isnan(level.scores).all() for level in known):
-        notes.refusals.append("no faulty record has a score: no probability of detection is stated")
+        notes.refusals.append("no faulty record has a score: there is no probability of detection")
         return Detectability()
     tested = TestedLevels(known, threshold)
     if floor >= 1.0:
         notes.refusals.append(
-            "every healthy test record raises an alarm: no probability of detection is stated"
+            "every healthy test record raises an alarm: there is no probability of detection"
         )
         return Detectability()
     curves = _curves(tested, tested.outcomes, floor, rules)
@@ -89,15 +90,15 @@ def detectability(
 
 def _why_levels(fit: LackOfFit, is_described: bool) -> str:
     why = (
-        "only one tested level, or none, lies on the rise of the probability of detection"
+        "fewer than two tested levels lie on the slope of the curve of detection"
         if is_described
         else f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g})"
     )
-    return f"{why}: what is found is stated from the tested levels"
+    return f"{why}: results come from the tested levels"
 
 
 def _curves(tested: TestedLevels, outcomes: Array, floor: float, rules: Rules) -> list[PodCurve]:
-    """Along either axis, the likelier first."""
+    """Curves on both axes, the more likely first."""
     axes: tuple[AxisName, ...] = ("log", "linear")
     curves = [
         probability_of_detection(
@@ -119,7 +120,7 @@ def _with_severity(level: Part) -> Part:
 def _smallest(
     curve: PodCurve | None, used: Sequence[PodCurve], tested: TestedLevels, rules: Rules, notes: Notes
 ) -> dict[str, DetectableSeverity]:
-    """Estimates of the curve, or of the levels without one; bounds of the curves that are used."""
+    """Estimates from the curve, or else from the levels; bounds from the curves that are used."""
     confidences = {"q90_95": rules.confidence}
     if rules.n_tried > 1:
         confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, rules.n_tried)
@@ -137,7 +138,7 @@ def _smallest(
 
 
 def _estimates(curve: PodCurve | None, tested: TestedLevels, rules: Rules) -> dict[str, DetectableSeverity]:
-    """``q50`` and ``q90`` of a curve; without one, interpolated between the tested levels."""
+    """``q50`` and ``q90`` of a curve, or else interpolated between the tested levels."""
     return {
         name: interpolated_level(tested.tally, probability=probability)
         if curve is None
@@ -147,9 +148,9 @@ def _estimates(curve: PodCurve | None, tested: TestedLevels, rules: Rules) -> di
 
 
 def _with_one_miss_more(curve: PodCurve, tested: TestedLevels, rules: Rules) -> Sequence[PodCurve]:
-    """Curves as if one record fewer had been detected; none if these have no slope either.
+    """Curves fitted with one detection fewer; none if these have no slope either.
 
-    More hits never make a bound worse, so theirs holds as well.
+    More hits never worsen a bound, so the bound of these curves is valid.
     """
     outcomes = tested.with_one_miss_more()
     if outcomes is None:
@@ -167,7 +168,7 @@ def _bound(
     *,
     is_sure: bool,
 ) -> DetectableSeverity:
-    """The bound of the curves; where these are not of the records as they are, no larger than the levels'."""
+    """Bound from the curves; if these were fitted with one miss more, at most the bound from the levels."""
     needed = records_needed(1.0 - probability, confidence)
     n_record = int(tested.tally.total.sum() if curves else tested.tally.total[-1])
     if n_record < needed:
@@ -192,7 +193,7 @@ def _upper(bound: DetectableSeverity) -> float:
 
 
 def _plausible(curves: Sequence[PodCurve], confidence: float) -> list[PodCurve]:
-    """Curves that the ratio of likelihoods does not reject; all are held against the likeliest."""
+    """Curves that the likelihood ratio against the most likely one does not reject."""
     if not curves:
         return []
     largest = curves[0].log_likelihood

@@ -1,4 +1,4 @@
-"""All scores of a study, judged and ranked."""
+"""Evaluation and ranking of all scores of a study."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from hydrofdi.studies.rules import Rules
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:
-    """Results of a study for all its scores.
+    """Evaluate all scores of a study.
 
-    Those that come first or are in the Pareto set were chosen among many, so they have a second bound,
-    ``q90_95_of_all``, that holds for all scores together.
+    Top-ranked scores and scores in the Pareto set were selected among many, so they get a second bound,
+    ``q90_95_of_all``, that is simultaneous for all scores.
 
     Parameters
     ----------
     records : StudyRecords
     scores : sequence of Scored
-        All that were tried, also those that nobody will report: their number counts. Names are distinct.
+        All scores tried, including those not reported, because their number matters. Names are unique.
     rules : Rules
     """
     judgements = ranked([judge(records, scored, rules) for scored in scores])
@@ -52,10 +52,10 @@ def _remarks(records: StudyRecords, n_tried: int, rules: Rules) -> list[str]:
     if records.groups is not None:
         n_group = len(set(records.groups))
         remarks.append(
-            f"{counted(n_group, 'group')}: intervals of rates allow for what"
-            " differs between them, curves of detection"
+            f"{counted(n_group, 'group')}: intervals of rates allow for"
+            " differences between groups, curves of detection"
             " do not"
         )
     if not records.chosen(Kind.FAULT, is_fit=False):
-        remarks.append("no faulty record is tested: nothing is said of detection")
+        remarks.append("no faulty record is tested: there are no results on detection")
     return remarks

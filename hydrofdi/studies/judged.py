@@ -1,4 +1,4 @@
-"""A stored study, judged as its experiment asks."""
+"""Evaluation of a stored study by the rules of its experiment."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from hydrofdi.studies.rules import Rules, ThresholdKind
 
 
 def judge_study(data: ExperimentData) -> tuple[Detection, ...]:
-    """Every score of every design of a stored study, judged.
+    """Evaluate every score of every design of a stored study.
 
     Raises
     ------
     ReportError
-        The experiment has no study, or its file does not hold the runs of its study.
+        The experiment has no study, or its file does not contain the runs of its study.
     """
     rules = rules_of(data.experiment.detection)
     return tuple(detect(design.records, design.scores, rules) for design in read_study(data))
 
 
 def rules_of(asked: DetectionConfig) -> Rules:
-    """The rules that an experiment asks for."""
+    """Rules that an experiment requests."""
     threshold = ThresholdKind(asked.threshold)
     return Rules(asked.false_alarm_rate, asked.confidence, asked.probability, threshold)

@@ -1,4 +1,4 @@
-"""What is stated of a score as a detector."""
+"""Results of the evaluation of a score as a detector."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Level:
     ----------
     population : Population
     severity : float
-        Mean of the true severities of its records [unit of the severity]; NaN if they are not known.
+        Mean true severity of its records [unit of the severity]; NaN if unknown.
     detected : Rate or None
-        None without a threshold.
+        Detection rate; None without a threshold.
     area : Area or None
-        Against the healthy test records; None if the scores do not give one.
+        Area under the ROC curve against the healthy test records; None if undefined.
     """
 
     population: Population
@@ -41,36 +41,37 @@ class Level:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A score as a detector, at the threshold that healthy fit records set.
+    """Evaluation of a score as a detector, at the threshold set by healthy fit records.
 
     Attributes
     ----------
     scored : Scored
     direction : Direction
-        As defined, or as fit records showed it.
+        Direction, declared or learned from fit records.
     threshold : Threshold or None
         None if the fit records do not carry one.
     false_alarms : mapping of Population to Rate
-        Of the healthy test records, each shift and each confusion; empty without a threshold.
+        False-alarm rates of healthy test records, each shift and each confusion; empty without a threshold.
     levels : tuple of Level
         Ascending.
     curve : PodCurve or None
     lack_of_fit : LackOfFit or None
     smallest : mapping of str to DetectableSeverity
-        ``q50``, ``q90`` (the estimates at 50 % and the stated probability), ``q90_95`` (bound with the
-        stated confidence) and, of scores chosen among many, ``q90_95_of_all`` (with the confidence at which
-        the bounds of all hold together); without those that are not stated.
+        ``q50``, ``q90`` (estimates at 50 % and at the required probability), ``q90_95`` (bound with the
+        required confidence) and, for scores selected among many, ``q90_95_of_all`` (simultaneous bound);
+        refused values are absent.
     partial_area : float
-        Up to the false-alarm rate, over all faulty test records, scaled so that 0.5 is chance; NaN without.
+        Partial area up to the false-alarm rate over all faulty test records, scaled so that 0.5 is chance;
+        NaN if undefined.
     counted : mapping of Population to int
-        Populations with too few records for a rate: their alarms are counted, and no rate is stated → the
-        number of records that one needs.
+        Population with too few records for a rate (only its alarms are counted) → number of records that a
+        rate needs.
     refusals : tuple of str
-        What could not be stated, and why.
+        Results that are refused, and why.
     remarks : tuple of str
-        What has to be known of what is stated.
+        Remarks on the results.
     bounding : tuple of PodCurve
-        The curves that bounds are taken from, the likeliest first; all are held against its likelihood.
+        Curves for the bounds, the most likely first; all are compared with its likelihood.
     """
 
     scored: Scored
@@ -89,12 +90,12 @@ class Judgement:
 
     @property
     def keeps_its_rate(self) -> bool | None:
-        """Whether healthy test records and shifts are compatible with the threshold's own false-alarm rate.
+        """Whether healthy test records and shifts are compatible with the false-alarm rate of the threshold.
 
-        They are where no lower limit of their rates lies above the upper limit that the fit records allow.
-        None if that is not known: without a threshold or healthy test records, and where any of these
-        populations has too few records for a rate. Confusions do not count: what alarms there is a fault, if
-        another one.
+        They are if no lower limit of their rates exceeds the upper limit from the fit records. None if
+        unknown: without a threshold or healthy test records, or if any of these populations has too few
+        records for a rate. Confusions are not included: they have another fault, so their alarms are
+        justified.
         """
         if self.threshold is None:
             return None
@@ -106,27 +107,27 @@ class Judgement:
 
     @property
     def middle_area(self) -> float:
-        """Area under the ROC curve at the middle level; NaN without."""
+        """Area under the ROC curve at the middle level; NaN if undefined."""
         areas = [level.area.value for level in self.levels if level.area is not None]
         return areas[(len(areas) - 1) // 2] if areas else math.nan
 
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """All judgements of one design of a study.
+    """Evaluation of all scores of one design of a study.
 
     Attributes
     ----------
     records : StudyRecords
     judgements : tuple of Judgement
-        Best first, as `ranked`.
+        Best first, as from `ranked`.
     rules : Rules
-        By which they are judged.
+        Rules of the evaluation.
     pareto : frozenset of str
-        Names of scores than which none needs fewer channels and finds smaller faults at a kept false-alarm
-        rate.
+        Names of Pareto-optimal scores: no other score needs fewer channels and detects smaller faults at its
+        false-alarm rate.
     remarks : tuple of str
-        Sentences that belong to all numbers, such as that the draws are not independent.
+        Remarks on all results, such as that the draws are not independent.
     """
 
     records: StudyRecords

@@ -1,4 +1,4 @@
-"""A score judged as a detector: settings from fit records, results from test records."""
+"""Evaluation of a score as a detector: settings from fit records, results from test records."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from hydrofdi.studies.rules import Rules, ThresholdKind
 
 
 def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
-    """What is stated of a score as a detector.
+    """Evaluate a score as a detector.
 
-    Direction, healthy value and threshold come from fit records alone. Where there are groups and no healthy
+    Direction, healthy reference and threshold come only from fit records. If there are groups but no healthy
     test records, each healthy group is tested at the threshold of the others.
 
     Parameters
     ----------
     records : StudyRecords
     scored : Scored
-        Its values were computed before anything here is known.
+        Score whose values were computed without labels or severities.
     rules : Rules
     """
     case = _Case(records, scored, rules, Notes())
@@ -76,7 +76,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
 
 @dataclass(frozen=True, eq=False)
 class _Case:
-    """The judged score and its remarks."""
+    """The score under evaluation and its remarks."""
 
     records: StudyRecords
     scored: Scored
@@ -97,7 +97,7 @@ class _Case:
             )
         if learned is None:
             self.notes.remarks.append(
-                "neither its definition nor faulty fit records say in which direction it departs: both alarm"
+                "neither its definition nor faulty fit records determine its direction: both directions alarm"
             )
         return learned or Direction.BOTH
 
@@ -141,18 +141,18 @@ class _Case:
             )
 
     def floor(self, false_alarms: Mapping[Population, Rate]) -> float:
-        """The false-alarm rate measured on healthy records; the set one if none was measured."""
+        """False-alarm rate measured on healthy records; the design rate if none was measured."""
         healthy = [rate for each, rate in false_alarms.items() if each.kind is Kind.HEALTHY and rate.total]
         if not healthy:
             self.notes.refusals.append(
-                "no healthy record was tested: no false-alarm rate is measured, and the curve of detection"
-                " starts from the rate that was set"
+                "no healthy record was tested: the false-alarm rate is not measured, and the curve of"
+                " detection starts from the design rate"
             )
             return self.rules.false_alarm_rate
         return sum(rate.count for rate in healthy) / sum(rate.total for rate in healthy)
 
     def remark_equal(self, fit: Part) -> None:
-        """Remark records that are indistinguishable from one record counted several times."""
+        """Add a remark if records look like one record counted several times."""
         found = fit.scores[~np.isnan(fit.scores)]
         if found.size > 1 and np.all(found == found[0]):
             self.notes.remarks.append(
@@ -161,7 +161,7 @@ class _Case:
             )
 
     def remark_missing(self, fit: Part, faulty: Mapping[Population, Part]) -> None:
-        """Remark records without a score: fit records are ignored, faulty ones are missed."""
+        """Add remarks on records without a score: fit records are ignored, faulty ones count as missed."""
         if fit.n_missing:
             self.notes.remarks.append(
                 f"{fit.n_missing} of {fit.scores.size} healthy fit records have no score"
@@ -180,7 +180,7 @@ class _Case:
 def _counted(
     false_alarms: Mapping[Population, Rate], levels: Sequence[Level], rules: Rules
 ) -> dict[Population, int]:
-    """Populations whose records are fewer than a rate needs."""
+    """Populations with too few records for a rate."""
     needed = rules.records_for_false_alarms
     few = {population: needed for population, rate in false_alarms.items() if rate.total < needed}
     needed = rules.records_for_detection

@@ -1,4 +1,4 @@
-"""The feature that fell most: the rule of the paper for details of the wavelet transform."""
+"""Largest relative fall of a feature: the rule of the paper for wavelet details."""
 
 from __future__ import annotations
 
@@ -13,29 +13,30 @@ from hydrofdi.settings.quantities import Section
 
 
 class LargestChange(Score[Section]):
-    """The largest positive sensitivity: the largest fall of a feature below its healthy mean.
+    """Largest relative fall of a feature below its healthy mean.
 
-    It weighs features by their means, so it depends on their zeros, unlike the scores of `hydrofdi.scoring`.
+    It scales features by their means, so it depends on their zero points, unlike the scores of
+    `hydrofdi.scoring`.
     """
 
     name = "largest_change"
-    summary = "Largest fall of a number below its healthy mean, as a share of the mean."
+    summary = "Largest fall of a feature below its healthy mean, relative to the mean."
     source = "Maddahi, Yazdanpanah Goharrizi, Wu and Sepehri, CDSR 2015, paper 181"
     equation = "max_j (m_j − y_j)/m_j, m the means of healthy records"
-    caution = "The number that varies most without a fault decides: a change is weighed by the mean alone."
+    caution = "The feature that varies most without a fault dominates: a change is scaled only by the mean."
     needs_faulty = False
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
-        """Means of healthy records."""
+        """Fit the means of healthy records."""
         means = values.mean(axis=0)
         if not means.all():
-            raise NotStatedError("the score largest_change: a number is zero on average in healthy records")
+            raise NotStatedError("the score largest_change: a feature has zero mean in healthy records")
         return LargestFall(means)
 
 
 @dataclass(frozen=True, eq=False)
 class LargestFall:
-    """The largest fall below `means`, shape (n_feature,), as a share of them."""
+    """Largest fall below `means`, shape (n_feature,), relative to them."""
 
     means: Array
 

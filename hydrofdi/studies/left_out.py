@@ -1,4 +1,4 @@
-"""Scores that are left out: a sensor is lacking, or the extra to learn with."""
+"""Scores that are omitted because a sensor or an optional extra is missing."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from hydrofdi.studies.made_scores import belongs
 from hydrofdi.studies.records import Scored
 
 _WITHOUT_EXTRA = ("compensated", "largest_change")
-"""Kinds of scores that are made without scikit-learn."""
+"""Kinds of scores that do not need scikit-learn."""
 
 
 def within(scored: Scored, sensors: Collection[str]) -> bool:
-    """Whether a score needs no other channel; no sensors named means all."""
+    """Whether a score needs only these sensors; an empty collection means all sensors."""
     return not sensors or set(scored.channels) <= set(sensors)
 
 
 def makeable_within(score: ScoreConfig, numbers: Sequence[Scored], kept: Sequence[Scored]) -> bool:
-    """Whether a score names no number that is left out for its channels."""
+    """Whether a score uses no number that is omitted because of its channels."""
     kept_names = {each.name for each in kept}
     lacking = [each.name for each in numbers if each.name not in kept_names]
     return not any(belongs(number, name) for name in (*score.of, *score.by) for number in lacking)
 
 
 def sensor_remark(label: str, indicator: Indicator[Any], scored: Scored, sensors: Collection[str]) -> str:
-    """Why an indicator is left out, and the options with which it would not be."""
+    """Message why an indicator is omitted, with options that would avoid it."""
     lacking = [Channel(name).symbol for name in scored.channels if name not in sensors]
     options = ", ".join(_options_without(indicator, sensors))
-    remedy = f"; measured with {{{options}}} it does without" if options else ""
+    remedy = f"; with {{{options}}} it does not need them" if options else ""
     return f"{label} is left out: it needs {', '.join(lacking)}, not among detection.sensors{remedy}"
 
 
 def _options_without(indicator: Indicator[Any], sensors: Collection[str]) -> Iterator[str]:
-    """The fewest options with which an indicator needs only these channels."""
+    """Smallest sets of options with which an indicator needs only these channels."""
     options = type(indicator.options)
     choices = {
         name: get_args(field.annotation)
@@ -69,17 +69,17 @@ def _channels(indicator: Indicator[Any], changed: dict[str, Any]) -> set[str]:
 
 
 def needs_extra(score: ScoreConfig) -> bool:
-    """Whether a score is made with scikit-learn."""
+    """Whether a score needs scikit-learn."""
     return score.kind not in _WITHOUT_EXTRA
 
 
 def asks_for_extra(detection: DetectionConfig) -> bool:
-    """Whether any score that a study asks for is made with scikit-learn."""
+    """Whether any score of a study needs scikit-learn."""
     return detection.usual_scores or any(map(needs_extra, detection.scores.values()))
 
 
 def makeable(wanted: Mapping[str, ScoreConfig]) -> tuple[dict[str, ScoreConfig], tuple[str, ...]]:
-    """The scores that can be made here, and a sentence on those that cannot, if there are any."""
+    """Scores that can be made, and a remark on those that cannot, if any."""
     lacking = [label for label, score in wanted.items() if needs_extra(score)]
     if not lacking or has_extra():
         return dict(wanted), ()

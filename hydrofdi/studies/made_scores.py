@@ -1,4 +1,4 @@
-"""Scores of a study that are made of several measured numbers, or compensated for some."""
+"""Combined scores of a study: made of several measured numbers, or compensated for some."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hydrofdi.studies.paired import CHANGE
 from hydrofdi.studies.records import Scored, StudyRecords
 
 MOST_MISSING = 0.1
-"""Share of the fit records that may have no value; a number missing in more of them is left out."""
+"""Largest fraction of fit records without a value; a number with more missing values is omitted."""
 
 _TEACHING = (Kind.HEALTHY, Kind.FAULT)
 
@@ -34,22 +34,22 @@ def made_scores(
     *,
     tested_teach: bool = False,
 ) -> Iterator[Scored]:
-    """The scores that a study asks for, cross-fitted over its fit records.
+    """Make the scores of a study, cross-fitted over its fit records.
 
-    Fit records are scored by models that saw neither them nor their group, the others by the model of all fit
-    records. ``compensated`` gives one score for each of its numbers. A score that the fit records do not
-    carry has no values, and its note says why.
+    Fit records are scored by models that were not trained on their group, the others by the model of all fit
+    records. ``compensated`` gives one score for each of its numbers. If the fit records do not support a
+    score, it has no values, and its note says why.
 
     Parameters
     ----------
     records : StudyRecords
     measured : sequence of Scored
-        The numbers of which they are made.
+        Numbers that the scores combine.
     wanted : mapping of str to ScoreConfig
-        By label.
+        Label → configuration of the score.
     tested_teach : bool
-        Whether faulty records that are tested teach the scores that need faulty ones, as where no others have
-        the fault. Each is then scored by a model that saw neither it nor its group, which needs groups.
+        Whether faulty test records are used to train scores that need faulty records, because there are no
+        others. Each is then scored by a model that was not trained on its group, so groups are required.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def made_scores(
 
 
 def _chosen(measured: Sequence[Scored], names: Sequence[str], label: str) -> list[Scored]:
-    """The numbers with these names, those of indicators, and the parts of arrays; each once."""
+    """Numbers with these names, including all of an indicator and elements of arrays; each once."""
     found: dict[str, Scored] = {}
     for name in names:
         own = {each.name: each for each in measured if belongs(each.name, name)}
@@ -85,7 +85,7 @@ def _chosen(measured: Sequence[Scored], names: Sequence[str], label: str) -> lis
 
 
 def belongs(number: str, name: str) -> bool:
-    """Whether a name means a number; changes since a record before are meant where the name says so."""
+    """Whether a name refers to a number; changes since an earlier record only if the name says so."""
     if number.endswith(CHANGE) != name.endswith(CHANGE):
         return False
     number, name = number.removesuffix(CHANGE), name.removesuffix(CHANGE)
@@ -108,7 +108,7 @@ def _made(
         if is_shared:
             _refuse_few_groups(score.name, records.groups, is_faulty, is_fit)
         if not kept:
-            raise NotStatedError("no number is measured in nine of ten fit records")
+            raise NotStatedError("no number is measured in at least 90 % of the fit records")
         values = np.stack([each.values for each in kept], axis=1)
         scores = cross_fitted_scores(score, values, is_faulty, records.groups, is_fit=is_fit)
     except NotStatedError as refusal:
@@ -128,14 +128,14 @@ def _made(
 def _refuse_few_groups(
     name: str, groups: Sequence[str] | None, is_faulty: NDArray[np.bool_], is_fit: NDArray[np.bool_]
 ) -> None:
-    """Refuse to train on tested records if groups cannot keep them out of their own scores."""
-    why = f"the score {name} learns from the records that are tested, each scored without its group"
+    """Refuse to train on test records if groups do not allow cross-fitting."""
+    why = f"the score {name} is cross-fitted on test records"
     if groups is None:
         raise NotStatedError(f"{why}: it needs groups, and no record has one")
     for kind, own in (("healthy", ~is_faulty), ("faulty", is_faulty)):
         n_group = len({groups[row] for row in np.flatnonzero(is_fit & own).tolist()})
         if n_group < 2:
-            raise NotStatedError(f"{why}: it needs two groups with {kind} records or more, not {n_group}", 2)
+            raise NotStatedError(f"{why}: it needs at least two groups with {kind} records, not {n_group}", 2)
 
 
 def _share_missing(values: Array) -> float:
@@ -147,7 +147,7 @@ def _left_out(number: Scored) -> str:
 
 
 def _cost(numbers: Sequence[Scored]) -> float | None:
-    """That of the indicators, each once; None if one of them was not measured."""
+    """Total cost of the indicators, each once; None if one was not measured."""
     costs = {each.name.partition(".")[0]: each.cost for each in numbers}
     known = [cost for cost in costs.values() if cost is not None]
     return sum(known) if len(known) == len(costs) else None

@@ -1,4 +1,4 @@
-"""What was measured of records with labels and groups, as records of a study with their scores."""
+"""Study from measured records with labels and groups."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from hydrofdi.settings.suggestions import similar
 from hydrofdi.studies.records import Scored, StudyRecords
 
 SEED = 0
-"""Of the random halves of healthy records that no groups split."""
+"""Seed of the random split of healthy records without groups."""
 
 
 @dataclass(frozen=True)
 class Labels:
-    """What labels of records mean.
+    """Meaning of the labels of records.
 
     Attributes
     ----------
     healthy : tuple of str
         Labels of healthy records; all others are faulty.
     severity : mapping of str to float
-        Label → severity of the fault [m³/s], where it is known.
+        Label → severity of the fault [m³/s], if known.
     """
 
     healthy: tuple[str, ...]
@@ -43,7 +43,7 @@ class MeasuredStudy:
     ----------
     records : StudyRecords
     scores : tuple of Scored
-        Those that any record has.
+        Scores that at least one record has.
     """
 
     records: StudyRecords
@@ -53,22 +53,22 @@ class MeasuredStudy:
 def measured_study(
     columns: Sequence[Column], measured: Iterable[RecordMeasures], labels: Labels
 ) -> MeasuredStudy:
-    """Healthy and faulty records by their labels; with groups all healthy ones are fit records.
+    """Build a study of healthy and faulty records from their labels.
 
-    Each healthy group is then tested at the threshold of the others. Without two healthy groups the healthy
-    records are split into random halves, and a remark says so.
+    With groups, all healthy records are fit records, and each healthy group is tested at the threshold of the
+    others. With fewer than two healthy groups, healthy records are split into random halves, with a remark.
 
     Parameters
     ----------
     columns : sequence of Column
     measured : iterable of RecordMeasures
-        Rejected ones, and those without a label, are left out.
+        Measured records; rejected records and records without a label are omitted.
     labels : Labels
 
     Raises
     ------
     ConfigError
-        No record has a label, or none that is called healthy.
+        No record has a label, or no label is declared healthy.
     """
     labelled = [record for record in measured if record.label and not record.is_rejected]
     found = dict.fromkeys(record.label for record in labelled)
@@ -98,7 +98,7 @@ def measured_study(
 def _require_healthy(labels: Labels, found: Sequence[str]) -> None:
     names = ", ".join(repr(label) for label in sorted(found)[:10])
     if not found:
-        raise ConfigError("no record has a label; 'label:' of the description says what is known of each")
+        raise ConfigError("no record has a label; set 'label:' in the description")
     if not labels.healthy:
         remedy = f"{setting('healthy', 'LABEL')}, or 'healthy: [LABEL]' in the description"
         raise ConfigError(f"which records are healthy? {remedy}; found {names}")
@@ -120,7 +120,7 @@ def require_known_severities(labels: Labels, found: Collection[str]) -> None:
     Raises
     ------
     ConfigError
-        With every label that no record has.
+        There are labels that no record has; the error lists all of them.
     """
     names = ", ".join(repr(label) for label in sorted(found)[:10])
     mistakes = [
@@ -133,7 +133,7 @@ def require_known_severities(labels: Labels, found: Collection[str]) -> None:
 
 
 def _groups(records: Sequence[RecordMeasures]) -> tuple[str, ...] | None:
-    """Groups of records; one without a group is a group by itself."""
+    """Groups of records; a record without a group is its own group."""
     if not any(record.group for record in records):
         return None
     return tuple(record.group or f"record {record.record_id}" for record in records)
@@ -142,10 +142,10 @@ def _groups(records: Sequence[RecordMeasures]) -> tuple[str, ...] | None:
 def _split_remark(groups: Sequence[str] | None, has_groups: bool) -> str:
     if has_groups:
         return "each healthy group is tested at the threshold of the other healthy groups"
-    why = "no record has a group" if groups is None else "there is one healthy group alone"
+    why = "no record has a group" if groups is None else "there is only one healthy group"
     return (
-        f"{why}: healthy records are split into random halves (seed {SEED}), one sets thresholds and one is"
-        " tested; false alarms on another unit or day are not known"
+        f"{why}: healthy records are split into random halves (seed {SEED}): one sets thresholds, the other"
+        " is tested; false alarms on another unit or day are unknown"
     )
 
 
@@ -156,8 +156,8 @@ def _confounded(groups: Sequence[str] | None, is_healthy: NDArray[np.bool_]) -> 
     faulty = {group for group, is_sound in zip(groups, is_healthy, strict=True) if not is_sound}
     if not healthy & faulty:
         yield (
-            "no group has both healthy and faulty records: what tells them apart may be the unit or the day;"
-            " no area means more than those of healthy groups against each other"
+            "no group has both healthy and faulty records: they may differ only by unit or day;"
+            " compare areas with those of healthy groups against each other"
         )
 
 
@@ -166,7 +166,7 @@ def _severity(label: str, labels: Labels) -> float:
 
 
 def _scores(columns: Sequence[Column], records: Sequence[RecordMeasures]) -> Iterator[Scored]:
-    """Every number that any record has."""
+    """All numbers that at least one record has."""
     for column in (column for column in columns if column.output.is_score):
         shape = tuple(column.output.dims.values())
         nothing = np.full(shape, np.nan)

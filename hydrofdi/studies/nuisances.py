@@ -1,4 +1,4 @@
-"""Which nuisance affects a score: results of a study for each."""
+"""Sensitivity of a score to each nuisance of a study."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ MATRICES = (FIRST, SECOND, AGAIN)
 
 @dataclass(frozen=True)
 class Nuisance:
-    """What one nuisance does to a healthy score; None if it is not stated.
+    """Effect of one nuisance on a healthy score; None if there is no result.
 
     Attributes
     ----------
     parameter : str
-        Dotted name; ``nothing`` for what differs from record to record on one actuator.
+        Dotted name; ``nothing`` for the variation between records of one actuator.
     alone : Estimate or None
-        Inner 90 % range of the score while it alone varies, relative to that while all vary.
+        Inner 90 % range of the score if only this nuisance varies, relative to the range if all vary.
     reach : Reach or None
-        The faults that it imitates and hides.
+        Faults that the nuisance imitates and hides.
     first_order, total : Estimate or None
-        Sobol indices. What differs from record to record has a total alone.
+        Sobol indices. The variation between records has only a total index.
     """
 
     parameter: str
@@ -49,13 +49,13 @@ class Nuisances:
     Attributes
     ----------
     each : tuple of Nuisance
-        What differs from record to record comes last.
+        Nuisances; the variation between records comes last.
     together : Reach or None
-        The faults that all of them imitate and hide.
+        Faults that all nuisances together imitate and hide.
     n_lost : int
-        Number of base points of the Sobol design left out because a score is missing.
+        Number of base points of the Sobol design excluded because a score is missing.
     refusals : tuple of str
-        What could not be stated, and why.
+        Results that are refused, and why.
     """
 
     each: tuple[Nuisance, ...]
@@ -65,14 +65,14 @@ class Nuisances:
 
 
 def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0.95) -> Nuisances | None:
-    """Which nuisance moves a score; None if the study has no records for it.
+    """Sensitivity of a score to the nuisances; None if the study has no records for it.
 
     Parameters
     ----------
     records : StudyRecords
     scored : Scored
     confidence : float
-        Of all intervals.
+        Confidence level of all intervals.
     """
     found = _Scores(records, scored.values, confidence)
     if not found.names(Kind.ALONE) and not found.names(Kind.SOBOL):
@@ -91,7 +91,7 @@ def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0
 def _shares(
     names: Sequence[str], indices: SobolIndices | None
 ) -> dict[str, tuple[Estimate | None, Estimate | None]]:
-    """First-order and total index of each nuisance, and the share of the variation between records."""
+    """First-order and total index of each nuisance, and the fraction from variation between records."""
     if indices is None:
         return {}
     of_each = dict(zip(names, zip(indices.first_order, indices.total, strict=True), strict=True))
@@ -108,7 +108,7 @@ class _Scores:
         self.notes = Notes()
 
     def names(self, kind: Kind, *others: str) -> list[str]:
-        """Names of the populations of a kind, but for some."""
+        """Names of the populations of a kind, with exceptions."""
         return [name for own, name in self._own if own is kind and name not in others]
 
     def alone(self, name: str) -> Estimate | None:

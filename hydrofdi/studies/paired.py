@@ -1,4 +1,4 @@
-"""Changes of scores since a healthy record of the same actuator."""
+"""Changes of scores since an earlier healthy record of the same actuator."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from hydrofdi.studies.records import Scored, StudyRecords
 NONE = -1
 
 CHANGE = " (change)"
-"""Ends the name of a change."""
+"""Suffix of the name of a change."""
 
-NOTE = "less its value in a healthy record of the same actuator, taken before"
+NOTE = "minus its value in an earlier healthy record of the same actuator"
 
 
 def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Iterator[Scored]:
-    """The change of each score since the record of the same group that was taken before.
+    """Change of each score since the earlier record of the same group.
 
-    What is constant in an actuator, such as the null leakage of its valve or the bias of a sensor, does not
-    change. Nothing where no record was taken before; NaN for records of a group that has none.
+    This removes constants of an actuator, such as the null leakage of its valve or the bias of a sensor.
+    There are no changes if there are no earlier records; they are NaN for records of a group without one.
 
     Parameters
     ----------
     records : StudyRecords
-        In groups: those of one actuator.
+        Records with groups: one group per actuator.
     scores : sequence of Scored
     """
     before = _before(records)
@@ -46,7 +46,7 @@ def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Ite
 
 
 def _before(records: StudyRecords) -> NDArray[np.intp] | None:
-    """Row of the record before each record, or ``NONE``; None if there is none at all."""
+    """Row of the earlier record of each record, or ``NONE``; None if there are no earlier records."""
     populations = [each for each in records.populations if each.kind is Kind.BEFORE]
     if records.groups is None or not populations:
         return None

@@ -1,4 +1,4 @@
-"""The scores of some populations of a study, and results from tested levels without a curve."""
+"""Scores of some populations of a study, and results from tested levels without a curve."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Stated = TypeVar("Stated")
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Scores of some records, in an order that does not depend on that of the records.
+    """Scores of some records, in a reproducible order that does not depend on that of the records.
 
     Attributes
     ----------
@@ -45,21 +45,21 @@ class Part:
         return int(np.isnan(self.scores).sum())
 
     def rate(self, threshold: Threshold, confidence: float) -> Rate:
-        """The rate of alarms."""
+        """Alarm rate."""
         return alarm_rate(threshold.outcomes(self.scores), groups=self.groups, confidence=confidence)
 
     def detections(self, threshold: Threshold) -> Array:
-        """1 detected, 0 not, shape (n_record,); a record without a score raises no alarm."""
+        """1 if detected, 0 if not, shape (n_record,); a record without a score raises no alarm."""
         return np.nan_to_num(threshold.outcomes(self.scores), nan=0.0)
 
     def detected(self, threshold: Threshold, confidence: float) -> Rate:
-        """The rate of detection of faulty records; those without a score count as missed."""
+        """Detection rate of faulty records; those without a score count as missed."""
         rate = alarm_rate(self.detections(threshold), groups=self.groups, confidence=confidence)
         return replace(rate, not_measurable=self.n_missing)
 
 
 def part(records: StudyRecords, scored: Scored, populations: Collection[Population]) -> Part:
-    """The scores of all records of some populations."""
+    """Scores of all records of some populations."""
     numbers = [records.populations.index(population) for population in populations]
     rows = np.flatnonzero(np.isin(records.of_record, numbers))
     rows = rows[np.lexsort((records.severity[rows], scored.values[rows]))]
@@ -68,7 +68,7 @@ def part(records: StudyRecords, scored: Scored, populations: Collection[Populati
 
 
 def records_without_number(records: StudyRecords, scored: Scored) -> dict[str, int]:
-    """Name of a population → how many of its records have no score; without those that have all."""
+    """Name of a population → number of its records without a score, if any."""
     missing = {
         each.name: int(np.isnan(scored.values[records.rows(each)]).sum()) for each in records.populations
     }
@@ -77,7 +77,7 @@ def records_without_number(records: StudyRecords, scored: Scored) -> dict[str, i
 
 @dataclass(frozen=True, eq=False)
 class TestedLevels:
-    """Levels of a nominal severity, ascending; all true severities are known.
+    """Levels of nominal severity, ascending; all true severities are known.
 
     A record without a score raises no alarm, so it counts as a miss.
     """
@@ -92,15 +92,15 @@ class TestedLevels:
 
     @cached_property
     def outcomes(self) -> Array:
-        """1 detected, 0 not, shape (n_record,)."""
+        """1 if detected, 0 if not, shape (n_record,)."""
         return np.concatenate([level.detections(self.threshold) for level in self.levels])
 
     @cached_property
     def tally(self) -> Tally:
         """Hits of each level at its *largest* true severity.
 
-        The probability of detection there is at least the mean of the level, so what is stated is not too
-        small.
+        The probability of detection there is at least the mean of the level, so detectable severities are not
+        too small.
         """
         rates = [level.detected(self.threshold, 0.95) for level in self.levels]
         hits, total = (
@@ -115,10 +115,10 @@ class TestedLevels:
         return any(level.groups is not None for level in self.levels)
 
     def lie_on_the_rise(self, curve: PodCurve) -> bool:
-        """Whether two levels or more do, so that the curve has a slope.
+        """Whether at least two levels lie on the slope of the curve.
 
-        True severities of one level differ by little: what they tell of the slope is chance. A level whose
-        severities span an octave counts as two.
+        True severities within a level differ too little to determine a slope. A level whose severities span
+        an octave counts as two.
         """
         if curve.is_step:
             return False
@@ -130,9 +130,10 @@ class TestedLevels:
         return count >= 2
 
     def with_one_miss_more(self) -> Array | None:
-        """Outcomes in which the smallest level that is always detected has a miss; None without such a level.
+        """Outcomes with one miss added in the smallest level that is always detected; None without such a
+        level.
 
-        It is missed at its largest severity.
+        The miss is at the largest severity of the level.
         """
         outcomes, first = self.outcomes.copy(), 0
         for level, hits, total in zip(self.levels, self.tally.hits, self.tally.total, strict=True):
@@ -143,7 +144,7 @@ class TestedLevels:
         return None
 
     def bound(self, probability: float, confidence: float) -> DetectableSeverity:
-        """The last level whose one-sided limit of the rate of detection shows a probability."""
+        """Last level whose one-sided limit of the detection rate meets a probability."""
         rates = [level.detected(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
         shown = np.array([rate.low >= probability for rate in rates])
         n_group, needed = rates[-1].n_group, records_needed(1.0 - probability, confidence)
@@ -158,21 +159,21 @@ class TestedLevels:
 
 @dataclass
 class Notes:
-    """Remarks collected while a score is judged.
+    """Remarks and refusals collected during an evaluation.
 
     Attributes
     ----------
     refusals : list of str
-        What is not stated, and why.
+        Results that are refused, and why.
     remarks : list of str
-        What has to be known of what is stated.
+        Remarks on the results.
     """
 
     refusals: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
     def unless_refused(self, state: Callable[[], Stated]) -> Stated | None:
-        """The statement, or None with the refusal noted."""
+        """Result of `state`, or None if it is refused; the refusal is noted."""
         try:
             return state()
         except NotStatedError as refusal:
@@ -181,5 +182,5 @@ class Notes:
 
 
 def quantile_name(probability: float, confidence: float) -> str:
-    """Such as ``q90/95``: found with 90 % probability and 95 % confidence."""
+    """Name such as ``q90/95``: detected with 90 % probability at 95 % confidence."""
     return f"q{100.0 * probability:.5g}/{confidence_text(confidence)}"

@@ -1,4 +1,4 @@
-"""Judgements side by side: which score is best, and which is worth its channels."""
+"""Ranking of scores, and their Pareto set over channels."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ _RANK_OF_KEEPING = {True: 0, None: 1, False: 2}
 
 
 def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
-    """Best first: those not shown to exceed their false-alarm rate, by q90/95.
+    """Rank scores by q90/95, best first; scores that exceed their false-alarm rate come last.
 
-    Of equal ones first that with fewer channels. Where nothing is found, by the rate of detection at the
-    largest level; then by the area at the middle level.
+    Ties are resolved by fewer channels. Scores without a q90/95 are ranked by the detection rate at the
+    largest level, then by the area at the middle level.
 
-    A score that alarms on anything finds every leak, so those that do not keep their rate come last, after
-    those of which it is not known.
+    A score that always alarms detects every leak, so scores that exceed their rate come last, after those for
+    which this is unknown.
     """
     return tuple(sorted(judgements, key=_place))
 
@@ -31,24 +31,24 @@ def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
 
 
 def _largest_rate(judgement: Judgement) -> float:
-    """The rate of detection at the largest level; 0 without."""
+    """Detection rate at the largest level; 0 if there is none."""
     rates = [level.detected.value for level in judgement.levels[-1:] if level.detected is not None]
     return rates[0] if rates and math.isfinite(rates[0]) else 0.0
 
 
 def found_from(judgement: Judgement) -> float:
-    """q90/95 [unit of the severity]; infinite if nothing tested is found, or it is not stated."""
+    """q90/95 [unit of the severity]; infinite if no tested severity is detected or it is refused."""
     bound = judgement.smallest.get("q90_95")
     value = None if bound is None else bound.value
     return math.inf if value is None else value
 
 
 def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
-    """Names of the scores for which no other finds as small faults with the same channels or fewer.
+    """Names of the Pareto-optimal scores in channels and q90/95.
 
-    Another dominates where its channels are among those of the score, its q90/95 is no larger, and one of
-    the two is better. Only scores that keep their false-alarm rate, have a q90/95 and say what they need
-    take part.
+    A score dominates another if its channels are a subset, its q90/95 is not larger, and one of the two is
+    strictly better. Only scores that meet their false-alarm rate, have a q90/95 and declare their channels
+    are included.
     """
     able = [
         (judgement.scored.name, frozenset(judgement.scored.channels), found_from(judgement))

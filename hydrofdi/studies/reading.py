@@ -1,4 +1,4 @@
-"""A stored study → its records and their scores, design by design."""
+"""Reading of stored studies: records and scores of each design."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ _SEVERITIES = {
     "leakage.internal_flow": (MEAN_LEAKAGE_FLOW, "m^3/s"),
     "leakage.internal_coefficient": (LEAKAGE_COEFFICIENT, "m^3.5/kg^0.5"),
 }
-"""Parameter of the faults → variable that holds the true severity of each run, and its unit."""
+"""Parameter of the faults → variable with the true severity of each run, and its unit."""
 
 _DEPENDENT_DRAWS = (
-    "Actuators are points of a {method}, which depend on each other: binomial limits do not apply to rates."
+    "Actuators are points of a {method}, so they are not independent: binomial limits do not apply to rates."
 )
 _METHODS = {"sobol": "Sobol sequence", "lhs": "Latin hypercube"}
 
 
 @dataclass(frozen=True, eq=False)
 class StudyDesign:
-    """A design of a study with all that was measured in it.
+    """A design of a study with its measured scores.
 
     Attributes
     ----------
     records : StudyRecords
     scores : tuple of Scored
-        Every number of the indicators that are judged, each of its records; where actuators are common, also
-        its change since the record that was taken before; and the scores that are made of such numbers.
+        All outputs of the evaluated indicators; with common actuators also their changes since the earlier
+        record; and the scores made of these.
     """
 
     records: StudyRecords
@@ -57,30 +57,30 @@ class StudyDesign:
 
 
 def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
-    """The designs of a stored study.
+    """Read the designs of a stored study.
 
-    Severity is the true mean leakage flow of each record over the whole of it, or K_i where the faults are
-    given by it, or the level where the study says so; NaN if a run failed, as are its scores. Runs that
-    are not computed yet are no records.
+    Severity is the true mean leakage flow over the whole record, or K_i if the faults are specified by it, or
+    the level if the study requests this. Severity and scores of failed runs are NaN. Runs that are not
+    computed yet are omitted.
 
     Raises
     ------
     ReportError
-        The experiment has no study, or its file does not hold the runs of its study.
+        The experiment has no study, or its file does not contain the runs of its study.
     ConfigError
-        A score is made of numbers that are not measured.
+        A score uses numbers that are not measured.
     """
     roles, measured = stored_roles(data), tuple(_measured(data))
     return tuple(_design(data, roles, measured, design) for design in range(len(roles.designs)))
 
 
 def study_designs(data: ExperimentData) -> Iterator[tuple[StudyRecords, NDArray[np.intp]]]:
-    """The records of each design of a stored study, and their rows in the file.
+    """Records of each design of a stored study, and their rows in the file.
 
     Raises
     ------
     ReportError
-        The experiment has no study, or its file does not hold the runs of its study.
+        The experiment has no study, or its file does not contain the runs of its study.
     """
     roles = stored_roles(data)
     for design in range(len(roles.designs)):
@@ -102,7 +102,7 @@ def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored],
 
 
 def _sensor_remarks(data: ExperimentData, numbers: Sequence[Scored]) -> Iterator[str]:
-    """A sentence on each indicator, and on each score made of its numbers, that the sensors do not allow."""
+    """Remarks on indicators, and on scores made of them, that the sensors do not allow."""
     experiment, sensors = data.experiment, data.experiment.detection.sensors
     owned = [each for each in numbers if within(each, sensors)]
     without = {_label(each): each for each in numbers if not within(each, sensors)}
@@ -111,7 +111,7 @@ def _sensor_remarks(data: ExperimentData, numbers: Sequence[Scored]) -> Iterator
         yield sensor_remark(label, made[label], scored, sensors)
     for label, score in experiment.detection.scores.items():
         if not makeable_within(score, numbers, owned):
-            yield f"the score {label} is left out: it is made of numbers that detection.sensors do not allow"
+            yield f"the score {label} is left out: it uses numbers that detection.sensors do not allow"
 
 
 def _label(number: Scored) -> str:
@@ -119,12 +119,12 @@ def _label(number: Scored) -> str:
 
 
 def stored_roles(data: ExperimentData) -> StudyTable:
-    """Who is who among the runs of a stored study.
+    """Roles of the runs of a stored study.
 
     Raises
     ------
     ReportError
-        The experiment has no study, or its file does not hold the runs of its study.
+        The experiment has no study, or its file does not contain the runs of its study.
     """
     if data.experiment.study is None:
         raise ReportError(f"{data.path}: the experiment has no 'study:'")
@@ -138,7 +138,7 @@ def stored_roles(data: ExperimentData) -> StudyTable:
 
 
 def _rows(data: ExperimentData, roles: StudyTable, design: int) -> NDArray[np.intp]:
-    """Rows of a design that are computed; a Sobol design counts as a whole or not at all."""
+    """Rows of the computed runs of a design; an incomplete Sobol design is omitted."""
     is_there, own = np.asarray(data.columns[STATUS]).astype(str) != MISSING, roles.design_of_run == design
     is_sobol = np.array([population.kind is Kind.SOBOL for population in roles.populations])[roles.of_run]
     if not is_there[own & is_sobol].all():
@@ -169,7 +169,7 @@ def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecor
 
 
 def _measured(data: ExperimentData) -> Iterator[Scored]:
-    """Every number of the indicators, over all designs."""
+    """All outputs of the indicators, over all designs."""
     experiment, costs = data.experiment, read_costs(data.path.parent)
     for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
         yield from _numbers(data, label, indicator, costs.get(label))
@@ -200,13 +200,13 @@ def _numbers(
 
 
 def needed_channels(indicator: Indicator[Any]) -> tuple[str, ...]:
-    """What an indicator takes of a simulated machine, in the order of `hydrofdi.records.Channel`."""
+    """Channels that an indicator uses of a simulated machine, in the order of `hydrofdi.records.Channel`."""
     seen = indicator.channels | (indicator.optional_channels & SIGNAL_OF_CHANNEL.keys())
     return tuple(channel.value for channel in Channel if channel in seen)
 
 
 def _why_not_measured(data: ExperimentData, label: str) -> str:
-    """The most frequent reason why an indicator has no number of a record; empty if it has all."""
+    """Most frequent reason why an indicator has no value for a record; empty if it has all values."""
     obstacles = data.columns.get(f"{label}{OBSTACLE}")
     if obstacles is None:
         return ""

@@ -1,4 +1,4 @@
-"""Records of a study: which population each belongs to, how severe its fault is, and its scores."""
+"""Records of a study: population, severity of the fault, and scores."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from hydrofdi.evaluation.scores import Array
 
 @dataclass(frozen=True)
 class Scored:
-    """A score of every record.
+    """Values of a score for every record.
 
     Attributes
     ----------
     name : str
-        Such as ``ring_down.damping_ratio`` or ``dwt.detail_rms[2]``.
+        Name, such as ``ring_down.damping_ratio`` or ``dwt.detail_rms[2]``.
     values : ndarray, shape (n_record,)
         NaN if a record cannot be measured.
     channels : tuple of str
-        What it needs of a machine, in the order of `hydrofdi.records.Channel`.
+        Channels that it needs, in the order of `hydrofdi.records.Channel`.
     unit, long_name : str
     direction : Direction or None
-        Which departure means a fault; None if fit records have to show it.
+        Direction of change that means a fault; None if it must be learned from fit records.
     cost : float or None
         CPU time per record [s]; None if it was not measured.
     note : str
-        What has to be known of it, such as how it was learned.
+        Remark on the score, such as how it was trained.
     indicator : str
-        The name of the indicator that measures it; empty if it combines several or is not measured here.
+        Name of the indicator that measures it; empty if it combines several or is not measured here.
     """
 
     name: str
@@ -55,18 +55,19 @@ class StudyRecords:
     ----------
     populations : tuple of Population
     of_record : ndarray of int, shape (n_record,)
-        The population of each record.
+        Index of the population of each record.
     severity : ndarray, shape (n_record,)
         True severity of the fault, such as the mean leakage flow of the record [unit of the severity]; 0
-        without one, NaN if it is not known.
+        without a fault, NaN if unknown.
     severity_unit : str
         SI.
     groups : tuple of str or None
-        Records of a group depend on each other (a unit, a day); None if all are independent.
+        Group of each record; records of a group (a unit, a day) may be dependent. None if all are
+        independent.
     design : mapping of str to object
-        What was chosen for all records alike, such as ``record.duration``: dotted parameter → value in SI.
+        Settings common to all records, such as ``record.duration``: dotted parameter → value in SI.
     remarks : tuple of str
-        Sentences that belong to all rates of these records, such as that the draws depend on each other.
+        Remarks on all rates of these records, such as that the draws are dependent.
     """
 
     populations: tuple[Population, ...]

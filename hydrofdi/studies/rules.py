@@ -1,4 +1,4 @@
-"""By which rules scores are judged."""
+"""Rules for the evaluation of scores."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrofdi.evaluation.tolerance import records_needed, tolerance_threshold
 
 
 class ThresholdKind(StrEnum):
-    """How a threshold follows from healthy scores."""
+    """Method that sets a threshold from healthy scores."""
 
     QUANTILE = "quantile"
     TOLERANCE = "tolerance"
@@ -25,19 +25,19 @@ class ThresholdKind(StrEnum):
 
 @dataclass(frozen=True)
 class Rules:
-    """What is asked of a detector, and how surely.
+    """Requirements on a detector, and confidence levels.
 
     Attributes
     ----------
     false_alarm_rate : float
-        α, that thresholds are set for.
+        Design false-alarm rate α of thresholds.
     confidence : float
-        γ, of every interval and bound.
+        Confidence level γ of all intervals and bounds.
     probability : float
-        Of detection, at the severity that is stated.
+        Probability of detection at the stated severity.
     threshold : ThresholdKind
     link : str
-        ``probit`` or ``logit``, of the curve of detection: normal scores beyond a threshold are a probit.
+        Link of the detection curve, ``probit`` or ``logit``; normally distributed scores give a probit curve.
     n_tried : int
         Number of scores among which this one was chosen.
     """
@@ -50,24 +50,21 @@ class Rules:
     n_tried: int = 1
 
     def __post_init__(self) -> None:
-        """Check that rates are rates.
+        """Check that rates and probabilities lie between 0 and 1.
 
-        Raises
-        ------
-        ValueError
-            One does not lie between 0 and 1.
+        Raises ------ ValueError One of them does not.
         """
         share_between_0_and_1("the false-alarm rate", self.false_alarm_rate)
         share_between_0_and_1("the confidence", self.confidence)
         share_between_0_and_1("the probability", self.probability)
 
     def set_threshold(self, healthy: ArrayLike, direction: Direction) -> Threshold:
-        """The threshold that healthy fit scores, shape (n_record,), set.
+        """Set a threshold from healthy fit scores, shape (n_record,).
 
         Raises
         ------
         NotStatedError
-            They are too few, or the model of their tail does not hold.
+            There are too few scores, or the tail model is rejected.
         """
         rate, confidence = self.false_alarm_rate, self.confidence
         match self.threshold:
@@ -80,10 +77,10 @@ class Rules:
 
     @property
     def records_for_false_alarms(self) -> int:
-        """Number of records that show the false-alarm rate where none of them alarms; below it no rate is."""
+        """Minimum number of records for a rate: without any alarm they demonstrate the false-alarm rate."""
         return records_needed(self.false_alarm_rate, self.confidence)
 
     @property
     def records_for_detection(self) -> int:
-        """Number of records that show the probability where all of them are detected: 29 for 90/95."""
+        """Number of records that demonstrate the probability if all are detected: 29 for 90/95."""
         return records_needed(1.0 - self.probability, self.confidence)

@@ -1,4 +1,4 @@
-"""The default scores of several numbers."""
+"""Default combined scores."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _DETAILS = tuple(f"dwt.d{level}" for level in range(1, 6))
 def usual_scores(
     records: StudyRecords, scores: Sequence[Scored], *, tested_teach: bool = False
 ) -> dict[str, ScoreConfig]:
-    """For every set of sensors that some indicator needs: one score of all numbers that these sensors give.
+    """Default scores: for every set of sensors, a score of all numbers that these sensors give.
 
-    ``mahalanobis`` from healthy fit records, and ``lda`` where there are faulty ones as well. Beside them the
+    ``mahalanobis`` from healthy fit records, and ``lda`` if there are faulty fit records; in addition the
     rule of the paper, the largest fall of d1 … d5.
 
     Parameters
@@ -25,7 +25,7 @@ def usual_scores(
     records : StudyRecords
     scores : sequence of Scored
     tested_teach : bool
-        Whether faulty records that are tested may teach, as in `made_scores`.
+        Whether faulty test records may be used for training, as in `made_scores`.
     """
     teachers = records.chosen(Kind.FAULT, is_fit=True)
     if tested_teach:

@@ -166,12 +166,12 @@ def test_a_novel_window_with_a_score_beyond_the_limit_says_so_everywhere(trained
     beyond = [row for row in found["windows"] if row["beyond_limit"]]
     assert len(beyond) == 3
     assert all(row["alarm"] is None and row["margin"] < 0.0 for row in beyond)
-    assert all(row["fault"]["text"].endswith("; the score is beyond its limit, too") for row in beyond)
+    assert all(row["fault"]["text"].endswith("; the score is also beyond its limit") for row in beyond)
     assert found["summary"]["n_not_judged_beyond_limit"] == 3
     assert "; 3 of them with a score beyond the limit" in ended.stderr
     shown = run_hydrofdi("detect", trained, source).stdout
     assert "37.5" in shown
-    assert "beyond its limit, too" in " ".join(shown.split())
+    assert "also beyond its limit" in " ".join(shown.split())
 
 
 def test_late_alarms_are_in_the_table_and_all_rows_in_csv(trained, tmp_path):

@@ -67,7 +67,7 @@ def test_a_score_does_not_find_the_units_that_it_was_not_shown(confounded: Path)
 @pytest.mark.parametrize(
     ("conditions", "description", "said"),
     [
-        (["sound", "sound", "worn"], "rig.yaml", "needs two groups with faulty records or more, not 1"),
+        (["sound", "sound", "worn"], "rig.yaml", "needs at least two groups with faulty records, not 1"),
         (["sound", "worn"], "plain.yaml", "it needs groups, and no record has one"),
     ],
 )

@@ -176,7 +176,7 @@ def test_an_output_without_a_direction_wants_one():
 
 def test_one_score_wants_one_number():
     traced = Feature(Smoothed(RecursiveOptions(trace_duration=1.0)), "level_trace")
-    with pytest.raises(ConfigError, match="level_trace has 10 numbers, and one is needed"):
+    with pytest.raises(ConfigError, match="level_trace has 10 values, but a single number is needed"):
         IndicatorDetector(traced, Direction.RISING).fit(pressures(10))
 
 
@@ -212,7 +212,7 @@ def test_several_numbers_find_what_none_of_them_shows():
         alone = IndicatorDetector(feature, Direction.BOTH)
         scale = alone.fit(healthy)
         assert np.median(alone.score(scale, faulty)) < np.quantile(alone.score(scale, records(15, 0.0)), 0.95)
-    with pytest.raises(ConfigError, match="lda learns from faulty records"):
+    with pytest.raises(ConfigError, match="lda requires faulty records"):
         DistanceDetector(features, make_score("lda"))
 
 

@@ -95,7 +95,7 @@ def test_scores_that_are_missing_are_counted_and_take_no_time():
     scores[:, :20] = np.nan
     found = FalseAlarms(make_chart("cusum"), scores, 0.5).at(3.0)
     assert (found.not_measurable, found.duration) == (400, 800.0)
-    with pytest.raises(NotStatedError, match="no healthy record has a score"):
+    with pytest.raises(NotStatedError, match="no healthy record has a time series of scores"):
         FalseAlarms(make_chart("cusum"), np.full((6, 10), np.nan), 1.0)
 
 
@@ -130,5 +130,5 @@ class _Impatient(FalseAlarms):
 
 def test_a_statistic_that_is_zero_nearly_always_has_no_limit_for_a_short_time():
     healthy = _Impatient(make_chart("cusum", {"shift": 8.0}), autoregressive(0, 60, 100, 0.5), INTERVAL)
-    with pytest.raises(NotStatedError, match="no limit above 0 raises so many false alarms"):
+    with pytest.raises(NotStatedError, match="no limit above 0 has so many false alarms"):
         healthy.limit(1.0)

@@ -195,7 +195,7 @@ def test_many_groups_need_no_drawing():
     assert (alone.low, alone.high) == pytest.approx((delong.low, delong.high), abs=5e-4)
     apart = clustered_area(healthy, healthy + 99.0, names, names)
     assert (apart.low, apart.high) == (area_under_curve(healthy, healthy + 99.0).low, 1.0)
-    with pytest.raises(NotStatedError, match="30 of them, not 12"):
+    with pytest.raises(NotStatedError, match="30 groups, not 12"):
         clustered_area(healthy[:60], faulty[:60], names[:60], names[:60])
 
 
@@ -213,7 +213,7 @@ def test_areas_of_the_same_actuators_before_and_after_hold_the_truth(repeats):
 
 
 def test_few_groups_give_no_interval():
-    with pytest.raises(NotStatedError, match="5 of them, not 4"):
+    with pytest.raises(NotStatedError, match="5 groups, not 4"):
         group_bootstrap(lambda rows: float(rows.size), list("aabbccdd"))
-    with pytest.raises(NotStatedError, match="most draws"):
+    with pytest.raises(NotStatedError, match="most resamples"):
         group_bootstrap(lambda rows: math.nan, list("abcdef"), n_draw=10)

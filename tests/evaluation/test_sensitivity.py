@@ -103,7 +103,7 @@ def test_indices_know_neither_unit_nor_zero_of_a_score():
 def test_indices_of_too_few_points_or_of_a_constant_are_not_stated():
     with pytest.raises(NotStatedError, match="16 base points"):
         sobol_indices(*pages(ishigami, 3, 8, seed=6))
-    with pytest.raises(NotStatedError, match="nothing to share out"):
+    with pytest.raises(NotStatedError, match="no variance to explain"):
         sobol_indices(*pages(lambda points: np.ones(len(points)), 3, 32, seed=6))
 
 
@@ -170,7 +170,7 @@ def test_a_median_that_falls_between_levels_is_made_monotone():
 
 def test_a_score_that_no_leak_moves_has_no_equivalent():
     flat = [population(0.0, seed=seed) for seed in (1, 2, 3)]
-    with pytest.raises(NotStatedError, match="does not move"):
+    with pytest.raises(NotStatedError, match="does not change"):
         Response(population(0.0), flat, LEVELS)
     with pytest.raises(NotStatedError, match="two tested severities"):
         Response(population(0.0), flat[:1], LEVELS[:1])

@@ -74,7 +74,7 @@ def test_a_proxy_given_twice_changes_nothing():
 
 
 def test_a_feature_alone_is_refused():
-    with pytest.raises(NotStatedError, match="needs a feature and one proxy or more"):
+    with pytest.raises(NotStatedError, match="needs a feature and at least one proxy"):
         fitted(np.arange(20.0)[:, None])
 
 

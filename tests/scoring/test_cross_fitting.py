@@ -101,7 +101,7 @@ def test_every_fold_has_records_of_both_kinds_where_there_are_enough():
 
 def test_one_group_is_refused():
     values, is_faulty = Population(seed=8).labelled(30, 30, 1.0)
-    with pytest.raises(NotStatedError, match="two groups of fit records or more"):
+    with pytest.raises(NotStatedError, match="at least two groups of fit records"):
         cross_fitted_scores(make_score("lda"), values, is_faulty, ["one"] * 60)
 
 

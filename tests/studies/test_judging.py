@@ -120,7 +120,7 @@ def test_a_direction_that_nobody_knows_is_both():
     records = study({FIT: 300, TEST: 300, LEVELS[8]: 50})
     judgement = judge(records, rising(records, direction=None), RULES)
     assert judgement.direction is Direction.BOTH
-    assert any("both alarm" in remark for remark in judgement.remarks)
+    assert any("both directions alarm" in remark for remark in judgement.remarks)
 
 
 def test_a_leak_of_zero_is_detected_at_the_false_alarm_rate():

@@ -119,7 +119,7 @@ def test_what_the_fit_records_do_not_carry_is_said_and_not_scored(records, measu
     assert "needs" in score.note
     empty = [replace(each, values=np.full_like(each.values, np.nan)) for each in measured]
     (score,) = made(records, empty, "one_class")
-    assert "no number is measured in nine of ten fit records" in score.note
+    assert "no number is measured in at least 90 % of the fit records" in score.note
 
 
 def test_changes_since_a_record_before_are_taken_where_the_name_says_so(records, measured):

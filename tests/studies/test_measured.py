@@ -70,7 +70,7 @@ def test_halves_without_groups_and_groups_as_they_are():
     assert not any("no group has both" in remark for remark in records.remarks)
     single = [record(float(n), "sound", "unit 0") for n in range(20)] + [record(99.0, "worn", "unit 1")]
     remarks = measured_study(COLUMNS, single, labels).records.remarks
-    assert "one healthy group alone" in remarks[0]
+    assert "only one healthy group" in remarks[0]
     assert "no group has both" in remarks[1]
 
 

@@ -144,7 +144,7 @@ def test_too_little_time_is_no_verdict_and_no_limit():
 def test_too_few_records_of_a_shift_concern_this_shift_alone():
     (found,) = judged(traces({FIT: 200, TEST: 100, LARGE: 40, STIFFER: 4}))
     (refusal,) = found.refusals
-    assert refusal.startswith(f"of {STIFFER.title} alone no false alarms are stated: ")
+    assert refusal.startswith(f"no false alarms are stated for {STIFFER.title} alone: ")
     assert "needs 5 independent healthy records, not 4" in refusal
     assert found.keeps(TEST)
 

@@ -92,7 +92,7 @@ def test_a_level_that_no_coefficient_reaches_has_no_numbers(study, tmp_path):
 def test_points_that_depend_on_each_other_are_remarked(study, tmp_path):
     (design,) = read_study(swept(study, tmp_path / "out", "study.population.method=lhs"))
     assert (
-        "Latin hypercube, which depend on each other: binomial limits do not apply"
+        "Latin hypercube, so they are not independent: binomial limits do not apply"
         in design.records.remarks[0]
     )
 

@@ -1,7 +1,7 @@
-"""Control charts on the time trace of a score.
+"""Control charts on the time series of a score.
 
-A chart knows standardised scores (healthy ones have median 0 and spread 1) and neither their interval nor
-what they were measured of. An alarm is a statistic that reaches the limit.
+The input of a chart are standardised scores (median 0 and spread 1 if healthy); it does not depend on their
+interval or on the indicator. It raises an alarm when its statistic reaches the limit.
 """
 
 from hydrofdi.detectors.charts.contract import Chart, ChartOptions, State

@@ -1,4 +1,4 @@
-"""What a chart is."""
+"""Interface of a control chart."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from hydrofdi.evaluation.scores import Array
 from hydrofdi.settings.quantities import Section
 
 State = Mapping[str, NDArray[Any]]
-"""All that a chart needs from one chunk to the next: arrays, so that it can be stored."""
+"""State of a chart between chunks: arrays, so that it can be stored."""
 
 LARGEST = 1e9
-"""Standardised scores beyond ± this, infinite ones among them, are held there."""
+"""Standardised scores are limited to ± this value; infinite scores too."""
 
 
 class ChartOptions(Section):
@@ -32,24 +32,26 @@ Chosen = TypeVar("Chosen", bound=ChartOptions)
 
 
 class Chart(Protocol[Chosen]):
-    """A statistic of all scores so far. Subclass it; define how many numbers it keeps and how it advances.
+    """Interface of a chart: a statistic of all scores so far.
+
+    Subclasses define `n_memory` and `advance`.
 
     Attributes
     ----------
     name : str
-        Name in files and on the command line; that of its module.
+        Name in files and on the command line; also the name of its module.
     summary : str
-        What it asks of the scores, in one sentence.
+        What it computes, in one sentence.
     source : str
-        Where it was published.
+        Publication.
     equation : str
         Its definition, in one line; x is the standardised score.
     caution : str
-        What breaks it, or has to be known before its alarms are believed.
+        Limitations that users must know.
     Options : type of ChartOptions
-        Model of its options; it is valid without any.
+        Model of its options; all of them have defaults.
     options : ChartOptions
-        Its options.
+        Options of this instance.
     """
 
     name: ClassVar[str]
@@ -67,15 +69,16 @@ class Chart(Protocol[Chosen]):
     @property
     @abstractmethod
     def n_memory(self) -> int:
-        """Numbers that it keeps of each stream; all of them are zero at the start."""
+        """Number of memory values per stream; all are zero at the start."""
 
     @abstractmethod
     def advance(
         self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
     ) -> None:
-        """Fill the statistic and carry the memory on; rising scores, or both directions.
+        """Fill the statistic and update the memory, for rising scores or for both directions.
 
-        A NaN leaves the memory as it is and gives NaN. Memory is set to zero if the limit is reached.
+        A NaN score leaves the memory unchanged and gives NaN. The memory is reset to zero when the limit is
+        reached.
 
         Parameters
         ----------
@@ -86,14 +89,14 @@ class Chart(Protocol[Chosen]):
         """
 
     def start(self, n_stream: int) -> State:
-        """The state before the first score."""
+        """State before the first score."""
         return {"memory": np.zeros((n_stream, self.n_memory))}
 
     def step(self, state: State, scores: ArrayLike, limit: float = math.inf) -> tuple[State, Array]:
-        """The state behind a chunk, and the statistic that came with it; the old state stays as it was.
+        """State after a chunk, and its statistic; the old state is not modified.
 
-        Whatever the chunks, the statistic of a stream is the same to the bit. Scores that are NaN are passed
-        over: their statistic is NaN, which raises no alarm.
+        The statistic of a stream is bit-identical however it is split into chunks. NaN scores are skipped:
+        their statistic is NaN, which raises no alarm.
 
         Parameters
         ----------
@@ -101,25 +104,25 @@ class Chart(Protocol[Chosen]):
         scores : array_like, shape (n_stream, n_time)
             Standardised [-].
         limit : float
-            The chart restarts after a statistic that reaches it.
+            The chart restarts when the statistic reaches it.
 
         Returns
         -------
         state : mapping of str to ndarray
         statistic : ndarray, shape (n_stream, n_time)
-            Larger is more alarming; an alarm where statistic >= limit.
+            Alarm if statistic >= limit.
         """
         direction = self.options.direction
         sign = -1.0 if direction is Direction.FALLING else 1.0
         held = np.ascontiguousarray(np.clip(sign * np.asarray(scores, dtype=float), -LARGEST, LARGEST))
         memory = np.array(state["memory"], dtype=float, order="C")
         if held.ndim != 2 or held.shape[0] != memory.shape[0]:
-            raise ValueError(f"scores of {memory.shape[0]} streams have the shape (n_stream, n_time)")
+            raise ValueError(f"expected scores of {memory.shape[0]} streams in the shape (n_stream, n_time)")
         statistic = np.empty_like(held)
         self.advance(held, memory, statistic, float(limit), direction is Direction.BOTH)
         return {"memory": memory}, statistic
 
     def follow(self, scores: ArrayLike, limit: float = math.inf) -> Array:
-        """The statistic along whole streams, shape (n_stream, n_time)."""
+        """Statistic of whole streams, shape (n_stream, n_time)."""
         values = np.asarray(scores, dtype=float)
         return self.step(self.start(values.shape[0]), values, limit)[1]

@@ -1,4 +1,4 @@
-"""The charts of this package, found by the names of their modules."""
+"""Registry of charts, found by the names of their modules."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def chart_kind(name: str) -> type[Chart[Any]]:
     Raises
     ------
     ConfigError
-        There is none of this name.
+        There is no chart of this name.
     """
     if name not in chart_names():
         raise ConfigError(f"there is no chart {name!r}{nearest(name, chart_names())}")
@@ -35,14 +35,12 @@ def chart_kind(name: str) -> type[Chart[Any]]:
 
 
 def make_chart(name: str, options: Mapping[str, Any] | None = None) -> Chart[Any]:
-    """A chart with options.
+    """Make a chart with options.
 
     Raises
     ------
     ConfigError
-        There is none of this name.
-    ValidationError
-        The options are mistaken.
+        There is no chart of this name. ValidationError The options are not valid.
     """
     kind = chart_kind(name)
     return kind(kind.Options.model_validate(dict(options or {})))

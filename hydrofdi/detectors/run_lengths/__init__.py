@@ -1,4 +1,4 @@
-"""Run lengths: how long a chart runs until it raises an alarm, while healthy and after a leak sets in."""
+"""Run lengths of charts: time to a false alarm, and delay from the onset of a leak to the alarm."""
 
 from hydrofdi.detectors.run_lengths.delays import Delay, Delays, delays
 from hydrofdi.detectors.run_lengths.false_alarms import AlarmLimit, FalseAlarms

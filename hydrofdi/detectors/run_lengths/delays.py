@@ -18,7 +18,7 @@ from hydrofdi.evaluation.scores import Array, share_between_0_and_1
 
 @dataclass(frozen=True)
 class Delay:
-    """A quantile of delays, with its interval [s]; infinite if so many leaks are not found."""
+    """A quantile of detection delays, with its interval [s]; infinite if too many leaks are not detected."""
 
     value: float
     low: float
@@ -28,16 +28,16 @@ class Delay:
 
 @dataclass(frozen=True, eq=False)
 class Delays:
-    """How soon the leak of each stream is found.
+    """Detection delay of the leak in each stream.
 
     Attributes
     ----------
     values : ndarray, shape (n_stream,)
         Time from the onset to the first alarm at or after it [s]; infinite if there is none.
     n_early : ndarray of int, shape (n_stream,)
-        Alarms before the onset: false ones, which detect nothing. The chart restarts after each.
+        Number of alarms before the onset: false alarms, not detections. The chart restarts after each.
     not_measurable : int
-        Number of streams without a score after the onset; they count as not found.
+        Number of streams without a score after the onset; they count as not detected.
     groups : tuple of str or None
     """
 
@@ -48,26 +48,26 @@ class Delays:
 
     @property
     def found(self) -> Rate:
-        """Share of the leaks that are found before their record ends."""
+        """Fraction of leaks that are detected before their record ends."""
         return alarm_rate(np.isfinite(self.values).astype(float), groups=self.groups)
 
     def quantile(self, share: float = 0.5, *, confidence: float = 0.95, seed: int = 0) -> Delay:
-        """The delay within which a share of the leaks is found.
+        """Delay within which a given share of the leaks is detected.
 
-        Its interval is that of order statistics, whatever the distribution: David and Nagaraja, Order
-        Statistics (2003), section 7.1; groups are drawn.
+        Its distribution-free interval is that of order statistics: David and Nagaraja, Order Statistics
+        (2003), section 7.1. If there are groups, groups are resampled.
 
         Parameters
         ----------
         share : float
         confidence : float
         seed : int
-            Of the draws of groups.
+            Seed of the resampling of groups.
 
         Raises
         ------
         NotStatedError
-            Fewer than five groups.
+            There are fewer than five groups.
         """
         share_between_0_and_1("the share of leaks", share)
         ordered = np.sort(self.values)
@@ -91,7 +91,7 @@ def delays(
     *,
     groups: Sequence[str] | None = None,
 ) -> Delays:
-    """Delays of a chart that runs from the start of each stream.
+    """Detection delays of a chart that runs from the start of each stream.
 
     Parameters
     ----------
@@ -102,9 +102,9 @@ def delays(
     instants : array_like, shape (n_time,)
         Instants of the scores [s].
     onset : array_like, scalar or shape (n_stream,)
-        Instant at which the leak sets in [s].
+        Onset of the leak [s].
     groups : sequence of str, length n_stream, optional
-        Equal for streams that depend on each other.
+        Equal for dependent streams.
     """
     scores, times = np.asarray(streams, dtype=float), np.asarray(instants, dtype=float)
     sets_in = np.broadcast_to(np.asarray(onset, dtype=float), scores.shape[:1])[:, None]

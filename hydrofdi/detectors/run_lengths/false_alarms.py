@@ -1,4 +1,4 @@
-"""Mean time between false alarms, from healthy scores that depend on each other."""
+"""Mean time between false alarms, from dependent healthy scores."""
 
 from __future__ import annotations
 
@@ -20,36 +20,36 @@ from hydrofdi.evaluation.scores import Array
 HOUR = 3600.0
 
 PRECISION = 1e-4
-"""Relative width at which the search for a limit ends."""
+"""Relative width at which the bisection for a limit ends."""
 
 LEAST = 1e-3
 """Smallest limit [of standardised scores]; the statistic of many charts is zero most of the time."""
 
 CHUNK = 2**16
-"""Scores that a chart follows at a time: they stay in the processor's cache."""
+"""Number of scores that a chart processes at a time, so that they fit the processor cache."""
 
 
 @dataclass(frozen=True)
 class AlarmLimit:
-    """A limit of a chart, and how often healthy operation reaches it.
+    """A limit of a chart, and its rate of false alarms.
 
     Attributes
     ----------
     value : float
-        An alarm where statistic >= value.
+        Alarm if statistic >= value.
     mean_time : float
-        Mean time between false alarms [s]; infinite if there was none.
+        Mean time between false alarms [s]; infinite if there was no alarm.
     low, high : float
-        Where the true mean time lies, with `confidence` [s].
+        Confidence interval of the mean time [s].
     confidence : float
     n_alarm : float
-        False alarms per draw of healthy operation that is as long as the data.
+        Mean number of false alarms per resampled healthy operation of the length of the data.
     duration : float
-        Scored time that it rests on [s].
+        Total scored time [s].
     n_group : int
-        Number of groups of records that do not depend on each other.
+        Number of independent groups of records.
     not_measurable : int
-        Number of scores beside them that are NaN and were passed over.
+        Number of NaN scores that were skipped.
     """
 
     value: float
@@ -66,27 +66,28 @@ class AlarmLimit:
 class FalseAlarms:
     """False alarms of a chart in healthy operation.
 
-    Healthy records are drawn with replacement, whole, and joined; the chart runs on over the joints and
-    restarts after each alarm. So dependence within records counts in full; there is none between them.
+    Whole healthy records are drawn with replacement and concatenated; the chart continues across the joints
+    and restarts after each alarm. So dependence within records is preserved, and records are independent of
+    each other.
 
     Parameters
     ----------
     chart : Chart
     streams : array_like, shape (n_stream, n_time)
-        Standardised scores of healthy records [-]; cut a long one into pieces that hardly depend on each
-        other. Leave out what comes before a record is scored in earnest (NaN is passed over).
+        Standardised scores of healthy records [-]. Cut a long record into nearly independent pieces, and omit
+        its transient; NaN scores are skipped.
     interval : float
-        Time from one score to the next [s].
+        Time between scores [s].
     groups : sequence of str, length n_stream, optional
-        Streams of a group are drawn together.
+        Group of each stream; streams of a group are drawn together.
     n_draw : int
-        Draws that an interval rests on; the search for a limit takes a tenth.
+        Number of resamples for an interval; the search for a limit uses a tenth.
     seed : int
 
     Raises
     ------
     NotStatedError
-        Fewer than five groups, or no score at all.
+        There are fewer than five groups, or no scores.
     """
 
     def __init__(
@@ -112,15 +113,15 @@ class FalseAlarms:
                 FEWEST_GROUPS,
             )
         if not self.duration:
-            raise NotStatedError("no healthy record has a score along the time")
+            raise NotStatedError("no healthy record has a time series of scores")
         self._searched: dict[float, float] = {}
 
     def at(self, limit: float, *, confidence: float = 0.95) -> AlarmLimit:
-        """The mean time between false alarms at a limit.
+        """Mean time between false alarms at a limit.
 
-        The interval is that of a Poisson count (Garwood, Biometrika 28 (1936) 437) whose effective number of
-        alarms follows from their variance over the draws, and is never more than their number. A percentile
-        bootstrap would not do: with few alarms it knows nothing beyond the largest score.
+        The interval is that of a Poisson count (Garwood, Biometrika 28 (1936) 437) with an effective number
+        of alarms from the variance over the resamples, at most the actual number. A percentile bootstrap is
+        not suitable: with few alarms it cannot extrapolate beyond the largest score.
 
         Parameters
         ----------
@@ -143,21 +144,21 @@ class FalseAlarms:
         )
 
     def limit(self, mean_time: float, *, confidence: float = 0.95) -> AlarmLimit:
-        """The limit for a wanted mean time between false alarms.
+        """Limit for a required mean time between false alarms.
 
-        The largest one that ⌊duration/mean_time⌋ alarms reach, as `quantile_threshold` does for records: the
-        mean time is at least the wanted one on average over healthy data.
+        It is the largest limit that ⌊duration/mean_time⌋ alarms reach, as in `quantile_threshold` for
+        records. On average over healthy data, the mean time is then at least the required one.
 
         Parameters
         ----------
         mean_time : float
-            Wanted mean time between false alarms [s].
+            Required mean time between false alarms [s].
         confidence : float
 
         Raises
         ------
         NotStatedError
-            The healthy records are shorter, together, than the wanted time.
+            The total length of the healthy records is shorter than the required time.
         """
         wanted = math.floor(self.duration / mean_time + 1e-9)
         if not wanted:
@@ -176,7 +177,7 @@ class FalseAlarms:
             low, high = high, 2.0 * high
         if self._mean_count(low) < wanted:
             raise NotStatedError(
-                "no limit above 0 raises so many false alarms; choose a longer time between them"
+                "no limit above 0 has so many false alarms; choose a longer time between false alarms"
             )
         low = max(limit for limit, count in self._searched.items() if count >= wanted and limit < high)
         high = min(limit for limit, count in self._searched.items() if count < wanted and limit > low)
@@ -187,7 +188,7 @@ class FalseAlarms:
 
     @cached_property
     def _highest(self) -> float:
-        """Above the statistic of all draws that the search looks at."""
+        """Upper bound of the statistic over all resamples of the search."""
         followed = self._followed(self._n_search, math.inf)
         largest = max(float(np.nanmax(each, initial=LEAST)) for draw in followed for each in draw)
         return largest * (1.0 + 1e-9)
@@ -202,14 +203,14 @@ class FalseAlarms:
         return self._searched[limit]
 
     def _counts(self, limit: float, n_draw: int) -> list[int]:
-        """False alarms of each draw."""
+        """Number of false alarms in each resample."""
         return [
             sum(int(np.count_nonzero(each >= limit)) for each in draw)
             for draw in self._followed(n_draw, limit)
         ]
 
     def _followed(self, n_draw: int, limit: float) -> Iterator[Iterator[Array]]:
-        """The statistic of each draw, in chunks."""
+        """Statistic of each resample, in chunks."""
         return (self._along(drawn, limit) for drawn in operations(self.groups, n_draw, self.seed))
 
     def _along(self, drawn: NDArray[np.intp], limit: float) -> Iterator[Array]:

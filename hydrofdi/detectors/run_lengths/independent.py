@@ -1,6 +1,6 @@
-"""Mean run lengths for independent normal scores of unit variance, and the limits for them.
+"""Mean run lengths and limits for independent normal scores of unit variance.
 
-Scores along a record depend on each other, so these do not hold for them: `FalseAlarms` finds their limits.
+Scores over time are dependent, so these do not apply to them: use `FalseAlarms` for their limits.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.scores import Array
 
 N_NODE = 48
-"""Nodes of Gauss and Legendre: eight digits; BLAS waits for no other thread."""
+"""Number of Gauss-Legendre nodes: gives eight digits, and is small enough for single-threaded BLAS."""
 
 
 def cusum_run_length(
@@ -22,9 +22,8 @@ def cusum_run_length(
 ) -> float:
     """Mean number of scores until a CUSUM of independent normal scores reaches its limit.
 
-    Page's integral equation, N(s) = 1 + N(0) Φ(k − s) + ∫₀ʰ N(y) φ(y + k − s) dy, solved at the nodes of
-    Gauss and Legendre. Both directions: 1/N = 1/N⁺ + 1/N⁻ (Kemp, Journal of the Royal Statistical Society B
-    23 (1961) 149).
+    Page's integral equation, N(s) = 1 + N(0) Φ(k − s) + ∫₀ʰ N(y) φ(y + k − s) dy, solved at Gauss-Legendre
+    nodes. Two-sided: 1/N = 1/N⁺ + 1/N⁻ (Kemp, Journal of the Royal Statistical Society B 23 (1961) 149).
 
     Parameters
     ----------
@@ -33,7 +32,7 @@ def cusum_run_length(
     shift : float
         Twice k [standard deviations].
     mean : float
-        Of the scores [standard deviations].
+        Mean of the scores [standard deviations].
     direction : Direction
     """
     return _of_sides(lambda side: _one_sided_cusum(limit, shift / 2.0, side * mean), direction)
@@ -65,10 +64,10 @@ def siegmund_run_length(
 def ewma_run_length(
     limit: float, *, weight: float = 0.1, mean: float = 0.0, direction: Direction = Direction.BOTH
 ) -> float:
-    """Mean number of scores until an EWMA of independent normal scores, with the limiting variance, alarms.
+    """Mean number of scores until an EWMA with limiting variance alarms, for independent normal scores.
 
     Crowder's integral equation, N(z) = 1 + (1/λ) ∫ N(y) φ((y − (1 − λ) z)/λ − mean) dy: Technometrics 29
-    (1987) 401. One direction has the second limit ten standard deviations away, where it is not reached.
+    (1987) 401. For one direction, the second limit is ten standard deviations away, so it is not reached.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ def ewma_run_length(
     weight : float
         λ.
     mean : float
-        Of the scores [standard deviations].
+        Mean of the scores [standard deviations].
     direction : Direction
     """
     sign = -1.0 if direction is Direction.FALLING else 1.0
@@ -95,16 +94,16 @@ def ewma_run_length(
 
 
 def limit_for(run_length: float, of_limit: Callable[[float], float], *, most: float = 100.0) -> float:
-    """The limit at which a mean run length is as wanted.
+    """Limit with a required mean run length.
 
     Parameters
     ----------
     run_length : float
-        Wanted mean number of scores until a false alarm.
+        Required mean number of scores until a false alarm.
     of_limit : callable
-        The mean run length of a limit, rising, such as `cusum_run_length`.
+        Mean run length as an increasing function of the limit, such as `cusum_run_length`.
     most : float
-        Limits above are not looked at.
+        Largest limit of the search.
 
     Raises
     ------

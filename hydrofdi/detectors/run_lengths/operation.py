@@ -1,4 +1,4 @@
-"""Healthy operation as it might have gone on: records resampled and joined."""
+"""Resampled healthy operation: records drawn and concatenated."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp]]:
-    """Positions of the streams of each group; a stream without a group, ``""``, is one by itself."""
+    """Positions of the streams of each group; a stream without a group (``""``) is its own group."""
     given = ("",) * n_stream if groups is None else groups
     names = [name or f"\0{stream}" for stream, name in enumerate(given)]
     _, places = np.unique(np.asarray(names), return_inverse=True)
@@ -17,22 +17,22 @@ def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp
 
 
 def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterator[NDArray[np.intp]]:
-    """Whole streams in drawn order, to be joined: block bootstrap whose blocks are the streams of a group.
+    """Draw whole streams to be concatenated: block bootstrap with the streams of a group as blocks.
 
-    Künsch, Annals of Statistics 17 (1989) 1217, with blocks that records set; balanced as in Davison, Hinkley
-    and Schechtman, Biometrika 73 (1986) 555: over all draws each group comes equally often.
+    Künsch, Annals of Statistics 17 (1989) 1217, with blocks given by records; balanced as in Davison, Hinkley
+    and Schechtman, Biometrika 73 (1986) 555: over all draws each group occurs equally often.
 
     Parameters
     ----------
     groups : list of ndarray of int
-        Positions of the streams that belong together.
+        Positions of the streams of each group.
     n_draw : int
     seed : int
 
     Yields
     ------
     ndarray of int, shape (n_drawn,)
-        Positions of streams; as many as there are, where groups have the same size.
+        Positions of streams; their number equals that of all streams if groups have equal size.
     """
     order = np.random.default_rng(seed).permutation(np.tile(np.arange(len(groups)), n_draw))
     for drawn in order.reshape(n_draw, len(groups)):

@@ -1,4 +1,4 @@
-"""Run lengths of any chart for independent normal scores, by Monte-Carlo."""
+"""Monte Carlo run lengths of any chart for independent normal scores."""
 
 from __future__ import annotations
 
@@ -15,17 +15,16 @@ CHUNK = 256
 def simulated_run_lengths(
     chart: Chart[Any], limit: float, *, mean: float = 0.0, n_run: int = 1000, most: int = 10**6, seed: int = 0
 ) -> NDArray[np.int64]:
-    """Number of scores until each of many runs raises its first alarm.
+    """Number of scores until the first alarm, for each of many simulated runs.
 
     Parameters
     ----------
     chart : Chart
     limit : float
     mean : float
-        Of the scores [standard deviations].
-    n_run : int
+        Mean of the scores [standard deviations]. n_run : int
     most : int
-        Runs that are longer end here.
+        Longer runs are truncated to this number.
     seed : int
 
     Returns

@@ -1,4 +1,4 @@
-"""Trained detectors: what healthy records taught, kept in a file that a person can read."""
+"""Trained detectors: training results of healthy records, stored in a readable file."""
 
 from hydrofdi.detectors.trained.charting import ChartReading, ScoreChart, chart_of
 from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig, WindowConfig

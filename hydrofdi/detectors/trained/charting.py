@@ -1,4 +1,4 @@
-"""The control chart of a trained detector: along the windows, or along the estimates."""
+"""Control chart of a trained detector, over windows or estimates."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from hydrofdi.records import Array
 
 @dataclass(frozen=True)
 class ChartReading:
-    """The control chart behind a window: its statistic and limit [healthy spreads], and whether it alarms."""
+    """State of the control chart after a window: statistic and limit [healthy spreads], and whether it
+    alarms."""
 
     statistic: float | None
     limit: float
@@ -27,13 +28,13 @@ class ChartReading:
 
 
 def standardised(scores: ArrayLike, healthy: Scale, direction: Direction) -> Array:
-    """Scores in healthy spreads from the healthy median; those that a leak lowers are turned."""
+    """Scores in healthy spreads from the healthy median; the sign changes if a leak lowers the score."""
     values = (np.asarray(scores, dtype=float) - healthy.centre) / healthy.spread
     return np.asarray(-values if direction is Direction.FALLING else values)
 
 
 class ScoreChart:
-    """The chart of a trained detector. Windows that are not judged leave it unchanged.
+    """Chart of a trained detector. Windows that are not judged do not change it.
 
     Parameters
     ----------
@@ -53,11 +54,11 @@ class ScoreChart:
         self._direction = feature_of(file.config).direction(file.config.direction)
 
     def start(self) -> State:
-        """The state before the first window: arrays alone."""
+        """State before the first window: only arrays."""
         return self._chart.start(1)
 
     def step(self, state: State, verdict: Verdict) -> tuple[State, ChartReading]:
-        """The state and the reading after a window."""
+        """State and reading after a window."""
         judged = math.nan if verdict.alarm is None or verdict.score is None else verdict.score
         score = standardised(judged, self._healthy, self._direction)
         after, statistic = self._chart.step(state, score.reshape(1, 1), self._limit)
@@ -68,5 +69,5 @@ class ScoreChart:
 
 
 def chart_of(file: DetectorFile) -> ScoreChart | None:
-    """The chart of a trained detector; None if it has none."""
+    """Chart of a trained detector; None if it has no chart."""
     return None if file.chart is None else ScoreChart(file)

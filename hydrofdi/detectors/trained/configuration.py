@@ -1,4 +1,4 @@
-"""What a detector shall be before it is trained: indicator, windows, rate of false alarms."""
+"""Configuration of a detector before training: indicator, windows, false-alarm rate."""
 
 from __future__ import annotations
 
@@ -15,25 +15,26 @@ Share = Annotated[float, SI("1", least=1e-9, most=0.5)]
 
 
 class WindowConfig(Section):
-    """How streams and long records are cut. One window is judged at a time."""
+    """Division of streams and long records into windows, which are judged one at a time."""
 
     by: Literal["time", "cycle", "estimate"] = "time"
-    """``time``: windows of equal duration. ``cycle``: one from each edge of the drive. ``estimate``: a
+    """``time``: windows of equal duration. ``cycle``: one window from each edge of the drive. ``estimate``: a
     recursive indicator follows the stream without windows, and each of its estimates is judged."""
 
     duration: Duration | None = None
-    """Duration of a window [s]; that of the healthy records where left out. Cycles are cut to it; shorter
+    """Duration of a window [s]; by default that of the healthy records. Cycles are truncated to it; shorter
     ones are not judged."""
 
     every: Duration | None = None
-    """Time from the start of one window to the start of the next [s]; the duration where left out.
-    Windows overlap where it is less."""
+    """Time between the starts of adjacent windows [s]; by default the duration. Windows overlap if it is
+    shorter."""
 
     channel: Channel = Channel.INPUT_VOLTAGE
     """Channel whose edges start a cycle."""
 
     edge: Literal["rising", "falling", "both"] = "rising"
-    """Which edges start a cycle, where the channel crosses the middle of its range in healthy records."""
+    """Edges that start a cycle. An edge is where the channel crosses the middle of its range in healthy
+    records."""
 
 
 class ChartConfig(Section):
@@ -46,11 +47,11 @@ class ChartConfig(Section):
     """Options of the chart."""
 
     false_alarm_every: Duration = 86400.0
-    """Wanted mean time between false alarms [s]."""
+    """Required mean time between false alarms [s]."""
 
 
 class DetectorConfig(Section):
-    """A detector before it is trained."""
+    """Configuration of a detector before training."""
 
     indicator: str = "dwt"
     """Name of an indicator."""
@@ -59,22 +60,22 @@ class DetectorConfig(Section):
     """Options of the indicator."""
 
     output: str = ""
-    """Which of its numbers is the score; the first one that is a score where left out."""
+    """Output that is the score; by default the first one that is a score."""
 
     direction: Direction | None = None
-    """Which departure raises an alarm; that of the output where left out."""
+    """Direction of change that raises an alarm; by default that of the output."""
 
     false_alarm_rate: Share = 0.01
-    """Share of healthy windows that raise an alarm."""
+    """Fraction of healthy windows that raise an alarm."""
 
     confidence: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.95
-    """Of intervals."""
+    """Confidence level of intervals."""
 
     threshold: Literal["quantile", "tolerance"] = "quantile"
-    """``quantile``: keeps the rate on average. ``tolerance``: keeps it with the stated confidence."""
+    """``quantile``: meets the rate on average. ``tolerance``: meets it with the given confidence."""
 
     window: WindowConfig = WindowConfig()
-    """How streams and long records are cut."""
+    """Division of streams and long records into windows."""
 
     chart: ChartConfig | None = None
-    """A control chart on the scores; without one, the threshold alone decides."""
+    """Control chart on the scores; by default only the threshold is used."""

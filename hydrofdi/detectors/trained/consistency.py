@@ -1,4 +1,4 @@
-"""What a detector file has to agree on with itself, and with this version of hydrofdi."""
+"""Consistency checks of a detector file, in itself and with this version of hydrofdi."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hydrofdi.settings.yaml_source import dotted
 
 
 def inconsistencies(file: DetectorFile) -> Iterator[Mistake]:
-    """What forbids to use a detector file, each with its key."""
+    """Mistakes that make a detector file unusable, each with its key."""
     yield from _of_indicator(file)
     yield from _of_numbers(file)
     yield from _of_windows(file)
@@ -44,8 +44,8 @@ def _of_indicator(file: DetectorFile) -> Iterator[Mistake]:
         return
     if indicator.version != file.indicator_version:
         yield Mistake(
-            f"{config.indicator} has version {indicator.version} here, not {file.indicator_version}, and"
-            f" gives other values; train the detector again",
+            f"{config.indicator} has version {indicator.version} here, not {file.indicator_version};"
+            " train the detector again",
             "indicator_version",
         )
     if output.dims:
@@ -75,7 +75,7 @@ def _of_numbers(file: DetectorFile) -> Iterator[Mistake]:
     if limits.low is not None and limits.high is not None and limits.low > limits.high:
         yield Mistake(f"must not be below limits.low; found {limits.high:g}", "limits.high")
     if not 0.0 <= limits.interval[0] <= limits.interval[1] <= 1.0:
-        yield Mistake("expected two shares from 0 to 1, the lower one first", "limits.interval")
+        yield Mistake("expected two values from 0 to 1, the lower one first", "limits.interval")
     centre = file.healthy.centre
     if limits.low is not None and limits.low > centre:
         yield Mistake(f"must not be above healthy.centre; found {limits.low:g}", "limits.low")
@@ -85,7 +85,7 @@ def _of_numbers(file: DetectorFile) -> Iterator[Mistake]:
         for name in ("low", "high", "activity"):
             low, high = getattr(limits_of_channel, name)
             if low > high:
-                yield Mistake("the lower end comes first", f"ranges.{channel}.{name}")
+                yield Mistake("the lower value must come first", f"ranges.{channel}.{name}")
         if limits_of_channel.low[0] > limits_of_channel.high[1]:
             yield Mistake("must not be below the range of low", f"ranges.{channel}.high")
 
@@ -94,13 +94,13 @@ def _of_windows(file: DetectorFile) -> Iterator[Mistake]:
     window = file.config.window
     if window.by == "estimate":
         if file.n_sample:
-            yield Mistake("must be 0 where estimates are judged", "n_sample")
+            yield Mistake("must be 0 if estimates are judged", "n_sample")
         return
     if window.duration is None:
         yield Mistake("is missing", "config.window.duration")
     elif file.n_sample != round(window.duration * file.sampling_frequency) or file.n_sample < 2:
         yield Mistake(
-            f"{counted(file.n_sample, 'sample')} are not the {window.duration:g} s of config.window.duration",
+            f"{counted(file.n_sample, 'sample')} do not match config.window.duration = {window.duration:g} s",
             "n_sample",
         )
     if window.by == "time" and window.every is None:
@@ -109,7 +109,7 @@ def _of_windows(file: DetectorFile) -> Iterator[Mistake]:
         if file.drive is None or not file.drive[0] < file.drive[1]:
             yield Mistake("expected the lowest and the highest value of the drive", "drive")
         if window.channel not in file.channels:
-            yield Mistake(f"{window.channel} starts the cycles and is not among them", "channels")
+            yield Mistake(f"must contain {window.channel}, which starts the cycles", "channels")
 
 
 def _of_chart(file: DetectorFile) -> Iterator[Mistake]:

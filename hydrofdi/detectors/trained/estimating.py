@@ -1,4 +1,4 @@
-"""A stream → estimates of a recursive indicator, which restarts where it has to."""
+"""Estimates of a recursive indicator along a stream, with restarts after faults."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from hydrofdi.records.streams import Piece, State, WindowFault
 _INDICATOR = "indicator."
 
 _LOST, _LOST_AT_FIRST = 10, 600.0
-"""An indicator that had a score restarts after so many estimates without one, and after its transient;
-one that had none since it began, after this time [s], because its first window may be long."""
+"""Patience before a restart: number of consecutive estimates without a score, after the transient, if the
+indicator had a score before; else time since its start [s], because its first window may be long."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a recursive indicator gave at an instant.
+    """Estimate of a recursive indicator at an instant.
 
     Attributes
     ----------
     place : int
-        Of its last sample in the piece.
+        Index of its last sample in the piece.
     time : float
-        On the clock of the stream [s].
+        Time of the estimate, on the clock of the stream [s].
     score : float
         In the unit of the output; NaN if there is a fault.
     fault : WindowFault or None
-        Why the indicator restarted.
+        Reason of a restart of the indicator.
     """
 
     place: int
@@ -47,38 +47,38 @@ class Estimate:
 
 
 class Estimator:
-    """Estimates along a stream. They are the same, to the bit, whatever the pieces.
+    """Computes estimates along a stream; they are bit-identical however the stream is split into pieces.
 
-    The indicator restarts behind a gap, behind missing samples, and where it has lost its score for good;
-    it is then silent for its transient.
+    The indicator restarts after a gap, after missing samples, and after its score has been missing for long.
+    It gives no score during the transient that follows.
 
     Parameters
     ----------
     feature : Feature
-        The score of a recursive indicator.
+        Score of a recursive indicator.
     channels : collection of Channel
-        What the indicator is shown.
+        Channels for the indicator.
     sampling_frequency : float
         [Hz]
 
     Raises
     ------
     ConfigError
-        The indicator is not recursive, or the output is not the one that it follows.
+        The indicator is not recursive, or the output is not its score.
     """
 
     def __init__(self, feature: Feature, channels: Collection[Channel], sampling_frequency: float) -> None:
         indicator = feature.indicator
         if not isinstance(indicator, RecursiveIndicator):
-            raise ConfigError(f"{indicator.name} does not follow a stream; judge it by windows")
+            raise ConfigError(f"{indicator.name} is not recursive; judge it by windows")
         followed = indicator.estimates[0].name
         if feature.described.name != followed:
-            raise ConfigError(f"only {followed} of {indicator.name} can be followed along a stream")
+            raise ConfigError(f"only the output {followed} of {indicator.name} can be judged by estimate")
         self.indicator: RecursiveIndicator[Any] = indicator
         self._score, self._channels, self.sampling_frequency = followed, tuple(channels), sampling_frequency
 
     def start(self) -> State:
-        """The state before the first sample: arrays alone."""
+        """State before the first sample: only arrays."""
         none = np.empty((1, 0))
         begun = self.indicator.start(self._records(0, dict.fromkeys(self._channels, none)))
         return {
@@ -90,7 +90,7 @@ class Estimator:
         }
 
     def step(self, state: State, piece: Piece) -> tuple[State, list[Estimate]]:
-        """The state behind a piece, and the estimates that came with it; the old state stays as it was."""
+        """State after a piece, and the estimates within it; the old state is not modified."""
         state = self.start() if piece.begins_anew else state
         missing = np.vstack([~np.isfinite(piece.channels[channel]) for channel in self._channels])
         found: list[Estimate] = []
@@ -113,7 +113,7 @@ class Estimator:
     def _advance(
         self, state: State, piece: Piece, first: int, stop: int
     ) -> tuple[State, int, list[Estimate]]:
-        """Up to `stop`, or to the sample at which it restarts."""
+        """Advance to `stop`, or to the sample at which the indicator restarts."""
         n_before, indicator = int(state["n_seen"][0]), self.indicator
         n_lost, had_score = int(state["n_lost"][0]), bool(state["had_score"][0])
         samples = {
@@ -144,13 +144,13 @@ class Estimator:
         return after, stop, found
 
     def _patience(self, had_score: bool) -> int:
-        """Estimates in a row without a score, after which the indicator restarts."""
+        """Number of consecutive estimates without a score after which the indicator restarts."""
         time = self.indicator.options.transient if had_score else _LOST_AT_FIRST
         return max(_LOST, math.ceil(time / self.interval))
 
     @property
     def interval(self) -> float:
-        """Time from one estimate to the next [s]."""
+        """Time between estimates [s]."""
         return self.indicator.samples_per_estimate(self.sampling_frequency) / self.sampling_frequency
 
     def _lost(self, n_lost: int, is_given_up: bool) -> WindowFault:
@@ -159,7 +159,7 @@ class Estimator:
 
     @property
     def _anew(self) -> str:
-        return f"it restarts and is silent for {self.indicator.options.transient:g} s"
+        return f"it restarts and gives no score for {self.indicator.options.transient:g} s"
 
     def _records(self, n_before: int, samples: Mapping[Channel, Array]) -> RecordBatch:
         return RecordBatch(
@@ -172,7 +172,7 @@ def _indicator_state(state: State) -> dict[str, NDArray[Any]]:
 
 
 def _runs(is_missing: NDArray[np.bool_]) -> Iterator[tuple[int, int, bool]]:
-    """First, stop and kind of runs of samples that are alike."""
+    """First, stop and kind of each run of equal flags."""
     bounds = [0, *(np.flatnonzero(np.diff(is_missing)) + 1).tolist(), is_missing.size]
     for first, stop in pairwise(bounds):
         if stop > first:

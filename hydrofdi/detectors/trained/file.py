@@ -1,4 +1,4 @@
-"""The file of a trained detector: JSON that is checked when it is read. Nothing in it is executed."""
+"""Schema of detector files: JSON that is validated when read. Nothing in it is executed."""
 
 from __future__ import annotations
 
@@ -16,42 +16,42 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class Made(Section):
-    """Who made it."""
+    """Origin of the file."""
 
     hydrofdi: str
     """Version of hydrofdi."""
 
     time: str
-    """When, in UTC."""
+    """Time of training, in UTC."""
 
     command: str = ""
-    """The command line."""
+    """Command line."""
 
 
 class Basis(Section):
-    """Basis of the promise."""
+    """Data behind the stated false-alarm rate."""
 
     sources: tuple[str, ...] = Field(min_length=1)
-    """Where the healthy records came from."""
+    """Sources of the healthy records."""
 
     n_record: int = Field(ge=1)
-    """Healthy records."""
+    """Number of healthy records."""
 
     n_window: int = Field(ge=1)
-    """Windows of them that set the threshold; they do not overlap."""
+    """Number of non-overlapping windows that set the threshold."""
 
     n_group: Count
-    """Groups that do not depend on each other, such as units or days; 0 where nobody stated any."""
+    """Number of independent groups, such as units or days; 0 if no groups were stated."""
 
     populations: dict[str, Count]
-    """Label of healthy records → number of their windows; empty if they have none."""
+    """Label of healthy records → number of their windows; empty if there are no labels."""
 
     not_judged: dict[str, Count]
-    """Kind of fault → number of healthy windows that taught nothing for it."""
+    """Kind of fault → number of healthy windows that were not used because of it."""
 
 
 class Scale(Section):
-    """The healthy score, in the unit of the output."""
+    """Median and spread of the healthy score, in the unit of the output."""
 
     centre: float
     """Median."""
@@ -61,52 +61,52 @@ class Scale(Section):
 
 
 class Limits(Section):
-    """Limits of the score, in the unit of the output, and the rate of false alarms."""
+    """Limits of the score, in the unit of the output, and the false-alarm rate."""
 
     low: float | None
-    """A score below it is an alarm; null if there is no such limit."""
+    """Lower limit: a score below it is an alarm; null if there is none."""
 
     high: float | None
-    """A score above it is an alarm; null if there is no such limit."""
+    """Upper limit: a score above it is an alarm; null if there is none."""
 
     false_alarm_rate: float = Field(ge=1e-9, le=0.5)
-    """Wanted share of healthy windows that raise an alarm."""
+    """Required fraction of healthy windows that raise an alarm."""
 
     interval: tuple[float, float]
-    """Where the true share lies, with the confidence."""
+    """Confidence interval of the true fraction."""
 
     confidence: float = Field(ge=0.5, le=0.9999)
-    """Of the interval."""
+    """Confidence level of the interval."""
 
     method: str
-    """How the limits were set."""
+    """Method that set the limits."""
 
     interval_rests_on: Literal["windows", "records", "groups"]
-    """``windows``: those are taken as independent. ``records``, ``groups``: each record or each group met the
-    limits of the others."""
+    """``windows``: windows are assumed independent. ``records``, ``groups``: cross-validation, in which each
+    record or group is tested with the limits of the others."""
 
 
 class ChartLimit(Section):
-    """The limit of the control chart."""
+    """Limit of the control chart."""
 
     limit: float = Field(gt=0.0)
-    """An alarm where the statistic reaches it; the chart then restarts."""
+    """Alarm when the statistic reaches it; the chart then restarts."""
 
     mean_time: float | None
-    """Mean time between false alarms on healthy records [s]; null if there was none."""
+    """Mean time between false alarms on healthy records [s]; null if there was no alarm."""
 
     interval: tuple[float, float | None]
-    """Where it lies, with the confidence [s]; null if nothing bounds it."""
+    """Confidence interval of the mean time [s]; null if there is no upper bound."""
 
     hours: float
-    """Hours of healthy operation that it rests on."""
+    """Hours of healthy operation in the training data."""
 
     rests_on: Literal["pieces", "records", "groups"] = "records"
-    """What was resampled and joined: groups, records, or pieces of records where those are few."""
+    """Resampled units: groups, records, or pieces of records if there are few records."""
 
 
 class ChannelRange(Section):
-    """What healthy windows showed of a channel, widened by a margin; beyond it a window is novel."""
+    """Range of a channel in healthy windows, widened by a margin; a window outside it is novel."""
 
     low: tuple[float, float]
     """Range of the 1 % quantile."""
@@ -115,33 +115,33 @@ class ChannelRange(Section):
     """Range of the 99 % quantile."""
 
     activity: tuple[float, float]
-    """Range of the rms change from sample to sample."""
+    """Range of the RMS of differences between adjacent samples."""
 
     at_end: float = Field(ge=0.0, le=1.0)
-    """Largest share of samples at the lowest or at the highest value; above it a window is clipped."""
+    """Largest fraction of samples at the lowest or at the highest value; above it a window is clipped."""
 
 
 class DetectorFile(Section):
     """A trained detector."""
 
     schema_name: Literal["hydrofdi.detector"] = Field(default="hydrofdi.detector", alias="schema")
-    """What the file is."""
+    """Identifier of the schema."""
 
     version: Literal[1] = 1
-    """Version of its form."""
+    """Version of the schema."""
 
     units: str = "SI: s, Hz, m, V, Pa; scores in the unit below"
-    """Of all numbers in the file."""
+    """Units of all numbers in the file."""
 
     made: Made
     config: DetectorConfig
-    """In full: every option is written out, so that new defaults of hydrofdi change nothing."""
+    """Complete configuration with all options, so that new defaults of hydrofdi have no effect."""
 
     assumed: tuple[str, ...] = ()
-    """Constants of the plant among the options that nobody gave for measured records: nominal values."""
+    """Plant constants that were left at their nominal values although the records are measured."""
 
     indicator_version: int
-    """Version of the indicator; another one gives other numbers, and is refused."""
+    """Version of the indicator; a different version gives different values and is refused."""
 
     unit: str
     """SI unit of the score."""
@@ -153,14 +153,14 @@ class DetectorFile(Section):
     """[Hz]"""
 
     n_sample: Count
-    """Samples of a window; 0 where estimates are judged."""
+    """Samples per window; 0 if estimates are judged."""
 
     basis: Basis
     healthy: Scale
     limits: Limits
     chart: ChartLimit | None = None
     ranges: dict[Channel, ChannelRange]
-    """What is known of each channel."""
+    """Healthy range of each channel."""
 
     drive: tuple[float, float] | None = None
     """Lowest and highest value of the channel whose edges start cycles."""

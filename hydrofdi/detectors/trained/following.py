@@ -1,4 +1,4 @@
-"""Streams → verdicts, where a recursive indicator follows them without windows."""
+"""Verdicts on streams from the estimates of a recursive indicator, without windows."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from hydrofdi.records.streams.faults import fault_of
 _HELD = "held"
 
 _LOOK = 1.0
-"""Samples before an estimate are checked for at least so long [s]."""
+"""Minimum time before an estimate whose samples are checked [s]."""
 
 _AT_ONCE = 64
-"""Estimates that are judged at a time."""
+"""Number of estimates that are judged at a time."""
 
 
 class Follower:
-    """Judges the estimates of a stream by a trained detector, if the samples before each of them are sound.
+    """Judges the estimates of a stream with a trained detector, if the preceding samples are valid.
 
     Parameters
     ----------
     file : DetectorFile
-        With ``window.by: estimate``.
+        Detector with ``window.by: estimate``.
 
     Raises
     ------
     ConfigError
-        Its indicator cannot be made, or is not recursive.
+        The indicator cannot be made or is not recursive.
     """
 
     def __init__(self, file: DetectorFile) -> None:
@@ -51,7 +51,7 @@ class Follower:
         return {_HELD: np.empty((1 + len(self.file.channels), 0)), **self._estimator.start()}
 
     def step(self, state: State, piece: Piece) -> tuple[State, Array, list[Verdict]]:
-        """The state behind a piece; the instants [s] of what came with it, and a verdict for each."""
+        """State after a piece, the instants of its estimates [s], and a verdict on each."""
         after, found = self._estimator.step(state, piece)
         new = np.stack([piece.time, *(piece.channels[channel] for channel in self.file.channels)])
         rows = new if piece.begins_anew else np.concatenate([state[_HELD], new], axis=1)
@@ -68,7 +68,7 @@ class Follower:
         return {**after, _HELD: rows[:, -self._n_look :].copy()}, times, verdicts
 
     def _faults(self, rows: Array, stops: Sequence[int]) -> list[WindowFault | None]:
-        """What is wrong with the samples up to each of some places; nothing where they are few yet."""
+        """Fault of the samples before each of some places; None if there are too few samples to check."""
         channels, frequency = self.file.channels, self.file.sampling_frequency
         looks = [rows[:, max(0, stop - self._n_look) : stop] for stop in stops]
         faults: list[WindowFault | None] = [None] * len(looks)
@@ -87,6 +87,6 @@ class Follower:
 
 
 def samples_looked_at(indicator: RecursiveIndicator[Any], sampling_frequency: float) -> int:
-    """Samples before an estimate that are checked: of a transient, or of a second where that is longer."""
+    """Number of samples before an estimate that are checked: a transient, but at least one second."""
     seconds: float = max(indicator.options.transient, _LOOK)
     return max(2, round(seconds * sampling_frequency))

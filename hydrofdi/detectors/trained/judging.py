@@ -1,4 +1,4 @@
-"""Windows → verdicts."""
+"""Verdicts on windows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hydrofdi.settings.counting import counted
 
 
 class Judge:
-    """Judges windows by a trained detector. What it says of one does not depend on the others, to the bit.
+    """Judges windows with a trained detector. The verdict on a window does not depend on other windows.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Judge:
     Raises
     ------
     ConfigError
-        Its indicator cannot be made.
+        The indicator cannot be made.
     """
 
     def __init__(self, file: DetectorFile) -> None:
@@ -36,16 +36,16 @@ class Judge:
 
     @property
     def indicator(self) -> Indicator[Any]:
-        """What measures windows."""
+        """Indicator that measures windows."""
         return self._feature.indicator
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What a window needs."""
+        """Channels that a window needs."""
         return self.file.channels
 
     def judge(self, windows: Sequence[Window]) -> list[Verdict]:
-        """A verdict for each window, in their order."""
+        """A verdict on each window, in order."""
         verdicts = [Verdict(None, None, None, self._fault(window)) for window in windows]
         sound = [place for place, verdict in enumerate(verdicts) if verdict.fault is None]
         if sound:
@@ -79,7 +79,7 @@ class Judge:
 def verdict_of(
     file: DetectorFile, score: float, fault: WindowFault | None = None, obstacle: str | None = None
 ) -> Verdict:
-    """The verdict on a score.
+    """Verdict on a score.
 
     Parameters
     ----------
@@ -87,15 +87,15 @@ def verdict_of(
     score : float
         NaN if there is none.
     fault : WindowFault, optional
-        Why it is not judged. Where the window is novel, the score and its margin are shown all the same, and
-        the fault says that it is beyond a limit.
+        Why the window is not judged. For novel windows, score and margin are still given, and the fault
+        states whether the score is beyond a limit.
     obstacle : str, optional
         Why there is no score.
     """
     if fault is not None and fault.kind != "novel":
         return Verdict(None, None, None, fault)
     if math.isnan(score):
-        reason = WindowFault("no_number", obstacle or "the indicator has no number")
+        reason = WindowFault("no_number", obstacle or "the indicator has no value")
         return Verdict(None, None, None, fault or reason)
     limits = [(score - file.limits.low)] if file.limits.low is not None else []
     limits += [file.limits.high - score] if file.limits.high is not None else []
@@ -104,5 +104,5 @@ def verdict_of(
     if fault is None:
         return Verdict(score, distance < 0.0, margin)
     if distance < 0.0:
-        fault = replace(fault, text=f"{fault.text}; the score is beyond its limit, too")
+        fault = replace(fault, text=f"{fault.text}; the score is also beyond its limit")
     return Verdict(score, None, margin, fault)

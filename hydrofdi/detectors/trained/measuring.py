@@ -1,4 +1,4 @@
-"""Windows → scores: the same for training, for judging and for streams."""
+"""Scores of windows, computed identically for training, judging and streams."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from hydrofdi.records.streams import Window
 
 @dataclass(frozen=True)
 class WindowScores:
-    """What an indicator says of windows.
+    """Scores of windows.
 
     Attributes
     ----------
     values : ndarray, shape (n_window,)
-        In the unit of the output; NaN if a window has none.
+        Scores in the unit of the output; NaN if a window has none.
     obstacles : tuple of (str or None), length n_window
-        Why a window has no number.
+        Why a window has no score.
     """
 
     values: Array
@@ -33,14 +33,14 @@ class WindowScores:
 
 
 def feature_of(config: DetectorConfig) -> Feature:
-    """The output that is the score.
+    """Output that is the score.
 
     Raises
     ------
     ConfigError
-        There is no such indicator or output, or the output is no single number.
+        There is no such indicator or output, or the output is not a single number.
     ValidationError
-        The options of the indicator are mistaken.
+        The options of the indicator are not valid.
     """
     feature = Feature(sound_indicator(config.indicator, config.options), config.output)
     if feature.described.dims:
@@ -53,7 +53,7 @@ def feature_of(config: DetectorConfig) -> Feature:
 def records_of(
     windows: Sequence[Window], channels: Collection[Channel], sampling_frequency: float
 ) -> RecordBatch:
-    """Windows side by side as records that begin at 0; the period of the drive is not told.
+    """Windows as a batch of records that start at time 0, without a drive period.
 
     Parameters
     ----------
@@ -61,22 +61,22 @@ def records_of(
         At least one; all of equal length, with all channels.
     channels : collection of Channel
     sampling_frequency : float
-        [Hz]; that of the detector, not that of each window, so that a window cannot change its meaning.
+        Sampling frequency of the detector, not of each window [Hz], so that scores have the same meaning.
     """
     samples = {channel: np.stack([window.channels[channel] for window in windows]) for channel in channels}
     return RecordBatch(samples, sampling_frequency, tuple(str(window.number) for window in windows))
 
 
 def scores_of_records(records: RecordBatch, feature: Feature) -> WindowScores:
-    """Scores of sound windows. That of a window does not depend, to the bit, on the others."""
+    """Scores of valid windows; bit-identical whatever the other windows are."""
     measures = measure(records, {"it": feature.indicator})
     return WindowScores(measures.values[f"it.{feature.described.name}"], measures.obstacles["it"])
 
 
 def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | None:
-    """Which channel is not in SI, as a sentence; None if all are. A stream has no scale but SI."""
+    """Message about a channel that is not in SI; None if all are. Streams are always in SI."""
     for channel in channels:
         if channel in records.relative:
-            found = "is divided by another" if channel in records.normalized else "is in counts"
-            return f"{channel} {found}, and a detector needs it in {channel.unit}"
+            found = "is normalised" if channel in records.normalized else "is in counts"
+            return f"{channel} {found}, but a detector needs it in {channel.unit}"
     return None

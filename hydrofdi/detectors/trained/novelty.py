@@ -13,19 +13,19 @@ from hydrofdi.records.streams import WindowFault
 _QUANTITIES = {
     "low": "1 % quantile",
     "high": "99 % quantile",
-    "activity": "rms change from sample to sample",
+    "activity": "RMS difference between adjacent samples",
 }
 
 
 def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[WindowFault | None]:
-    """Stuck, clipped, novel, or None, of each window.
+    """Fault of each window: stuck, clipped, novel, or None.
 
     Parameters
     ----------
     records : RecordBatch
-        Windows side by side.
+        Windows as records.
     ranges : mapping of Channel to ChannelRange
-        What healthy windows showed.
+        Healthy ranges.
     """
     facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
     return [_finding(row, facts, ranges) for row in range(records.n_record)]
@@ -44,7 +44,7 @@ def _finding(
 
 def _stuck(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
     if facts.lowest[row] == facts.highest[row] and healthy.at_end < 1.0:
-        yield f"{channel} never changes; in healthy windows it did"
+        yield f"{channel} is constant, but varies in healthy windows"
 
 
 def _clipped(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What healthy windows showed of each channel, and whether another window is like them."""
+"""Statistics of channels in healthy windows, and the ranges learned from them."""
 
 from __future__ import annotations
 
@@ -11,37 +11,37 @@ from hydrofdi.detectors.trained.file import ChannelRange
 from hydrofdi.records import Array, Channel
 
 _TAIL = 0.01
-"""Share of samples below the low quantile, and above the high one."""
+"""Fraction of samples below the low quantile, and above the high one."""
 
 _MARGIN, _OF_SPAN = 0.5, 0.1
-"""Of many windows: widths that a range is widened by, and the share of what the channel spans. With narrower
-ranges large leaks would be novel, and so hidden."""
+"""Margins of a range: fraction of its width, and fraction of the span of the channel. With narrower ranges,
+large leaks would be novel and therefore not judged."""
 
 _ACTIVITY = 2.0
-"""Activity may be so many times less or more."""
+"""Factor by which activity may decrease or increase."""
 
 _FEW = 30
-"""Margins of so many windows are twice as wide, because few windows show little of the range."""
+"""Number of windows below which margins are doubled, because few windows cover little of the range."""
 
 _PILE, _PILE_LEAST = 2.0, 0.02
-"""A window is clipped where so many times the healthy share lies at an end, and this share more."""
+"""Factor and offset of the healthy fraction of samples at an end value, above which a window is clipped."""
 
 _COMMANDS = (Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION)
-"""They rest at their ends by right."""
+"""Channels that normally rest at their end values."""
 
 
 @dataclass(frozen=True)
 class ChannelFacts:
-    """One channel of windows.
+    """Statistics of one channel in windows.
 
     Attributes
     ----------
     low, high : ndarray, shape (n_window,)
         1 % and 99 % quantile, as order statistics.
     activity : ndarray, shape (n_window,)
-        Rms change from sample to sample.
+        RMS difference between adjacent samples.
     at_end : ndarray, shape (n_window,)
-        Share of samples at the lowest or at the highest value, whichever is larger.
+        Fraction of samples at the lowest or at the highest value, whichever is larger.
     lowest, highest : ndarray, shape (n_window,)
     is_at_high : ndarray of bool, shape (n_window,)
         Whether that end is the highest value.
@@ -57,7 +57,7 @@ class ChannelFacts:
 
 
 def channel_facts(samples: Array) -> ChannelFacts:
-    """Facts of windows side by side; those of a window do not depend on the others.
+    """Statistics of a channel in each window, independent of the other windows.
 
     Parameters
     ----------
@@ -84,13 +84,13 @@ def channel_facts(samples: Array) -> ChannelFacts:
 
 
 def learned_range(channel: Channel, facts: ChannelFacts) -> ChannelRange:
-    """What healthy windows say of a channel.
+    """Range of a channel, learned from healthy windows.
 
     Parameters
     ----------
     channel : Channel
     facts : ChannelFacts
-        Of all of them.
+        Statistics of all healthy windows.
     """
     span, wider = float(facts.high.max() - facts.low.min()), 1.0 + _FEW / facts.low.size
     piled, factor = float(facts.at_end.max()), _ACTIVITY**wider
@@ -103,7 +103,7 @@ def learned_range(channel: Channel, facts: ChannelFacts) -> ChannelRange:
 
 
 def joined(facts: Sequence[ChannelFacts]) -> ChannelFacts:
-    """Facts of windows in sequence."""
+    """Concatenate statistics of windows."""
     names = [each.name for each in fields(ChannelFacts)]
     return ChannelFacts(*(np.concatenate([getattr(each, name) for each in facts]) for name in names))
 

@@ -1,4 +1,4 @@
-"""The file of a trained detector, read strictly: everything is checked and nothing is executed."""
+"""Strict reading of detector files: everything is validated and nothing is executed."""
 
 from __future__ import annotations
 
@@ -17,31 +17,30 @@ from hydrofdi.settings.validation import known_keys
 from hydrofdi.settings.yaml_source import dotted
 
 MOST_BYTES = 2**20
-"""Size of a detector file."""
+"""Maximum size of a detector file [bytes]."""
 
 _MOST_DIGITS, _MOST_SHOWN = 18, 200
 _NUMBERS_APART = re.compile(r"\[\n\s+([-+\d.eE,\snul]+?)\n\s*\]")
-"""A list of numbers, one a line; strings of JSON hold no line break."""
+"""A list of numbers, one per line; JSON strings cannot contain line breaks."""
 
 
 def detector_text(file: DetectorFile) -> str:
-    """The file as JSON for a person: SI, lists of numbers on one line."""
+    """Detector file as readable JSON: SI, lists of numbers on one line."""
     record = file.model_dump(mode="json", by_alias=True)
     text = json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     return _NUMBERS_APART.sub(lambda found: "[" + " ".join(found[1].split()) + "]", text)
 
 
 def load_detector(path: Path) -> DetectorFile:
-    """A trained detector.
+    """Read a trained detector.
 
-    Parameters
-    ----------
+    Parameters ----------
     path : Path
 
     Raises
     ------
     ConfigError
-        It cannot be read, is no detector file, contradicts itself, or was made for another version of
+        The file cannot be read, is not a detector file, is inconsistent, or was made for another version of
         hydrofdi or of its indicator.
     """
     text = _read(path)
@@ -50,7 +49,7 @@ def load_detector(path: Path) -> DetectorFile:
             text, object_pairs_hook=_mapping, parse_int=_integer, parse_float=_number, parse_constant=_number
         )
     except RecursionError:
-        raise ConfigError(f"{path}: nested too deeply") from None
+        raise ConfigError(f"{path}: is nested too deeply") from None
     except ValueError as error:
         raise ConfigError(f"{path}: is not a detector file: {_shown(str(error))}") from None
     _require_known_form(path, data)
@@ -66,7 +65,7 @@ def load_detector(path: Path) -> DetectorFile:
 
 
 def is_detector(path: Path) -> bool:
-    """Whether a file says that it is a detector, of whatever version."""
+    """Whether a file declares itself a detector file, of any version."""
     try:
         data = json.loads(_read(path))
     except (ConfigError, ValueError, RecursionError):
@@ -96,8 +95,8 @@ def _require_known_form(path: Path, data: Any) -> None:
         raise ConfigError(
             [
                 Mistake(
-                    f"this hydrofdi reads version {VERSION}, not {_shown(repr(version))}; train the detector"
-                    " again",
+                    f"this hydrofdi reads version {VERSION}, not {_shown(repr(version))};"
+                    " train the detector again",
                     "version",
                     str(path),
                 )
@@ -110,13 +109,13 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(mapping) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"key {twice!r} given twice")
+        raise ValueError(f"key {twice!r} is given twice")
     return mapping
 
 
 def _integer(text: str) -> int:
     if len(text) > _MOST_DIGITS:
-        raise ValueError(f"a number of {len(text)} digits")
+        raise ValueError(f"a number has {len(text)} digits")
     return int(text)
 
 
@@ -134,6 +133,6 @@ def _mistake(path: Path, error: Any) -> Mistake:
 
 
 def _shown(text: str) -> str:
-    """A text from a file as one short line."""
+    """Text from a file, shortened to one line."""
     line = "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
     return line if len(line) <= _MOST_SHOWN else f"{line[:_MOST_SHOWN]}…"

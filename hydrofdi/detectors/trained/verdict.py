@@ -1,4 +1,4 @@
-"""What a trained detector says of a window."""
+"""Verdict of a trained detector on a window."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from hydrofdi.records.streams import WindowFault
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a trained detector says of one window.
+    """Verdict of a trained detector on one window.
 
     Attributes
     ----------
     score : float or None
-        The output of the indicator, in its unit; None if it has none. It is there for novel windows too.
+        Output of the indicator, in its unit; None if it has none. Novel windows have a score too.
     alarm : bool or None
-        None if the window is not judged.
+        Whether the window raises an alarm; None if it is not judged.
     margin : float or None
-        Distance to the nearest limit in healthy spreads; negative beyond it. It is there with the score.
+        Distance to the nearest limit in healthy spreads, negative beyond it; None if there is no score.
     fault : WindowFault or None
         Why the window is not judged.
     """
@@ -30,5 +30,5 @@ class Verdict:
 
     @property
     def is_beyond(self) -> bool | None:
-        """Whether the score is beyond a limit, also where that is no alarm; None if there is no score."""
+        """Whether the score is beyond a limit, even if that is not an alarm; None if there is no score."""
         return None if self.margin is None else self.margin < 0.0

@@ -1,4 +1,4 @@
-"""Numbers of windows in the units that a person uses."""
+"""Formatting of scores and rates for readers."""
 
 from __future__ import annotations
 
@@ -10,43 +10,44 @@ from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
 _LEAST_PERCENT = 1e-4
-"""Smaller shares have no digits that tell anything [%]."""
+"""Percentage below which digits are meaningless [%]."""
 
 _LEAST_PLAIN, _MOST_PLAIN = 1e-9, 1e9
-"""Magnitudes that a person reads without an exponent."""
+"""Range of magnitudes written without an exponent."""
 
 
 def score_name(file: DetectorFile) -> str:
-    """What is judged, such as ``dwt.d2``."""
+    """Name of the score, such as ``dwt.d2``."""
     config = file.config
     return f"{config.indicator}.{config.output}" if config.output else config.indicator
 
 
 def score_meaning(file: DetectorFile) -> str:
-    """What the score is, such as ``internal leakage flow of K_i at 8 MPa``."""
+    """Description of the score, such as ``internal leakage flow of K_i at 8 MPa``."""
     return feature_of(file.config).described.long_name
 
 
 def percent(share: float) -> str:
-    """A share as a percentage, with three digits and its sign."""
+    """A fraction as a percentage with three digits and the percent sign."""
     return f"{percentage(share)} %"
 
 
 def percentage(share: float) -> str:
-    """The same without the sign, as the lower end of a range has it."""
+    """The same without the percent sign, e.g. for the lower end of a range."""
     value = 100.0 * share
     return f"below {_LEAST_PERCENT:.4f}" if 0.0 < value < _LEAST_PERCENT else f"{value:.3g}"
 
 
 def plain(value: float, n_digit: int) -> str:
-    """A number with so many significant digits, without an exponent unless it is beyond all that is usual."""
+    """A number with `n_digit` significant digits, without an exponent unless it is extremely large or
+    small."""
     if not value or not _LEAST_PLAIN <= abs(value) < _MOST_PLAIN:
         return f"{value:.{n_digit}g}"
     return np.format_float_positional(value, n_digit, unique=False, fractional=False, trim="-")
 
 
 def count_text(number: float) -> str:
-    """How many on average, as a person says it."""
+    """A mean count, rounded for reading."""
     return f"{number:,.0f}" if number >= 9.95 else plain(number, 2)
 
 
@@ -58,13 +59,13 @@ def time_text(seconds: float) -> str:
 
 
 def score_unit(file: DetectorFile) -> str:
-    """The unit in which a person reads scores: the one that suits the limits."""
+    """Unit for displaying scores, chosen to suit the limits."""
     ends = [abs(end) for end in (file.limits.low, file.limits.high) if end is not None]
     return readable_unit(file.unit, max(ends, default=0.0))
 
 
 def limits_text(file: DetectorFile) -> str:
-    """Which scores are alarms, such as ``below 29 kPa or above 257 kPa``."""
+    """Description of the scores that raise an alarm, such as ``below 29 kPa or above 257 kPa``."""
     low, high = file.limits.low, file.limits.high
     texts = [] if low is None else [f"below {score_text(low, file)}"]
     texts += [] if high is None else [f"above {score_text(high, file)}"]
@@ -72,12 +73,12 @@ def limits_text(file: DetectorFile) -> str:
 
 
 def score_text(score: float, file: DetectorFile) -> str:
-    """A score in the unit of all scores of its detector."""
+    """A score in the display unit of its detector."""
     return _text(score, file.unit, score_unit(file))
 
 
 def readable(value: float, unit: str) -> str:
-    """A value in SI with four digits and the unit that a person uses."""
+    """An SI value with four digits, in a readable unit."""
     return _text(value, unit, readable_unit(unit, abs(value)))
 
 

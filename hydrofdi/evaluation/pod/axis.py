@@ -1,4 +1,4 @@
-"""The axis of the severity along which a probability of detection rises."""
+"""Severity axis of a probability-of-detection curve."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ AxisName = Literal["log", "linear"]
 
 @dataclass(frozen=True)
 class Axis:
-    """Places of severities: decimal logarithms, or shares of the largest tested one.
+    """Transformation of severity: decimal logarithm, or fraction of the largest tested severity.
 
-    A score that grows with the logarithm of the severity asks for the first, one that grows with the severity
-    itself, such as an estimate of it, for the second: MIL-HDBK-1823A (2009), appendix G.
+    Use the first for scores that grow with the logarithm of the severity, and the second for scores
+    proportional to the severity, such as its estimate: MIL-HDBK-1823A (2009), appendix G.
 
     Attributes
     ----------
@@ -32,10 +32,10 @@ class Axis:
     largest: float
 
     def place(self, severity: ArrayLike) -> Array:
-        """Places of severities, of their shape."""
+        """Places of severities on the axis, in the same shape."""
         values = np.asarray(severity, dtype=float)
         return np.asarray(np.log10(values) if self.name == "log" else values / self.largest)
 
     def severity(self, place: float) -> float:
-        """The severity at a place."""
+        """Severity at a place on the axis."""
         return float(10.0**place) if self.name == "log" else place * self.largest

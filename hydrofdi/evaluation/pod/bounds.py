@@ -1,4 +1,4 @@
-"""Bounds of a curve over the severity, from the ratio of likelihoods."""
+"""Likelihood-ratio bounds of a probability-of-detection curve."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from hydrofdi.evaluation.scores import Array
 
 
 def curve_bounds(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.95) -> tuple[Array, Array]:
-    """Two-sided bounds of the probability of detection at each severity, from the ratio of likelihoods.
+    """Two-sided likelihood-ratio bounds of the probability of detection at each severity.
 
-    Where hits and misses are apart these are those of the fitted family, and too narrow.
+    If hits and misses are separated, the bounds are those of the fitted family, and too narrow.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def curve_bounds(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.
 
 
 def _predictor_bound(curve: PodCurve, place: float, drop: float, side: float) -> float:
-    """The bound of the linear predictor at a place, searched in doubled steps from the fitted one."""
+    """Bound of the linear predictor at a place, searched with doubling steps from the fitted value."""
 
     def above(predictor: float) -> float:
         return deficit(curve, place, predictor) - drop

@@ -1,4 +1,4 @@
-"""Probability of detection over the severity of a fault: curves fitted by maximum likelihood."""
+"""Probability of detection as a function of severity: curves fitted by maximum likelihood."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class PodCurve:
     Attributes
     ----------
     tally : Tally
-        The hits and misses that it is fitted to.
+        Hits and misses that the curve is fitted to.
     false_alarm_rate : float
         α, the floor.
     link : str
         ``logit`` or ``probit``.
     intercept, slope : float
-        -µ/s and 1/s; the slope is 0 where detection does not rise with severity.
+        -µ/s and 1/s; the slope is 0 if detection does not increase with severity.
     log_likelihood : float
     axis : Axis
         x(a).
@@ -48,21 +48,21 @@ class PodCurve:
 
     @property
     def location(self) -> float:
-        """µ, the place on the axis half-way between the floor and 1."""
+        """µ, the place on the axis where the curve is half-way between the floor and 1."""
         return -self.intercept / self.slope if self.slope else np.inf * np.sign(-self.intercept)
 
     @property
     def spread(self) -> float:
-        """s, along the axis: in decades, or shares of the largest tested severity."""
+        """s, along the axis: in decades, or fractions of the largest tested severity."""
         return 1.0 / self.slope if self.slope else np.inf
 
     @property
     def is_step(self) -> bool:
-        """Whether fewer than two tested severities are on the rise: hits and misses are practically
+        """Whether fewer than two tested severities lie on the slope: hits and misses are practically
         separated.
 
-        The slope then has no estimate (Albert and Anderson, Biometrika 71 (1984) 1), and bounds from the
-        likelihood promise too much: what is stated comes from the tested levels alone.
+        The slope then has no estimate (Albert and Anderson, Biometrika 71 (1984) 1), and likelihood bounds
+        are too narrow: results are then based only on the tested levels.
         """
         if self.slope == 0.0 and self.tally.severity.size > 1:
             return not self.tally.hits.any() or not self.tally.misses.any()
@@ -79,7 +79,7 @@ class PodCurve:
         return np.asarray(self.false_alarm_rate + (1.0 - self.false_alarm_rate) * rise)
 
     def quantile_of_rise(self, probability: float) -> float:
-        """F⁻¹((p - α)/(1 - α)); -∞ where the floor alone reaches p."""
+        """F⁻¹((p - α)/(1 - α)); -∞ if the floor already reaches p."""
         share = (probability - self.false_alarm_rate) / (1.0 - self.false_alarm_rate)
         return inverse_cumulative(share, self.link) if share > 0.0 else -np.inf
 
@@ -92,17 +92,17 @@ def probability_of_detection(
     link: Link = "logit",
     axis: AxisName = "log",
 ) -> PodCurve:
-    """A curve of the probability of detection, fitted by maximum likelihood.
+    """Fit a curve of the probability of detection by maximum likelihood.
 
     Berens, NDE Reliability Data Analysis, ASM Handbook 17 (1989) 689; MIL-HDBK-1823A (2009), appendix G. The
-    floor keeps false alarms from counting as detections.
+    floor prevents false alarms from counting as detections.
 
     Parameters
     ----------
     severity : array_like, shape (n_record,)
-        Of faulty records, positive [unit of the severity].
+        Severity of faulty records, positive [unit of the severity].
     outcomes : array_like, shape (n_record,)
-        1 detected, 0 not, NaN not measurable.
+        1 if detected, 0 if not, NaN if not measurable.
     false_alarm_rate : float
         α, as measured on healthy records; below 1.
     link : str
@@ -112,7 +112,7 @@ def probability_of_detection(
     Raises
     ------
     ValueError
-        A severity is not positive, or the false-alarm rate is no rate.
+        A severity is not positive, or the false-alarm rate is not between 0 and 1.
     NotStatedError
         No record has a score.
     """

@@ -1,4 +1,4 @@
-"""The severity that is detected with a stated probability."""
+"""Severity that is detected with a given probability."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class DetectableSeverity:
-    """A severity, or on which side of the tested ones it is: never an extrapolated number.
+    """A severity within the tested range, or the side of the range; never extrapolated.
 
     Attributes
     ----------
@@ -16,13 +16,13 @@ class DetectableSeverity:
         ``within`` the tested severities, ``below`` them (it is at most the smallest) or ``above`` (not
         detectable up to the largest).
     severity : float
-        Itself, or the smallest or largest tested one [unit of the severity].
+        The severity, or the smallest or largest tested one [unit of the severity].
     probability : float
-        Of detection.
+        Probability of detection.
     confidence : float or None
-        That the severity is no larger; None for the estimate itself.
+        Confidence that the severity is not larger; None for the estimate itself.
     source : str
-        Whether it is that of a fitted ``curve``, or comes from the tested ``levels`` alone.
+        Source of the value: a fitted ``curve``, or only the tested ``levels``.
     """
 
     place: Literal["below", "within", "above"]
@@ -33,17 +33,17 @@ class DetectableSeverity:
 
     @property
     def value(self) -> float | None:
-        """The severity that is detected with at least this probability; None if none of the tested is."""
+        """Severity that is detected with at least this probability; None if no tested severity is."""
         return None if self.place == "above" else self.severity
 
     def sentence(self, unit: str = "", scale: float = 1.0) -> str:
-        """The severity for a person.
+        """Severity as a text for readers.
 
         Parameters
         ----------
         unit : str
         scale : float
-            Multiplies the severity to give that unit.
+            Factor from the severity to this unit.
         """
         number = f"{self.severity * scale:.3g} {unit}".rstrip()
         words = {"below": f"at most {number}", "within": number, "above": f"not detectable up to {number}"}

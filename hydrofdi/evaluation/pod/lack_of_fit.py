@@ -1,4 +1,4 @@
-"""Whether a curve describes the hits and misses that it is fitted to."""
+"""Goodness of fit of probability-of-detection curves."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from hydrofdi.evaluation.scores import Array
 MOST_CELLS = 10
 
 SMALLEST_EXPECTED = 2.0
-"""Number of hits and of misses that a cell has to expect."""
+"""Minimum expected number of hits and of misses per cell."""
 
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """Pearson's X² of a curve.
+    """Pearson's X² statistic of a curve.
 
     Attributes
     ----------
     statistic : float
     degrees : int
-        Number of cells less two.
+        Degrees of freedom: number of cells minus two.
     p_value : float
-        NaN if there are too few cells to tell.
+        NaN if there are too few cells.
     """
 
     statistic: float
@@ -35,10 +35,10 @@ class LackOfFit:
 
 
 def lack_of_fit(curve: PodCurve) -> LackOfFit:
-    """Pearson's test over cells of neighbouring severities that expect two hits and two misses or more.
+    """Pearson's test over cells of adjacent severities with at least two expected hits and misses.
 
     Hosmer and Lemeshow, Communications in Statistics A 9 (1980) 1043; Cochran, Biometrics 10 (1954) 417, on
-    how few may be expected. A small p-value says that the quantiles of the curve are not to be used.
+    the minimum expected count. A small p-value means that the quantiles of the curve must not be used.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def lack_of_fit(curve: PodCurve) -> LackOfFit:
 
 
 def _cells(expected: Array, total: Array) -> np.ndarray:
-    """The cell of each level, shape (n_level,): from below, the last joined with what is left over."""
+    """Cell of each level, shape (n_level,), formed from below; the remainder joins the last cell."""
     size = total.sum() / MOST_CELLS if total.size > MOST_CELLS else 0.0
     cells, cell, hits, misses = np.empty(total.size, dtype=int), 0, 0.0, 0.0
     for place in range(total.size):

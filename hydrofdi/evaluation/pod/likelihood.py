@@ -1,4 +1,4 @@
-"""Likelihood of hits and misses under a rising curve with a floor, and its largest value."""
+"""Likelihood of hits and misses under an increasing curve with a floor, and its maximum."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Link = Literal["logit", "probit"]
 MOST_STEPS = 100
 
 CERTAIN = 36.0
-"""Predictor at which a probability is 1 to the last digit, and 0 at its negative."""
+"""Predictor at which a probability is 1 in double precision; at its negative it is 0."""
 
 
 def log_cumulative(predictor: Array, link: Link) -> Array:
@@ -51,11 +51,11 @@ def log_likelihood(predictor: Array, tally: Tally, floor: float, link: Link) -> 
 def maximise(
     design: Array, offset: Array, tally: Tally, floor: float, link: Link, start: float = 0.0
 ) -> Array:
-    """The coefficients β of the predictor offset + design β with the largest likelihood.
+    """Maximum-likelihood coefficients β of the predictor offset + design β.
 
-    Fisher's scoring with halved steps: McCullagh and Nelder, Generalized Linear Models (1989), section 2.5;
-    the floor is Abbott's natural response: Finney, Probit Analysis (1971), chapter 7. Where hits and misses
-    are apart the coefficients grow until the likelihood no longer does.
+    Fisher scoring with step halving: McCullagh and Nelder, Generalized Linear Models (1989), section 2.5; the
+    floor is Abbott's natural response: Finney, Probit Analysis (1971), chapter 7. If hits and misses are
+    separated, the coefficients grow until the likelihood no longer increases.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def maximise(
     floor : float
     link : str
     start : float
-        First guess of all coefficients.
+        Initial value of all coefficients.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def _logarithms(predictor: Array, floor: float, link: Link) -> tuple[Array, Arra
 
 
 def _score(predictor: Array, tally: Tally, floor: float, link: Link) -> tuple[Array, Array]:
-    """Derivative of ln L by the predictor, and its expected information, of each level."""
+    """Derivative of ln L by the predictor, and its expected information, for each level."""
     log_hit, log_above = _logarithms(predictor, floor, link)
     if link == "logit":
         log_density = log_cumulative(predictor, link) + log_above
@@ -111,6 +111,6 @@ def _score(predictor: Array, tally: Tally, floor: float, link: Link) -> tuple[Ar
 
 
 def _times(counts: Array, logarithms: Array) -> Array:
-    """Sum of products in which 0 · -∞ is 0; beyond all numbers it is -∞."""
+    """Sum of products in which 0 · -∞ is 0; -∞ on overflow."""
     with np.errstate(over="ignore"):
         return np.asarray(np.sum(counts * np.where(counts > 0.0, logarithms, 0.0)))

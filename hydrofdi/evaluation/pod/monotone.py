@@ -1,4 +1,4 @@
-"""Probability of detection at the tested severities, without a curve."""
+"""Nonparametric probability of detection at the tested severities."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hydrofdi.evaluation.rates import Rate, clopper_pearson
 from hydrofdi.evaluation.scores import Array
 
 MOST_LEVELS = 10
-"""Severities that are measured, and so all distinct, are pooled into this many levels."""
+"""Number of levels into which continuous (measured) severities are pooled."""
 
 
 @dataclass(frozen=True, eq=False)
 class MonotonePod:
-    """Detections at each level, and the rising sequence of probabilities nearest to them.
+    """Detection rates at each level, and their isotonic regression.
 
     Attributes
     ----------
@@ -36,10 +36,10 @@ class MonotonePod:
 
 
 def monotone_detection(counted: Tally, *, confidence: float = 0.95) -> MonotonePod:
-    """Detections at each level with binomial bounds, and their isotonic regression.
+    """Detection rates at each level with binomial bounds, and their isotonic regression.
 
-    Ayer, Brunk, Ewing, Reid and Silverman, Annals of Mathematical Statistics 26 (1955) 641: the maximum of
-    the likelihood among all curves that do not fall.
+    Ayer, Brunk, Ewing, Reid and Silverman, Annals of Mathematical Statistics 26 (1955) 641: the
+    maximum-likelihood estimate among all nondecreasing curves.
 
     Parameters
     ----------
@@ -61,11 +61,11 @@ def monotone_detection(counted: Tally, *, confidence: float = 0.95) -> MonotoneP
 def detected_level(
     counted: Tally, *, probability: float = 0.9, confidence: float | None = 0.95
 ) -> DetectableSeverity:
-    """The smallest tested level from which on all are detected with a probability.
+    """Smallest tested level such that it and all larger levels are detected with a given probability.
 
     With a confidence, levels are tested from the largest downwards by the one-sided binomial bound (29 of 29
-    show 90 % with 95 % confidence) until the first fails; a sequence fixed beforehand needs no correction for
-    their number: Hsu and Berger, Journal of the American Statistical Association 94 (1999) 468.
+    show 90 % with 95 % confidence) until the first fails. Testing in a fixed sequence needs no correction for
+    multiplicity: Hsu and Berger, Journal of the American Statistical Association 94 (1999) 468.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def detected_level(
 def last_shown(
     severity: Array, shown: NDArray[np.bool_], probability: float, confidence: float | None
 ) -> DetectableSeverity:
-    """The last level that shows a probability, from the largest downwards, before the first that does not.
+    """Last level that meets a probability, from the largest downwards, before the first that does not.
 
     Parameters
     ----------
@@ -106,10 +106,10 @@ def last_shown(
 
 
 def interpolated_level(counted: Tally, *, probability: float = 0.9) -> DetectableSeverity:
-    """The severity at which the isotonic estimate reaches a probability, an estimate without a curve.
+    """Severity at which the isotonic estimate reaches a probability (nonparametric estimate).
 
-    Between levels it is interpolated along the logarithm of the severity: Stylianou and Flournoy, Biometrics
-    58 (2002) 171.
+    Between levels it is interpolated in the logarithm of the severity: Stylianou and Flournoy, Biometrics 58
+    (2002) 171.
 
     Parameters
     ----------

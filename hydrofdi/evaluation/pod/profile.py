@@ -1,4 +1,4 @@
-"""Profile likelihood of a curve: how much less likely the best one through a given point is."""
+"""Profile likelihood of probability-of-detection curves."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrofdi.evaluation.pod.likelihood import log_likelihood, maximise
 
 
 def deficit(curve: PodCurve, place: float, rise: float) -> float:
-    """2 (ln L_max - ln L) of the best rising curve whose predictor at `place` on the axis is `rise`."""
+    """2 (ln L_max - ln L) of the best increasing curve whose predictor at `place` on the axis is `rise`."""
     distance = curve.axis.place(curve.tally.severity) - place
     offset = np.full_like(distance, rise)
     (slope,) = maximise(
@@ -31,7 +31,7 @@ def quantile_of_chi_square(confidence: float) -> float:
 
 
 def crossing(function: Callable[[float], float], start: float, end: float) -> float:
-    """Where a function that is negative at `start` becomes zero; `end` if it does not."""
+    """Zero of a function that is negative at `start`; `end` if there is none."""
     from scipy.optimize import brentq
 
     if function(end) < 0.0:

@@ -1,4 +1,4 @@
-"""The smallest detectable severity, from the ratio of likelihoods."""
+"""Smallest detectable severity, by likelihood ratio."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from hydrofdi.evaluation.scores import share_between_0_and_1
 def smallest_detectable(
     curve: PodCurve, *, probability: float = 0.9, confidence: float | None = 0.95
 ) -> DetectableSeverity:
-    """The severity that is detected with a probability: q90/95 unless asked otherwise.
+    """Severity that is detected with a given probability and confidence; by default q90/95.
 
-    With a confidence, the largest severity q for which 2 (ln L_max - ln L(q)) ≤ χ²₁(2γ - 1), where L(q) is
-    the largest likelihood of curves through POD(q) = p: Venzon and Moolgavkar, Applied Statistics 37 (1988)
-    87; MIL-HDBK-1823A (2009), appendix G. Where hits and misses are apart, it is a tested level
+    With a confidence, it is the largest severity q for which 2 (ln L_max - ln L(q)) ≤ χ²₁(2γ - 1), where L(q)
+    is the maximum likelihood of curves with POD(q) = p: Venzon and Moolgavkar, Applied Statistics 37 (1988)
+    87; MIL-HDBK-1823A (2009), appendix G. If hits and misses are separated, it is a tested level
     (`monotone`).
 
     Parameters
@@ -27,12 +27,12 @@ def smallest_detectable(
     probability : float
         p.
     confidence : float or None
-        γ, from 0.5, that the severity is no larger; None for the estimate.
+        Confidence γ ≥ 0.5 that the severity is not larger; None for the estimate.
 
     Returns
     -------
     DetectableSeverity
-        Within the tested severities, or on which side of them.
+        Severity within the tested ones, or the side on which it lies.
     """
     share_between_0_and_1("the probability", probability)
     if curve.is_step:
@@ -51,14 +51,14 @@ def smallest_detectable(
 
 
 def _where(curve: PodCurve, rise: float) -> float:
-    """The place at which the fitted predictor is `rise`; infinite if a flat curve has none."""
+    """Place at which the fitted predictor is `rise`; infinite if the curve is flat."""
     if curve.slope:
         return (rise - curve.intercept) / curve.slope
     return -np.inf if curve.intercept >= rise else np.inf
 
 
 def _upper(curve: PodCurve, rise: float, start: float, last: float, drop: float) -> float:
-    """The place of the bound: `start` if it is not higher, ∞ if it is beyond the tested ones."""
+    """Place of the bound: at least `start`, ∞ if it exceeds the tested severities."""
     if deficit(curve, last, rise) < drop:
         return np.inf
     if deficit(curve, start, rise) >= drop:

@@ -1,4 +1,4 @@
-"""Hits and misses over the severity of a fault."""
+"""Hits and misses by severity of a fault."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 
 MOST_SEVERITIES = 1000
-"""Severities that are closer than a curve can resolve are counted together."""
+"""Maximum number of distinct severities; closer ones are merged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +23,9 @@ class Tally:
     severity : ndarray, shape (n_level,)
         Ascending, distinct, positive [unit of the severity].
     hits, total : ndarray, shape (n_level,)
-        Number of records detected, and tested.
+        Number of records detected, and number tested.
     not_measurable : int
-        Number of records beside them that have no score.
+        Number of further records without a score.
     """
 
     severity: Array
@@ -44,9 +44,10 @@ class Tally:
         return float(self.severity[0]), float(self.severity[-1])
 
     def pooled(self, n_level: int) -> Tally:
-        """Neighbouring severities together, in at most `n_level` levels of about equal numbers of records.
+        """Pool adjacent severities into at most `n_level` levels of about equal size.
 
-        A level bears its largest severity, at which the probability of detection is at least its mean.
+        A level is assigned its largest severity, at which the probability of detection is at least the mean
+        of the level.
         """
         if self.severity.size <= n_level:
             return self
@@ -64,7 +65,7 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
     Parameters
     ----------
     severity : array_like, shape (n_record,)
-        Positive; a record without a fault belongs to the false alarms.
+        Positive severity; records without a fault belong to the false alarms.
     outcomes : array_like, shape (n_record,)
         1 detected, 0 not, NaN not measurable.
 
@@ -77,7 +78,7 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
     """
     levels, values = np.asarray(severity, dtype=float), np.asarray(outcomes, dtype=float)
     if not np.all((levels > 0.0) & np.isfinite(levels)):
-        raise ValueError("severities are positive numbers")
+        raise ValueError("severities must be positive")
     is_known = ~np.isnan(values)
     if not is_known.any():
         raise NotStatedError("no faulty record has a score")

@@ -1,1 +1,1 @@
-"""Which nuisance affects a score: spread of each alone, Sobol indices, and the equivalent leak."""
+"""Sensitivity of scores to nuisances: individual spread, Sobol indices, and equivalent leak."""

@@ -1,4 +1,4 @@
-"""A number with its interval."""
+"""An estimate with its interval."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from hydrofdi.evaluation.scores import Array
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its two-sided interval.
+    """An estimate with its two-sided interval.
 
     Attributes
     ----------
     value, low, high, confidence : float
     n_record : int
-        Number of records that it rests on.
+        Number of records used.
     """
 
     value: float
@@ -28,6 +28,6 @@ class Estimate:
 
     @classmethod
     def of(cls, value: float, draws: Array, confidence: float, n_record: int) -> Estimate:
-        """An estimate with the central interval of draws, shape (n_draw,)."""
+        """Estimate with the central interval of bootstrap draws, shape (n_draw,)."""
         low, high = np.quantile(draws, [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
         return cls(float(value), float(low), float(high), confidence, n_record)

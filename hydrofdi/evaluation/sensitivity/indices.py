@@ -13,23 +13,23 @@ from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.sensitivity.estimate import Estimate
 
 FEWEST = 16
-"""Base points, each with the scores of all of its records."""
+"""Minimum number of base points with all scores."""
 
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Shares of the variance of a score.
+    """Sobol indices: fractions of the variance of a score.
 
     Attributes
     ----------
     first_order : tuple of Estimate, length n_factor
-        Of each factor by itself.
+        First-order index of each factor.
     total : tuple of Estimate, length n_factor
-        With its interactions with the other factors; those with the noise left out.
+        Total index of each factor: with its interactions with other factors, but not with the noise.
     noise : Estimate
-        Of what differs when the same plant is recorded again, with its interactions.
+        Fraction from noise between repeated records of the same plant, with its interactions.
     n_lost : int
-        Number of base points left out because a score is missing.
+        Number of base points excluded because a score is missing.
     """
 
     first_order: tuple[Estimate, ...]
@@ -48,40 +48,38 @@ def sobol_indices(
     n_draw: int = 1000,
     seed: int = 0,
 ) -> SobolIndices:
-    """First-order and total indices if every record has its own noise.
+    """First-order and total Sobol indices with independent noise in every record.
 
     The estimators are those of `scipy.stats.sobol_indices`: Saltelli et al., Computer Physics Communications
-    181 (2010) 259, table 2 (b) and (f). Two records of one plant differ by their noise as well, so (f) by
-    itself holds the share of the noise for every factor; it is subtracted, as seen between the records of
-    the first matrix and those of the same plants again. The variance is that of the scores, noise included:
-    without interactions the first-order indices and the noise sum to 1. Intervals by drawing base points.
+    181 (2010) 259, table 2 (b) and (f). Two records of one plant also differ by their noise, so (f) includes
+    the noise fraction for every factor. It is subtracted, as estimated from the repeated records of the first
+    matrix. The variance is that of the scores including noise: without interactions, first-order indices and
+    noise sum to 1. Intervals are from a bootstrap of base points.
 
     Parameters
     ----------
     first, second : array_like, shape (n_base,)
-        Scores at the rows of the matrices A and B; NaN if there is none.
+        Scores at the rows of the matrices A and B; NaN if there is no score.
     exchanged : array_like, shape (n_factor, n_base)
-        At the rows of A with one column from B.
+        Scores at the rows of A with one column from B.
     again : array_like, shape (n_base,)
-        At the rows of A, with new noise.
+        Scores at the rows of A, with new noise.
     confidence : float
     n_draw, seed : int
-        Of the bootstrap.
+        Resamples and seed of the bootstrap.
 
     Raises
     ------
     NotStatedError
-        Fewer than 16 base points have all of their scores, or these are all equal.
+        Fewer than 16 base points have all scores, or all scores are equal.
     """
     records = np.vstack((first, second, again, exchanged)).astype(float)
     scores = records[:, np.isfinite(records).all(axis=0)]
     n_base = scores.shape[1]
     if n_base < FEWEST:
-        raise NotStatedError(
-            f"Sobol indices need {FEWEST} base points with all of their scores, not {n_base}", FEWEST
-        )
+        raise NotStatedError(f"Sobol indices need {FEWEST} base points with all scores, not {n_base}", FEWEST)
     if not np.ptp(scores[:2]):
-        raise NotStatedError("the score is the same in all records: there is nothing to share out")
+        raise NotStatedError("the score is the same in all records, so it has no variance to explain")
     shares = _shares(scores, np.full((1, n_base), 1.0 / n_base))[:, 0]
     drawn = _shares(scores, _drawn_weights(n_base, n_draw, seed))
     estimates = [Estimate.of(*pair, confidence, n_base) for pair in zip(shares, drawn, strict=True)]
@@ -96,18 +94,18 @@ def sobol_indices(
 
 @lru_cache(maxsize=4)
 def _drawn_weights(n_base: int, n_draw: int, seed: int) -> Array:
-    """How often each base point is drawn, by their number, shape (n_draw, n_base)."""
+    """Bootstrap weights of the base points, shape (n_draw, n_base); each row sums to 1."""
     draw = np.random.default_rng(seed)
     return np.asarray(draw.multinomial(n_base, np.full(n_base, 1.0 / n_base), size=n_draw) / n_base)
 
 
 def _shares(scores: Array, weights: Array) -> Array:
-    """First-order and total indices, and the share of the noise, with weighted base points.
+    """First-order and total indices, and noise fraction, with weighted base points.
 
     Parameters
     ----------
     scores : ndarray, shape (3 + n_factor, n_base)
-        At A, at B, at A again, and at A with each column from B.
+        Scores at A, at B, at A repeated, and at A with each column from B.
     weights : ndarray, shape (n_draw, n_base)
         Each row sums to 1.
 

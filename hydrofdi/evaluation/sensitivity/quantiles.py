@@ -1,4 +1,4 @@
-"""Quantiles of scores, and how they would come out in other records of the same population."""
+"""Quantiles of scores and their sampling uncertainty."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array, measurable
 
 INNER = (0.05, 0.95)
-"""Ends of the range that contains nine scores in ten."""
+"""Probabilities of the limits of the inner 90 % range."""
 
 BEYOND = 2.5
-"""Records expected beyond a quantile: with fewer, intervals of 95 % hold less often than 90 %."""
+"""Minimum expected number of records beyond a quantile; with fewer, nominal 95 % intervals have less than 90
+% coverage."""
 
 N_DRAW = 1000
 
@@ -22,16 +23,16 @@ N_DRAW = 1000
 def quantiles_and_draws(
     scores: Array, probabilities: Sequence[float], generator: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Quantiles, and draws of them that carry their uncertainty.
+    """Quantiles, and random draws that represent their uncertainty.
 
-    The order statistics of n records lie at probabilities that have Dirichlet-distributed distances, whatever
-    the distribution of the scores. Those at p (n + 1), fractional ones included, are drawn and read off the
-    scores: Hutson, Journal of Applied Statistics 26 (1999) 343.
+    For any distribution of scores, the probabilities of the order statistics of n records have
+    Dirichlet-distributed spacings. Order statistics at p (n + 1), including fractional ones, are drawn and
+    interpolated in the scores: Hutson, Journal of Applied Statistics 26 (1999) 343.
 
     Parameters
     ----------
     scores : ndarray, shape (n_record,)
-        NaN if a record has none; infinite ones are not used.
+        NaN if a record has no score; infinite scores are not used.
     probabilities : sequence of float
         Ascending, between 0 and 1.
     generator : Generator
@@ -44,7 +45,7 @@ def quantiles_and_draws(
     Raises
     ------
     NotStatedError
-        Too few records have a score: 49 for the ends of the inner range, 4 for a median.
+        Too few records have a score: the limits of the inner range need 49, a median 4.
     """
     known, _ = measurable(scores)
     ordered = np.sort(known[np.isfinite(known)])

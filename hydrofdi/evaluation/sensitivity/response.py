@@ -1,4 +1,4 @@
-"""Effect of a fault on a score, and the fault with the same effect as a nuisance."""
+"""Response of a score to a fault, and the fault equivalent to a nuisance."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from hydrofdi.evaluation.sensitivity.quantiles import INNER, quantiles_and_draws
 
 @dataclass(frozen=True)
 class EquivalentFault:
-    """The severity of a fault with the same effect on a score; never outside the tested ones.
+    """Severity of a fault with the same effect on a score; never extrapolated.
 
     Attributes
     ----------
     place : str
         ``within`` the tested severities, ``below`` the smallest or ``above`` the largest of them.
     severity : float
-        Itself, or the smallest or largest tested one [unit of the severity].
+        The severity, or the smallest or largest tested one [unit of the severity].
     low, high : float
-        Interval; 0 where it goes below the tested ones, infinite if it goes above.
+        Interval; 0 if it extends below the tested severities, infinite if above.
     confidence : float
     """
 
@@ -38,14 +38,14 @@ class EquivalentFault:
 
 @dataclass(frozen=True)
 class Reach:
-    """How far a nuisance moves a healthy score, as faults.
+    """Effect of a nuisance on a healthy score, as equivalent faults.
 
     Attributes
     ----------
     imitated : EquivalentFault
-        The fault that a healthy record in twenty looks like, or a larger one.
+        Fault whose effect at least one healthy record in twenty imitates.
     hidden : EquivalentFault
-        The fault that it takes to bring the score of a healthy record in twenty back to its middle.
+        Fault that at least one healthy record in twenty compensates: its score returns to the centre.
     """
 
     imitated: EquivalentFault
@@ -53,29 +53,29 @@ class Reach:
 
 
 class Response:
-    """Medians of a score over the severity of a fault, as a rising sequence.
+    """Monotone response of the median score to the severity of a fault.
 
-    The medians are taken in the direction of the severest fault, less the healthy one, and made monotone by
+    Medians are relative to the healthy median, with the sign of the severest fault, and made monotone by
     isotonic regression (Ayer et al., Annals of Mathematical Statistics 26 (1955) 641).
 
     Parameters
     ----------
     healthy : array_like, shape (n_record,)
-        Scores; NaN if there is none.
+        Scores; NaN if a record has none.
     faulty : sequence of array_like
         Scores of each severity.
     severity : array_like, shape (n_level,)
         Above zero, ascending [unit of the severity].
     confidence : float
-        Of all intervals.
+        Confidence level of all intervals.
     seed : int
-        Of the draws that give them.
+        Seed of the draws for the intervals.
 
     Raises
     ------
     NotStatedError
-        Fewer than two severities, fewer than 4 scores at one of them, or medians that the severest fault
-        does not move.
+        There are fewer than two severities, fewer than 4 scores at one of them, or the severest fault does
+        not change the median.
     """
 
     def __init__(
@@ -88,27 +88,27 @@ class Response:
         seed: int = 0,
     ) -> None:
         if len(faulty) < 2:
-            raise NotStatedError("an equivalent fault needs two tested severities or more")
+            raise NotStatedError("an equivalent fault needs at least two tested severities")
         self.severity, self.confidence = np.asarray(severity, dtype=float), confidence
         self._draw = np.random.default_rng(seed)
         medians, drawn = self._medians([healthy, *faulty])
         shifts, drawn_shifts = medians[1:] - medians[0], drawn[:, 1:] - drawn[:, :1]
         ends = np.quantile(drawn_shifts[:, -1], [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
         if ends[0] <= 0.0 <= ends[1]:
-            raise NotStatedError("the severest fault does not move the median of the score")
+            raise NotStatedError("the severest fault does not change the median of the score")
         self.sign = float(np.sign(shifts[-1]))
         self._shifts = rising(self.sign * shifts[None])
         self._drawn = rising(self.sign * drawn_shifts)
 
     def reach(self, scores: ArrayLike, centre: ArrayLike) -> Reach:
-        """The faults that a nuisance imitates and hides.
+        """Faults that a nuisance imitates and hides.
 
         Parameters
         ----------
         scores : array_like, shape (n_record,)
-            Of healthy records with the nuisance.
+            Scores of healthy records with the nuisance.
         centre : array_like, shape (n_record,)
-            Of healthy records without it; their median is the middle.
+            Scores of healthy records without the nuisance; their median is the centre.
 
         Raises
         ------
@@ -142,10 +142,10 @@ class Response:
 
 
 def rising(rows: Array) -> Array:
-    """The rising sequence nearest to each row, shape (n, n_level).
+    """Isotonic regression of each row, shape (n, n_level).
 
-    Its k-th number is the largest over i ≤ k of the least over j ≥ k of the means from i to j: Robertson,
-    Wright and Dykstra, Order Restricted Statistical Inference (1988), section 1.4.
+    Value k is the maximum over i ≤ k of the minimum over j ≥ k of the means from i to j: Robertson, Wright
+    and Dykstra, Order Restricted Statistical Inference (1988), section 1.4.
     """
     n_level = rows.shape[1]
     sums = np.cumsum(np.insert(rows, 0, 0.0, axis=1), axis=1)
@@ -158,12 +158,12 @@ def rising(rows: Array) -> Array:
 
 
 def _inverse(shifts: Array, asked: Array, severity: Array) -> Array:
-    """The severity of a shift, on a logarithmic scale between the tested ones.
+    """Severity of a given shift, interpolated logarithmically between the tested severities.
 
     Parameters
     ----------
     shifts : ndarray, shape (n, n_level)
-        Rising.
+        Nondecreasing along the last axis.
     asked : ndarray, shape (n,)
     severity : ndarray, shape (n_level,)
 

@@ -1,4 +1,4 @@
-"""The spread of a score from a single nuisance."""
+"""Spread of a score from a single nuisance."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from hydrofdi.evaluation.sensitivity.quantiles import INNER, quantiles_and_draws
 def relative_spread(
     alone: ArrayLike, together: ArrayLike, *, confidence: float = 0.95, seed: int = 0
 ) -> Estimate:
-    """Inner 90 % range of a score with one nuisance, by that with all of them.
+    """Inner 90 % range of a score with one nuisance, relative to the range with all nuisances.
 
     Parameters
     ----------
     alone, together : array_like, shape (n_record,)
-        Scores of healthy records of which one nuisance varies, and all; NaN if there is none.
+        Scores of healthy records in which one nuisance varies, or all vary; NaN if a record has no score.
     confidence : float
     seed : int
-        Of the draws that give the interval.
+        Seed of the draws for the interval.
 
     Raises
     ------
     NotStatedError
-        Fewer than 49 records of a kind have a score, or nine in ten with all nuisances are equal.
+        Fewer than 49 records of one kind have a score, or nine in ten scores with all nuisances are equal.
     """
     draw = np.random.default_rng(seed)
     scores = np.asarray(alone, dtype=float)

@@ -1,1 +1,1 @@
-"""The scores of this package: one module each, named like its score, and found by that name."""
+"""The built-in scores: one module each, with the name of the score."""

@@ -15,36 +15,38 @@ from hydrofdi.scoring.standardisation import FAR, Standardisation, standardisati
 from hydrofdi.settings.quantities import Section
 
 RECORDS_PER_COEFFICIENT = 2
-"""Healthy records that each coefficient of the regression needs."""
+"""Minimum number of healthy records per regression coefficient."""
 
 
 class Compensated(Score[Section]):
     """The first feature minus its quadratic regression on the others, fitted on healthy records only.
 
-    Beyond the range of the fit records a proxy counts as at its end: from there on a shift stays in the
-    score, and no quadratic runs away with it. Fit records with a standardised feature beyond ±5 teach
-    nothing.
+    Proxies are limited to the range of the fit records, so that the quadratic does not extrapolate; a shift
+    beyond the range remains in the score. Fit records with a standardised feature beyond ±5 are not used.
     """
 
     name = "compensated"
-    summary = "The first feature less its quadratic regression on the others, learned in healthy records."
-    source = "Worden, Sohn and Farrar, J. Sound Vib. 258 (2002) 741, on novelty under varying surroundings"
+    summary = "The first feature minus its quadratic regression on the others, fitted to healthy records."
+    source = (
+        "Worden, Sohn and Farrar, J. Sound Vib. 258 (2002) 741, on novelty detection under varying conditions"
+    )
     equation = (
         "y − Σ b_jk p_j p_k, p_0 = 1, p_j the proxies within the range of the fit records, b by least squares"
     )
     caution = (
-        "It removes what the proxies tell and no more. Where few things vary, the proxies tell all of them,"
-        " and leaks are found that are lost where more varies: believe it where everything varies that varies"
-        " at the machine. Of a leak that moves a proxy, a part is compensated too. Beyond the range of the"
-        " fit records a proxy counts as at its end, so that a shift is compensated up to there."
+        "It removes only effects that the proxies explain. If few nuisances vary, the proxies explain all"
+        " of them, and leaks are detected that would be missed otherwise: use records in which everything"
+        " varies that varies on the machine. If a leak changes a proxy, part of its effect is also"
+        " compensated. Proxies are limited to the range of the fit records, so a shift is compensated only"
+        " within it."
     )
     needs_faulty = False
     direction = None
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
-        """Least squares over healthy records."""
+        """Fit by least squares to healthy records."""
         if values.shape[1] < 2:
-            raise NotStatedError("the score compensated needs a feature and one proxy or more")
+            raise NotStatedError("the score compensated needs a feature and at least one proxy")
         standardised = standardisation(values)
         if standardised.kept[0] != 0:
             raise NotStatedError("the score compensated: its feature does not vary among healthy fit records")
@@ -66,13 +68,13 @@ class Compensated(Score[Section]):
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """What is left of the first feature, in its own unit.
+    """Residual of the first feature, in its own unit.
 
     Attributes
     ----------
     standardised : Standardisation
     low, high : ndarray, shape (n_proxy,)
-        Range of the proxies in the fit records, standardised.
+        Range of the standardised proxies in the fit records.
     coefficients : ndarray, shape (n_term,)
     """
 
@@ -90,7 +92,7 @@ class Residual:
 
 
 def quadratic_terms(proxies: Array) -> Array:
-    """1, p_j and p_j p_k for j ≤ k.
+    """Terms 1, p_j and p_j p_k for j ≤ k.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The direction that best separates healthy and faulty records."""
+"""Linear discriminant analysis of healthy and faulty records."""
 
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.cautions import FROM_BOTH
@@ -10,7 +10,7 @@ from hydrofdi.settings.quantities import Section
 
 
 class Lda(Score[Section]):
-    """Linear discriminant with the covariance shrunk by Ledoit and Wolf; both kinds weigh the same."""
+    """Linear discriminant with Ledoit-Wolf shrinkage of the covariance; both classes have equal weight."""
 
     name = "lda"
     summary = "Linear discriminant of healthy and faulty records, with a shrunk covariance."
@@ -20,7 +20,7 @@ class Lda(Score[Section]):
     needs_faulty = True
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
-        """Means and covariances of both kinds."""
+        """Fit means and covariances of both classes."""
         standardised = standardisation(values)
         with scikit_learn(self.name):
             from sklearn.discriminant_analysis import LinearDiscriminantAnalysis

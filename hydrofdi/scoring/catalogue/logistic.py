@@ -1,4 +1,4 @@
-"""The log-odds of a fault."""
+"""Log-odds of a fault by logistic regression."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ from hydrofdi.scoring.standardisation import standardisation
 from hydrofdi.settings.quantities import Section
 
 STRENGTHS = np.logspace(-4, 2, 7)
-"""Inverse strengths of the ridge among which fit records choose."""
+"""Inverse ridge strengths for the cross-validation."""
 
 
 class LogisticOptions(Section):
     """Options of `Logistic`."""
 
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 0
-    """Deals the fit records into the folds by which the ridge is chosen."""
+    """Seed of the folds for the choice of the ridge."""
 
 
 class Logistic(Score[LogisticOptions]):
-    """Logistic regression with a ridge, chosen by the likelihood of five folds of the fit records."""
+    """Logistic regression with a ridge penalty, chosen by five-fold cross-validation of the likelihood."""
 
     name = "logistic"
-    summary = "Log-odds of a fault by ridge logistic regression; fit records choose the ridge."
+    summary = "Log-odds of a fault by ridge logistic regression; the ridge is chosen by cross-validation."
     source = "le Cessie and van Houwelingen, Applied Statistics 41 (1992) 191"
     equation = "b + wᵀ z, minimising Σ ln(1 + exp(−yᵢ (b + wᵀ zᵢ))) + ‖w‖²/(2 C)"
     caution = (
-        f"{FROM_BOTH} The folds that choose the ridge divide records, not groups: where records of a group"
+        f"{FROM_BOTH} The folds for the ridge divide records, not groups: if the records of a group"
         " are alike, the ridge is too weak."
     )
     needs_faulty = True
     Options = LogisticOptions
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
-        """Weights at the ridge with the largest likelihood of records left out."""
+        """Fit weights with the ridge of largest cross-validated likelihood."""
         standardised = standardisation(values)
         with scikit_learn(self.name):
             from sklearn.linear_model import LogisticRegression

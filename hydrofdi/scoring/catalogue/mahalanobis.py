@@ -1,4 +1,4 @@
-"""The distance of a record from healthy ones."""
+"""Mahalanobis distance of a record from healthy records."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ class MahalanobisOptions(Section):
     """Options of `Mahalanobis`."""
 
     shrinkage: Annotated[float, Field(ge=0, le=1)] | None = None
-    """Share of the unit matrix in the covariance (δ); fit records choose it where none is given."""
+    """Weight δ of the identity matrix in the covariance; by default chosen by cross-validation on the fit
+    records."""
 
 
 class Mahalanobis(Score[MahalanobisOptions]):
-    """Squared distance from the mean of healthy records in the metric of their covariance."""
+    """Squared Mahalanobis distance from the mean of healthy records."""
 
     name = "mahalanobis"
     summary = "Squared Mahalanobis distance from healthy records, with a shrunk covariance."
@@ -37,7 +38,7 @@ class Mahalanobis(Score[MahalanobisOptions]):
     Options = MahalanobisOptions
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
-        """Mean and covariance of healthy records."""
+        """Fit mean and covariance of healthy records."""
         return SquaredDistance(whitening(values, self.name, self.options.shrinkage))
 
 

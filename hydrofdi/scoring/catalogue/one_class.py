@@ -1,4 +1,4 @@
-"""The distance of a record from the region of healthy ones, of any shape."""
+"""Distance of a record from the region of healthy records, of any shape."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ class OneClassOptions(Section):
     """Options of `OneClass`."""
 
     outside: Annotated[float, Field(gt=0, lt=1)] = 0.1
-    """Largest share of the fit records outside the boundary (ν)."""
+    """Largest fraction ν of the fit records outside the boundary."""
 
     width: Annotated[float, SI("1", above=0)] = 1.0
-    """Width of the kernel, in root-mean-square distances of a healthy record from the mean."""
+    """Width of the kernel, in RMS distances of healthy records from their mean."""
 
 
 class OneClass(Score[OneClassOptions]):
-    """Support vector machine around healthy records, with a Gaussian kernel on whitened features."""
+    """One-class support vector machine on healthy records, with a Gaussian kernel on whitened features."""
 
     name = "one_class"
     summary = "One-class support vector machine around healthy records, on whitened features."
     source = "Schölkopf et al., Neural Computation 13 (2001) 1443"
     equation = "ρ − Σᵢ αᵢ exp(−‖w − wᵢ‖²/(2 n b²)), w = C^(−1/2) (z − m), n features, b the width"
     caution = (
-        f"{FROM_HEALTHY} Far away all records score ρ: they raise alarms, but are ranked no more. The time of"
-        " a fit grows with the square of the number of records."
+        f"{FROM_HEALTHY} Records far away all have the score ρ: they raise alarms but cannot be ranked. The"
+        " time of a fit grows with the square of the number of records."
     )
     needs_faulty = False
     Options = OneClassOptions
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
-        """Whitening by healthy records, then the machine."""
+        """Whiten by healthy records, then train the support vector machine."""
         white = whitening(values, self.name)
         points = white(values)
         gamma = 0.5 / (points.shape[1] * self.options.width**2)
@@ -54,7 +54,7 @@ class OneClass(Score[OneClassOptions]):
 
 @dataclass(frozen=True, eq=False)
 class Outside:
-    """Distance outside of the boundary of a one-class support vector machine, after whitening."""
+    """Distance from the boundary of a one-class support vector machine after whitening, positive outside."""
 
     white: Whitening
     machine: Any

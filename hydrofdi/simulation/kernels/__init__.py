@@ -1,1 +1,1 @@
-"""The equations of motion as machine code, batched over lanes."""
+"""Equations of motion as machine code, batched over lanes."""

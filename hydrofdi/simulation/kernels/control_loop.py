@@ -1,4 +1,4 @@
-"""Position control of the lanes: a sampled controller and a spool for each."""
+"""Position control of the lanes: each has its own sampled controller and spool."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrofdi.simulation.kernels.spool import move_spool
 
 @equation
 def control(half: Any, k: int, references: NDArray[np.float64], column: int, options: ModelOptions) -> None:
-    """Let the controller of a lane read the piston's position, and set its voltage."""
+    """Sample the controller of a lane: read the piston position and set the voltage."""
     position = half.position[k]
     if options.measured_feedback is not None:
         position = converted(
@@ -42,14 +42,14 @@ def steer(
     is_due: bool,
     options: ModelOptions,
 ) -> None:
-    """Act for the controllers where they are due, and move the spools of all lanes by a step.
+    """Sample the controllers if due, and advance the spools of all lanes by one step.
 
     Parameters
     ----------
     left, right : record
         The halves of the lanes.
     references : ndarray, shape (2, n_reference)
-        Position references at this step, and errors of the position that is read [m].
+        Position references at this step, and errors of the measured position [m].
     columns : ndarray, shape (WIDTH,)
         Column of each lane.
     step : float

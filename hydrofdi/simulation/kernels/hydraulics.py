@@ -1,4 +1,4 @@
-"""The right-hand side: the rates of a run's hydraulic states, put together from the equations."""
+"""Right-hand side: rates of the hydraulic states of a run."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from hydrofdi.simulation.kernels.options import ModelOptions
 
 
 class State(NamedTuple):
-    """x_p [m], v_p [m/s], P_1, P_2 and P_s [Pa], z [m]; the last two stand still without their options."""
+    """x_p [m], v_p [m/s], P_1, P_2 and P_s [Pa], z [m]; the last two are constant without their options."""
 
     position: float
     velocity: float
@@ -44,7 +44,7 @@ class State(NamedTuple):
 
 
 class LaneParameters(NamedTuple):
-    """The parameters of one run at an instant, in SI; fields of ``lanes.PARAMETERS``."""
+    """Parameters of one run at an instant, in SI; fields as in ``lanes.PARAMETERS``."""
 
     mass: float
     area: float
@@ -94,7 +94,7 @@ class LaneParameters(NamedTuple):
 
 @equation
 def lane_parameters(lanes: Any, k: Any, time: Quantity, options: ModelOptions) -> LaneParameters:
-    """The parameters of one lane of a record, at an instant."""
+    """Parameters of one lane at an instant."""
     return LaneParameters(
         lanes.mass[k], lanes.area[k], lanes.volume[k], lanes.stiffness[k],
         lanes.stop_position[k], lanes.stop_stiffness[k],
@@ -119,14 +119,14 @@ def lane_parameters(lanes: Any, k: Any, time: Quantity, options: ModelOptions) -
 
 
 class ValveFlows(NamedTuple):
-    """What passes the edges of the valve.
+    """Flows across the edges of the valve.
 
     Attributes
     ----------
     control_1, control_2, supply : float
         q_1 into chamber 1, q_2 out of chamber 2, and q_s from the supply [m³/s].
     throttling : float
-        Power that the edges turn into heat [W].
+        Power dissipated at the edges [W].
     """
 
     control_1: float
@@ -136,7 +136,7 @@ class ValveFlows(NamedTuple):
 
 
 class PortFlows(NamedTuple):
-    """What enters and leaves the chambers.
+    """Flows into and out of the chambers.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ def open_leakage(
     duty: Quantity,
     options: ModelOptions,
 ) -> Quantity:
-    """K_i at an instant [m^3.5/kg^0.5]; it is held over a step."""
+    """K_i at an instant [m^3.5/kg^0.5]; it is constant over a step."""
     if options.ramped_leakage is not None:
         return coefficient * onset_ramp(time, start, duration)
     if options.intermittent_leakage is not None:
@@ -170,13 +170,13 @@ def open_leakage(
 
 @equation
 def null_of(time: Quantity, offset: Quantity, drift: Quantity, options: ModelOptions) -> Quantity:
-    """Null of the valve at an instant [m]; it is held over a step."""
+    """Null position of the valve at an instant [m]; it is constant over a step."""
     return offset if options.shifted_null is None else null_position(time, offset, drift)
 
 
 @equation
 def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelOptions) -> Quantity:
-    """Internal leakage flow [m³/s] by the chosen law."""
+    """Internal leakage flow by the chosen law [m³/s]."""
     if options.laminar_leakage is not None:
         return laminar_leakage_flow(pressure_difference, p.internal_leakage, p.laminar_reference)
     if options.blended_leakage is not None:
@@ -186,9 +186,9 @@ def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelO
 
 @equation
 def valve_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> ValveFlows:
-    """Flows through the edges of the valve.
+    """Flows across the edges of the valve.
 
-    Critically lapped, only two of the four edges are open at a time, and two orifices do for all.
+    With critical lap, only two of the four edges are open at a time, so two orifices suffice.
     """
     if options.shifted_null is not None:
         spool_position = spool_position - p.null_offset
@@ -232,7 +232,7 @@ def port_flows(state: State, spool_position: float, p: LaneParameters, options: 
 
 @equation
 def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
-    """β of the fluid in a chamber [Pa] by the chosen law."""
+    """β of the fluid in a chamber by the chosen law [Pa]."""
     if options.free_air is not None:
         modulus: float = effective_bulk_modulus(
             pressure, p.bulk_modulus, p.free_air, p.air_exponent, p.atmosphere
@@ -245,7 +245,7 @@ def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -
 def pressure_rates(
     state: State, net_1: float, net_2: float, p: LaneParameters, options: ModelOptions
 ) -> tuple[float, float]:
-    """P_1' and P_2' [Pa/s] from the net flows [m³/s]."""
+    """P_1' and P_2' from the net flows [m³/s] into the chambers [Pa/s]."""
     modulus = p.bulk_modulus
     if options.free_air is not None:
         net_1 *= bulk_modulus_at(state.pressure_1, p, options)

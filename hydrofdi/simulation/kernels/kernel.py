@@ -1,8 +1,9 @@
-"""The compiled kernel: classic Runge-Kutta of many runs side by side.
+"""Compiled kernel: classic Runge-Kutta integration of many runs in parallel lanes.
 
-The spool does not depend on the hydraulics. In open loop it is integrated once for all runs that share its
-drive, and its positions at the four stages of every step are handed to the lanes: the same numbers as in a
-joint integration. In closed loop each lane has its own, moved ahead of the hydraulics within the step.
+The spool does not depend on the hydraulics. In open loop it is integrated once for all runs with the same
+drive, and its positions at the four stages of every step are passed to the lanes; the result equals a joint
+integration. In closed loop each lane has its own spool, which is advanced before the hydraulics within each
+step.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from hydrofdi.simulation.kernels.options import ModelOptions
 
 @equation
 def moved(state: State, time: float, rates: State, p: LaneParameters, options: ModelOptions) -> State:
-    """The state after going along `rates` for a time."""
+    """State after moving with constant `rates` for a time [s]."""
     pressure_1 = state.pressure_1 + time * rates.pressure_1
     pressure_2 = state.pressure_2 + time * rates.pressure_2
     if options.clamped_cavitation is not None:
@@ -58,7 +59,7 @@ def weighted(first: State, second: State, third: State, fourth: State) -> State:
 
 @equation
 def state_of(half: Any, k: int) -> State:
-    """The state of a lane."""
+    """State of a lane."""
     return State(
         half.position[k], half.velocity[k], half.pressure_1[k], half.pressure_2[k], half.supply[k],
         half.bristle[k],
@@ -67,7 +68,7 @@ def state_of(half: Any, k: int) -> State:
 
 @equation
 def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
-    """Write the state of a lane back, its decays ended."""
+    """Write back the state of a lane, with negligible values set to zero."""
     half.position[k], half.velocity[k] = settled(state.position), settled(state.velocity)
     half.pressure_1[k], half.pressure_2[k] = settled(state.pressure_1), settled(state.pressure_2)
     if options.supply_droop is not None:
@@ -78,7 +79,7 @@ def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
 
 @equation
 def take_sample(half: Any, sample: NDArray[np.float64], first: int, options: ModelOptions) -> None:
-    """Copy what is sampled of a half into its columns, in the order of ``lanes.SAMPLED``."""
+    """Copy the sampled states of a half into its columns, in the order of ``lanes.SAMPLED``."""
     for k in range(HALF_WIDTH):
         sample[0, first + k] = half.position[k]
         sample[1, first + k] = half.velocity[k]
@@ -98,7 +99,7 @@ def take_sample(half: Any, sample: NDArray[np.float64], first: int, options: Mod
 
 @equation
 def take_spools(half: Any, stages: NDArray[np.float64], columns: NDArray[np.int64], first: int) -> None:
-    """Hand the spool positions of a step to the lanes of a half, each from the column of its drive."""
+    """Copy the spool positions of a step to the lanes of a half, each from the column of its drive."""
     for k in range(HALF_WIDTH):
         column = columns[first + k]
         half.spool_1[k] = stages[0, column]
@@ -109,7 +110,7 @@ def take_spools(half: Any, stages: NDArray[np.float64], columns: NDArray[np.int6
 
 @equation
 def take_loads(half: Any, loads: NDArray[np.float64], columns: NDArray[np.int64], first: int) -> None:
-    """Hand the load forces of a step to the lanes of a half."""
+    """Copy the load forces of a step to the lanes of a half."""
     for k in range(HALF_WIDTH):
         half.load[k] = loads[columns[first + k]]
 
@@ -128,7 +129,7 @@ def advance_lanes(
     first_step: int,
     options: ModelOptions,
 ) -> None:
-    """Advance all lanes by the steps of `drive`, and sample them on the way.
+    """Advance all lanes by the steps of `drive`, and sample them.
 
     Parameters
     ----------
@@ -136,25 +137,25 @@ def advance_lanes(
         Parameters and state; the state is updated in place.
     drive : ndarray, shape (n_step, n_stage, n_drive)
         In open loop the spool position at the four stages of each step, one column per drive [m]; in closed
-        loop the position reference of each step, and the error of the position that is read [m].
+        loop the position reference of each step, and the error of the measured position [m].
     drive_of_lane : ndarray, shape (WIDTH,)
         Column of each lane.
     loads : ndarray, shape (n_step, n_load)
-        Load force of each step [N]; not looked at without the option.
+        Load force of each step [N]; ignored without the option.
     load_of_lane : ndarray, shape (WIDTH,)
         Column of each lane.
     step : float
         Runge-Kutta step h [s].
     steps_per_sample : int
-        A sample is taken before every so many steps, the first step included.
+        Number of steps per sample; samples are taken at the start of a step, including the first.
     steps_per_control : int
-        In closed loop the controllers act before every so many steps, counted from the start of the record.
+        Number of steps per sample of the controllers in closed loop, counted from the start of the record.
     samples : ndarray, shape (n_step / steps_per_sample, n_row, WIDTH)
-        Filled with the rows of ``lanes.SAMPLED`` that the options have.
+        Filled with the rows of ``lanes.SAMPLED`` that the options require.
     first_step : int
         Number of the first step, counted from the start of the record.
     options : ModelOptions
-        Choices that all lanes share.
+        Options shared by all lanes.
     """
     left, right = lanes[0].left, lanes[0].right
     half_step, sixth_step = 0.5 * step, step / 6.0
@@ -185,7 +186,7 @@ def advance_lanes(
             sample = samples[i // steps_per_sample]
             take_sample(left, sample, 0, options)
             take_sample(right, sample, HALF_WIDTH, options)
-        # Two independent lanes in one body hide each other's latencies.
+        # Two independent lanes in one loop body hide each other's latencies.
         for k in range(HALF_WIDTH):
             p = lane_parameters(left, k, time, options)
             q = lane_parameters(right, k, time, options)

@@ -1,8 +1,8 @@
-"""Runs side by side: the memory that the kernel works on.
+"""Memory layout of parallel runs in the kernel.
 
-A *lane* is one run. Lanes lie in two halves of fixed width, so that every lane is computed by the same vector
-instructions wherever it stands and however many runs there are; unused lanes repeat the first run. Fields of
-one record have constant distances, which lets the compiler prove that they do not overlap.
+A *lane* is one run. There are two halves of fixed width, so that every lane is computed by the same vector
+instructions regardless of its position and the number of runs; unused lanes repeat the first run. Fields have
+constant offsets in one record, so that the compiler can prove that they do not overlap.
 """
 
 from __future__ import annotations
@@ -86,10 +86,10 @@ PARAMETERS = {
 """Lane field → the parameter that fills it, in SI."""
 
 LEAKAGE = "internal_leakage"
-"""Lane field of K_i, which is calibrated and therefore comes from outside of the parameters."""
+"""Lane field of K_i, which is calibrated and therefore not one of the parameters."""
 
 STATES = ("position", "velocity", "pressure_1", "pressure_2", "supply", "bristle")
-"""Integrated states of a lane: x_p, v_p, P_1, P_2, and with the options that have them P_s and z."""
+"""Integrated states of a lane: x_p, v_p, P_1, P_2, and, with the corresponding options, P_s and z."""
 
 _LOOP = ("spool_position", "spool_velocity", "voltage", "acting_voltage", "error", "integral")
 """State of spool and controller of a lane in closed loop."""
@@ -98,17 +98,17 @@ _STEP = ("spool_1", "spool_2", "spool_3", "spool_4", "load")
 """Spool position x_v at the four Runge-Kutta stages of the current step, and the load force."""
 
 SAMPLED = (*STATES, "voltage", "spool_position")
-"""Rows of the samples; those from P_s on are filled where an option makes them a run's own."""
+"""Rows of the samples; those from P_s on are filled only if an option requires them."""
 
 N_PAPER_SAMPLED = 4
-"""Number of rows that the paper's model fills."""
+"""Number of rows of the paper's model."""
 
 _HALF = np.dtype([(name, "f8", (HALF_WIDTH,)) for name in (*PARAMETERS, LEAKAGE, *STATES, *_LOOP, *_STEP)])
 LANES = np.dtype([("left", _HALF), ("right", _HALF)])
 """Record of all lanes."""
 
 SINGLE = np.dtype([(name, "f8", (1,)) for name in (*PARAMETERS, LEAKAGE)])
-"""Record of the parameters of one run, a single lane wide."""
+"""Record of the parameters of one run, with a width of one lane."""
 
 _values_of = attrgetter(*PARAMETERS.values())
 
@@ -122,12 +122,12 @@ SPOOLS = np.dtype([(name, "f8", (WIDTH,)) for name in _SPOOL_FIELDS])
 
 
 def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> NDArray[Any]:
-    """Lanes at the initial state: at rest, centred, both chambers at the mean of supply and return pressure.
+    """Make lanes in the initial state: at rest, centred, chambers at the mean of supply and return pressure.
 
     Parameters
     ----------
     parameters : sequence of RunParameters, length 1 … WIDTH
-        One per lane.
+        One run per lane.
     leakage_coefficients : sequence of float, of the same length
         K_i [m^3.5/kg^0.5].
 

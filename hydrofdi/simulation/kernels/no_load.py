@@ -1,4 +1,4 @@
-"""The fastest that a valve can move the piston: the bound of flows and speeds."""
+"""No-load flow and speed: upper bounds of flows and piston speeds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrofdi.simulation.trajectory import Trajectory
 
 
 def no_load_flow(parameters: RunParameters, opening: float | None = None) -> float:
-    """Control flow at an opening [m], by default the largest, and equal chamber pressures [m³/s]."""
+    """Control flow at equal chamber pressures and a given opening [m], by default the largest [m³/s]."""
     valve, supply = parameters.valve, parameters.supply
     gain = max(edge.flow_gain for edge in parameters.edges)
     drop = 0.5 * (supply.pressure - supply.return_pressure)
@@ -23,9 +23,9 @@ def no_load_flow(parameters: RunParameters, opening: float | None = None) -> flo
 
 
 def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory) -> NDArray[np.float64]:
-    """What valve and moving piston of a record can drive through a leak, shape (n_run,) [m³/s].
+    """Upper bound of the mean leakage flow of a record, shape (n_run,) [m³/s].
 
-    By continuity the mean leakage is at most the flow at the mean opening and what the piston displaces.
+    By continuity, it is the no-load flow at the mean opening plus the flow displaced by the piston.
     """
     openings = np.mean(np.abs(trajectory.spool_position), axis=1)
     speeds = np.mean(np.abs(trajectory.piston_velocity), axis=1)
@@ -37,12 +37,12 @@ def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory)
 
 
 def no_load_speed(parameters: RunParameters) -> float:
-    """Speed of the piston at that flow [m/s]."""
+    """No-load speed of the piston [m/s]."""
     return no_load_flow(parameters) / parameters.actuator.piston_area
 
 
 def largest_opening(parameters: RunParameters) -> float:
-    """Largest opening of an edge that input or controller can ask for [m]."""
+    """Largest edge opening that input or controller can command [m]."""
     control, valve = parameters.control, parameters.valve
     voltage = control.voltage_limit
     if not control.is_closed:

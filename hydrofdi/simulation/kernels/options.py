@@ -1,4 +1,4 @@
-"""Choices of the model that are made when the kernel is compiled, so that those not taken cost nothing."""
+"""Model options that are resolved at compile time, so that unused ones cost nothing."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from hydrofdi.config import RunParameters
 from hydrofdi.physics.friction import FRICTION_LAWS, PAPER_FRICTION, Choice, choice_of_law
 
 Chosen = bool | None
-"""True or None. The two have different types, so that each combination of choices is compiled by itself."""
+"""True or None. The two have different types, so that each combination of options is compiled separately."""
 
 
 class ModelOptions(NamedTuple):
-    """What a run's model has beyond the paper's; the equations ask ``is not None``."""
+    """Options of the model beyond that of the paper; the equations test ``is not None``."""
 
     laminar_leakage: Chosen = None
     blended_leakage: Chosen = None
@@ -35,12 +35,12 @@ class ModelOptions(NamedTuple):
 
     @property
     def samples_more(self) -> bool:
-        """Whether a lane has more to sample than the paper's model."""
+        """Whether a lane has more samples than the paper's model."""
         return any((self.supply_droop, self.bristles, self.closed_loop))
 
     @classmethod
     def of(cls, run: RunParameters) -> ModelOptions:
-        """The choices of a run."""
+        """Options of a run."""
         leakage, valve = run.leakage, run.valve
         return cls(
             laminar_leakage=leakage.law == "laminar" or None,
@@ -64,7 +64,7 @@ class ModelOptions(NamedTuple):
 
 
 def group_by_options(runs: Sequence[RunParameters]) -> list[tuple[ModelOptions, list[int]]]:
-    """The choices that occur, each with the positions of the runs that make them."""
+    """Distinct options, each with the positions of its runs."""
     groups: dict[ModelOptions, list[int]] = {}
     for position, run in enumerate(runs):
         groups.setdefault(ModelOptions.of(run), []).append(position)
@@ -72,7 +72,7 @@ def group_by_options(runs: Sequence[RunParameters]) -> list[tuple[ModelOptions, 
 
 
 def group_by_kernel(runs: Sequence[RunParameters]) -> dict[tuple[ModelOptions, int], list[int]]:
-    """Runs that one kernel can advance together: their choices, and in closed loop the steps per control."""
+    """Groups of runs that one kernel call can advance: by options and, in closed loop, steps per control."""
     groups: dict[tuple[ModelOptions, int], list[int]] = {}
     for position, run in enumerate(runs):
         steps = round(run.control.sample_time / run.record.step) if run.control.is_closed else 1

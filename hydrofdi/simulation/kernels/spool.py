@@ -1,6 +1,6 @@
-"""The motion of spools over a Runge-Kutta step: in open loop of several drives, in closed loop of every lane.
+"""Motion of spools over a Runge-Kutta step: of several drives in open loop, of every lane in closed loop.
 
-A spool does not feel the hydraulics, so within a step it is known before the hydraulics are advanced.
+A spool does not depend on the hydraulics, so within a step it is advanced before them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def spool_rates(
     speed_limit: float,
     is_limited: Chosen,
 ) -> tuple[float, float]:
-    """x_v' [m/s] and v_v' [m/s²]; where the spool is limited, so are its command and how fast it goes."""
+    """x_v' [m/s] and v_v' [m/s²]; with limits, command and speed saturate."""
     if is_limited is not None:
         command = limited(voltage, position_limit / gain)
         return (
@@ -43,7 +43,7 @@ def spool_rates(
 
 @equation
 def valve_opening(position: float, position_limit: float, is_limited: Chosen) -> float:
-    """Spool position as the ports see it [m]."""
+    """Spool position that acts on the ports, after saturation [m]."""
     if is_limited is not None:
         opening: float = limited(position, position_limit)
         return opening
@@ -52,7 +52,7 @@ def valve_opening(position: float, position_limit: float, is_limited: Chosen) ->
 
 @equation
 def move_spool(spools: Any, k: int, step: float, is_limited: Chosen, has_hysteresis: Chosen) -> None:
-    """Advance spool `k` of a record by a step, and keep its openings at the four stages."""
+    """Advance spool `k` of a record by one step, and store its openings at the four stages."""
     u = spools.voltage[k]
     if has_hysteresis is not None:
         u = spools.acting_voltage[k] = acting_voltage(u, spools.acting_voltage[k], spools.hysteresis[k])
@@ -90,7 +90,7 @@ def advance_spools(
     is_limited: Chosen,
     has_hysteresis: Chosen,
 ) -> None:
-    """Integrate a record of spools and keep their openings at the stages of each step.
+    """Integrate a record of spools, and store their openings at the stages of each step.
 
     Parameters
     ----------
@@ -101,13 +101,13 @@ def advance_spools(
     step : float
         Runge-Kutta step h [s].
     first_drive, n_drive : int
-        Column of the first of these spools, and how many there are; the rest of the record stays at 0 V.
+        Column of the first of these spools, and their number; unused spools of the record stay at 0 V.
     stages : ndarray, shape (n_step, 4, n_column)
         Filled with spool positions [m], in n_drive columns.
     is_limited : True or None
-        Whether position or speed of any of them saturates.
+        Whether position or speed of any spool saturates.
     has_hysteresis : True or None
-        Whether any of them follows its voltage through a hysteresis.
+        Whether any spool has hysteresis.
     """
     spool = spools[0]
     for i in range(voltage.shape[0]):

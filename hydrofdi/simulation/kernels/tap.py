@@ -1,4 +1,4 @@
-"""How signals are read at every step of the solver, while they are simulated."""
+"""Interface for reading signals at every step of the solver during simulation."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 SignalByName = Callable[[str], NDArray[np.float64]]
-"""Gives a signal by its name in a trajectory: shape (n_step, n_lane); only the first lanes count."""
+"""Function from the name of a signal to its values, shape (n_step, n_lane); only the first lanes are used."""
 
 Reader = Callable[[int, SignalByName], None]
-"""Reads a stretch of time, named by the number of its first step. Stretches follow without a gap."""
+"""Function that reads a block of steps, given the number of its first step; blocks are contiguous."""
 
 
 class Tap(Protocol):
-    """What reads runs of a batch at every step; a record of all steps is never held."""
+    """Interface that reads runs of a batch at every step; a record of all steps is never stored."""
 
     def wants(self, position: int) -> bool:
-        """Whether the run at a position of the batch is to be read."""
+        """Whether to read the run at a position of the batch."""
 
     def feedback_noise(self, position: int) -> NDArray[np.float64] | None:
-        """Noise of the position that the controller of a run reads [m], at each of its samples, or None."""
+        """Noise of the position that the controller of a run reads, at each of its samples [m], or None."""
 
     def reader(self, positions: Sequence[int]) -> Reader:
-        """What reads the runs at these positions, side by side in the first lanes."""
+        """Reader of the runs at these positions, which are in the first lanes."""

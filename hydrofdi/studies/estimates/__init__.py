@@ -1,1 +1,1 @@
-"""How far estimates of known quantities are from the truth, and whether their intervals cover it."""
+"""Accuracy of estimates of known quantities: errors and coverage of intervals."""

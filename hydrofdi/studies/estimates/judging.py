@@ -1,6 +1,6 @@
-"""Estimates of the records of a study against the truth behind them.
+"""Comparison of the estimates of a study with the true values.
 
-The truth joins here, as severity does for scores: no indicator and no threshold sees it.
+The true values are used only here, like severities for scores: no indicator or threshold sees them.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from hydrofdi.studies.reading import study_designs
 from hydrofdi.studies.records import StudyRecords
 
 TRUTHS = {"internal_coefficient": LEAKAGE_COEFFICIENT, "bulk_modulus": BULK_MODULUS}
-"""Output of an indicator → variable of the file that holds the truth of each run."""
+"""Output of an indicator → variable of the file with the true value of each run."""
 
 ERROR = "_error"
-"""An output of this name next to an estimate is its stated standard deviation."""
+"""Suffix of the output that contains the stated standard deviation of an estimate."""
 
 FAULTS = "faults"
-"""Name of all leaking test records together."""
+"""Name of the combination of all leaking test records."""
 
 
 @dataclass(frozen=True)
 class EstimateJudgement:
-    """The errors of an estimate in one population.
+    """Errors of an estimate in one population.
 
     Attributes
     ----------
@@ -40,14 +40,14 @@ class EstimateJudgement:
         Label of the indicator, and the name of the output.
     population : str
     n : int
-        Records with an estimate and a stated deviation.
+        Number of records with an estimate and a stated standard deviation.
     not_measurable : int
-        Records without.
+        Number of records without them.
     bias, deviation, stated : float
-        Mean error, standard deviation of the errors, and root mean square of the stated deviations, in SI; of
-        the bulk modulus as shares of the truth.
+        Mean error, standard deviation of the errors, and RMS of the stated standard deviations, in SI; for
+        the bulk modulus relative to the true value.
     covered : Rate
-        Share of the records whose stated interval contains the truth.
+        Coverage: fraction of records whose stated interval contains the true value.
     """
 
     indicator: str
@@ -63,18 +63,18 @@ class EstimateJudgement:
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """Judged estimates of a design.
+    """Evaluated estimates of a design.
 
     Attributes
     ----------
     records : StudyRecords
     judgements : tuple of EstimateJudgement
     confidence : float
-        Of the stated intervals, which are normal.
+        Confidence level of the stated intervals, which are normal.
     has_constant_leaks : bool
-        Whether leaks are there from the start; those that set in later are left out.
+        Whether leaks exist from the start; leaks with a later onset are excluded.
     without_deviation : tuple of str
-        Estimates that state no deviation, and are not judged.
+        Estimates without a stated standard deviation, which are not evaluated.
     """
 
     records: StudyRecords
@@ -85,15 +85,15 @@ class Estimates:
 
 
 def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
-    """Every estimate of every design of a stored study, on test records and shifts.
+    """Evaluate every estimate of every design of a stored study, on test records and shifts.
 
-    Leaks that set in later are left out, and β where the fluid has no constant one: a record then has no one
-    truth.
+    Leaks with a later onset are excluded, and so is β if it is not constant: such records have no single true
+    value.
 
     Raises
     ------
     ReportError
-        The experiment has no study, or its file does not hold the runs of its study.
+        The experiment has no study, or its file does not contain the runs of its study.
     """
     confidence = data.experiment.detection.confidence
     is_constant = data.experiment.leakage.onset == "constant"
@@ -105,7 +105,7 @@ def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
 
 
 def _estimates(data: ExperimentData) -> Iterator[str]:
-    """Names of the estimates whose truth the file holds."""
+    """Names of the estimates whose true values are in the file."""
     for name in data.columns:
         label, _, quantity = name.rpartition(".")
         has_truth = quantity == "internal_coefficient" or data.experiment.fluid.law == "constant"
@@ -133,7 +133,7 @@ def _judged(
 
 
 def _populations(records: StudyRecords) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Name → its records; leaks of all sizes together."""
+    """Population name → its records; leaks of all sizes are combined."""
     for kind in (Kind.HEALTHY, Kind.SHIFT):
         for population in records.chosen(kind, is_fit=False):
             yield population.name, records.of_record == records.populations.index(population)

@@ -1,4 +1,5 @@
-"""How long a leak that sets in during operation goes unnoticed, and how often healthy records alarm.
+"""Run lengths of control charts in studies: detection delays and false alarms.
 
-Control charts see scores along the time; here alone do their alarms meet what is known of the records.
+Control charts see only scores over time; only here are their alarms combined with the known onsets and
+labels.
 """

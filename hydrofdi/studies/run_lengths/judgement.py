@@ -1,4 +1,4 @@
-"""What is stated of a control chart."""
+"""Results of the evaluation of a control chart."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class LeakDelay:
     flow : float
         Mean of the true leakage flows from the onset on [m³/s].
     n_found, n : int
-        Leaks that are found before their record ends, and all.
+        Number of leaks detected before their record ends, and of all leaks.
     n_early : int
-        False alarms before the onset, after each of which the chart restarts.
+        Number of false alarms before the onset; the chart restarts after each.
     not_measurable : int
-        Number of leaks whose estimator diverged before they set in; they count as not found.
+        Number of leaks whose estimator diverged before the onset; they count as not detected.
     watched : float
         Time from the latest onset to the last instant [s].
     median, late : Delay
-        Time from the onset to the alarm of half of the leaks, and of the stated share [s].
+        Delay within which half of the leaks, and the required fraction, are detected [s].
     """
 
     population: Population
@@ -50,21 +50,21 @@ class ChartJudgement:
     Attributes
     ----------
     label, watched, rule : str
-        What the chart is called, what it watches, and by which rule.
+        Label of the chart, the watched output, and the name of the chart rule.
     unit : str
-        Of what it watches.
+        Unit of the watched output.
     false_alarm_every : float
-        Mean time between false alarms that the limit is set for [s].
+        Required mean time between false alarms [s].
     centre, spread : float
-        Of what it watches, in healthy fit records [unit]; NaN if there is no limit.
+        Median and spread of the watched output in healthy fit records [unit]; NaN if there is no limit.
     limit : AlarmLimit or None
-        Set on healthy fit records; None if they do not carry one.
+        Limit set on healthy fit records; None if they do not support one.
     false_alarms : mapping of Population to AlarmLimit
-        What healthy test records, each shift and each confusion say of the same limit.
+        False alarms at this limit of healthy test records, each shift and each confusion.
     delays : tuple of LeakDelay
         Ascending in severity.
     refusals : tuple of str
-        What could not be stated, and why.
+        Results that are refused, and why.
     """
 
     label: str
@@ -80,9 +80,9 @@ class ChartJudgement:
     refusals: tuple[str, ...] = ()
 
     def keeps(self, population: Population) -> bool | None:
-        """Whether records are not shown to alarm more often than the limit is set for.
+        """Whether the false-alarm rate of a population is compatible with the requirement.
 
-        None if they are not watched long enough to tell, or not at all.
+        None if its records are not watched, or not long enough.
         """
         found = self.false_alarms.get(population)
         if found is None:
@@ -100,11 +100,11 @@ class RunLengths:
     ----------
     records : StudyRecords
     charts : tuple of ChartJudgement
-        Each chart at each limit.
+        Evaluation of each chart at each limit.
     confidence : float
-        Of every interval.
+        Confidence level of all intervals.
     share : float
-        Of the leaks, in `LeakDelay.late`.
+        Fraction of leaks for `LeakDelay.late`.
     """
 
     records: StudyRecords
@@ -114,5 +114,5 @@ class RunLengths:
 
 
 def time_needed(false_alarm_every: float, confidence: float) -> float:
-    """Time without an alarm that shows a mean time between false alarms [s], in the unit of that."""
+    """Alarm-free time that demonstrates a mean time between false alarms, in the same unit."""
     return -math.log(1.0 - confidence) * false_alarm_every

@@ -1,4 +1,4 @@
-"""Charts on the traces of a study: limits from healthy fit records, alarms of all others."""
+"""Evaluation of charts on the traces of a study: limits from healthy fit records, alarms of all others."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ _SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
 def judge_chart(
     traces: Traces, label: str, asked: ChartConfig, online: OnlineConfig, rules: Rules
 ) -> Iterator[ChartJudgement]:
-    """A chart at each of its limits. Healthy fit records set them, and are never tested.
+    """Evaluate a chart at each of its limits. Healthy fit records set the limits and are never tested.
 
     Parameters
     ----------
     traces : Traces
-        Of what the chart watches.
+        Traces of the watched output.
     label : str
     asked : ChartConfig
     online : OnlineConfig
     rules : Rules
-        The confidence of intervals, and the share of leaks of the late delay.
+        Confidence level of intervals, and fraction of leaks for the late delay.
     """
     chart = make_chart(asked.chart, {"direction": traces.direction} | asked.options)
     blank = [
@@ -68,7 +68,7 @@ class _Case:
         return cls(traces, scale(traces.values), scale, chart, rules)
 
     def judged(self, blank: ChartJudgement) -> ChartJudgement:
-        """The chart at one limit."""
+        """Evaluate the chart at one limit."""
         try:
             limit = self._fit.limit(blank.false_alarm_every, confidence=self.rules.confidence)
         except NotStatedError as refusal:
@@ -83,26 +83,25 @@ class _Case:
         return self._false_alarms(fit)
 
     def _false_alarms(self, population: Population) -> FalseAlarms:
-        """Records of one population are of different machines, and do not depend on each other."""
+        """False alarms of a population; its records are from different machines and therefore independent."""
         return FalseAlarms(
             self.chart, self.scores[self.traces.records.rows(population)], self.traces.interval
         )
 
     def _sound(self, limit: AlarmLimit) -> tuple[dict[Population, AlarmLimit], tuple[str, ...]]:
-        """Alarms of all records with healthy seals that set no limit, and the refused statements about
-        them."""
+        """False alarms of all populations with healthy seals that set no limit, and refusals."""
         records, found, refusals = self.traces.records, {}, []
         for population in (each for kind in _SOUND for each in records.chosen(kind, is_fit=False)):
             try:
                 at = self._false_alarms(population).at(limit.value, confidence=self.rules.confidence)
             except NotStatedError as refusal:
-                refusals.append(f"of {population.title} alone no false alarms are stated: {refusal}")
+                refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
             else:
                 found[population] = at
         return found, tuple(refusals)
 
     def _delays(self, limit: AlarmLimit) -> Iterator[LeakDelay]:
-        """Of all leaks that set in while they are watched; none if they exist from the start."""
+        """Delays of leaks with an onset while watched; none if leaks exist from the start."""
         traces, rules = self.traces, self.rules
         for population in traces.records.chosen(Kind.FAULT, is_fit=False):
             rows = traces.records.rows(population)

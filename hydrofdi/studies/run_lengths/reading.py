@@ -1,4 +1,4 @@
-"""The charts of a stored study."""
+"""Evaluation of the charts of a stored study."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from hydrofdi.studies.run_lengths.traces import read_traces
 
 
 def judge_run_lengths(data: ExperimentData) -> tuple[RunLengths, ...]:
-    """The charts of every design of a stored study; empty if it asks for none.
+    """Evaluate the charts of every design of a stored study; empty if there are none.
 
-    Charts on indicators that need other sensors than the machine has are left out.
+    Charts on indicators that need sensors which the machine does not have are omitted.
 
     Raises
     ------
     ReportError
-        The experiment has no study, or its file does not hold the traces.
+        The experiment has no study, or its file does not contain the traces.
     """
     if data.experiment.detection.online is None:
         return ()

@@ -1,4 +1,4 @@
-"""A score along the records of a study, read from where it is stored."""
+"""Stored traces of a score over time in a study."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from hydrofdi.studies.records import StudyRecords
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """A score along records, without their first samples, in which its estimator still settles.
+    """Score over time of records, without the initial transient of its estimator.
 
     Attributes
     ----------
     records : StudyRecords
-        Whose they are.
+        Records of the traces.
     values : ndarray, shape (n_record, n_instant)
-        [unit]; NaN from the instant on at which the estimator diverged.
+        [unit]; NaN after the estimator diverged.
     time : ndarray, shape (n_instant,)
         Instants [s], on the clock of the records.
     onset : ndarray, shape (n_record,)
-        When the leak of a record sets in [s]; NaN if it is there from the start.
+        Onset of the leak of a record [s]; NaN if it exists from the start.
     flow : ndarray, shape (n_record,)
         True mean leakage flow from the onset on [m³/s]; NaN if the run failed.
     unit : str
         SI.
     direction : Direction
-        Which departure of the score means a leak.
+        Direction of change of the score that means a leak.
     """
 
     records: StudyRecords
@@ -50,24 +50,24 @@ class Traces:
 
     @property
     def interval(self) -> float:
-        """Time from one instant to the next [s]."""
+        """Time between instants [s]."""
         return float(self.time[1] - self.time[0])
 
     @property
     def sets_in(self) -> NDArray[np.bool_]:
-        """Whether the leak of a record sets in while it is watched, shape (n_record,)."""
+        """Whether the onset of the leak is within the watched time, shape (n_record,)."""
         is_watched = (self.onset > self.time[0]) & (self.onset < self.time[-1])
         return np.asarray(is_watched & np.isfinite(self.flow))
 
 
 def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], watched: str) -> Traces:
-    """The traces of a score in a design of a stored study.
+    """Read the traces of a score in a design of a stored study.
 
     Parameters
     ----------
     data : ExperimentData
     records : StudyRecords
-        The records of the design.
+        Records of the design.
     rows : ndarray of int, shape (n_record,)
         Their rows in the file.
     watched : str
@@ -76,7 +76,7 @@ def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.in
     Raises
     ------
     ReportError
-        The file does not hold them, or they are too short.
+        The file does not contain the traces, or they are too short.
     """
     label = watched.partition(".")[0]
     indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[label]
@@ -104,13 +104,13 @@ def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.in
 
 
 def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) -> Array:
-    """Instants of a kept trace from the end of its transient on [s], on the clock of the whole record."""
+    """Instants of a stored trace after its transient [s], on the clock of the whole record."""
     frequency = request.record.sampling_frequency
     instants = indicator.trace_instants(frequency)
     return np.asarray(instants[instants >= indicator.options.transient] + request.n_discarded / frequency)
 
 
 def _onsets(data: ExperimentData) -> Array:
-    """When the leak of each run sets in [s]; NaN if it is constant."""
+    """Onset of the leak of each run [s]; NaN if the leak is constant."""
     is_constant = np.array([kind == "constant" for kind in data.values("leakage.onset")])
     return np.where(is_constant, np.nan, np.array(data.values("leakage.onset_time"), dtype=float))

@@ -88,7 +88,7 @@ def test_clipped_samples_are_counted_in_the_unit_of_a_person():
         (lambda samples: 9e6 + 1e-3 * (samples - 9e6), "quantile"),
         (
             lambda samples: samples + 2e5 * np.random.default_rng(1).standard_normal(samples.size),
-            "rms change",
+            "RMS difference",
         ),
     ],
 )
@@ -104,7 +104,7 @@ def test_a_novel_window_says_whether_its_score_is_beyond_the_limit(limit, is_bey
     novel = window(chamber_1_pressure=HEALTHY[0].channels[P1] + 20e6)
     (verdict,) = judged(detector(ranges=HEALTHY, limits=(None, limit)), novel)
     assert (verdict.alarm, verdict.is_beyond) == (None, is_beyond)
-    assert ("the score is beyond its limit" in verdict.fault.text) is is_beyond
+    assert ("the score is also beyond its limit" in verdict.fault.text) is is_beyond
 
 
 def test_other_windows_of_the_same_kind_are_not_novel():

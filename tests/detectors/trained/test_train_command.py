@@ -132,7 +132,7 @@ def test_one_record_says_what_its_promise_rests_on(hydrofdi, tmp_path):
     assert "needs 99 healthy windows that do not overlap (1.65 min), and there are 40;" in refused.stderr
     assert "take more records, shorter windows or a higher --false-alarm-rate" in refused.stderr
     refused = hydrofdi("train", "run.csv", *TRAIN, "--window", "50 s")
-    assert "the longest one lasts 40 s, and a window 50 s; state a shorter --window" in refused.stderr
+    assert "the longest one lasts 40 s, but a window 50 s; give a shorter --window" in refused.stderr
     refused = hydrofdi("train", "run.csv", *TRAIN, "--healthy", "sound")
     assert "--healthy: no record has the label 'sound'; found none" in refused.stderr
 
@@ -235,9 +235,9 @@ study:
     assert file.limits.interval_rests_on == "records"
     assert "Estimates follow each other closely" in done.stdout
     refused = hydrofdi("train", "study.yaml", "--by", "estimate", "--direction", "both", *TRAIN[-4:])
-    assert "dwt does not follow a stream" in refused.stderr
+    assert "dwt is not recursive" in refused.stderr
     refused = hydrofdi("train", "study.yaml", "--config", "mine.yaml", "--window", "1 s", *TRAIN[-4:])
-    assert "--by estimate: there are no windows" in refused.stderr
+    assert "--by estimate: this setting has no windows" in refused.stderr
 
 
 def test_nothing_but_a_detector_is_overwritten(hydrofdi, tmp_path):

@@ -137,9 +137,9 @@ def test_too_few_windows_are_refused_with_the_number_that_is_needed():
 
 
 def test_records_that_do_not_fit_together_are_refused_with_both():
-    with pytest.raises(DataError, match="lasts 2 s, and made 1 s; state the duration"):
+    with pytest.raises(DataError, match="lasts 2 s, but made 1 s; give the duration"):
         trained([[1.0], [2.0, 3.0]], window={})
-    with pytest.raises(ConfigError, match="hold 1 samples; 2 are needed"):
+    with pytest.raises(ConfigError, match="contain 1 samples; use at least 2"):
         trained(normal(3, 3), window={"duration": 0.25})
 
     class Mixed(Records):
@@ -147,7 +147,7 @@ def test_records_that_do_not_fit_together_are_refused_with_both():
             yield from Records(self.means).batches(labels=labels)
             yield from Records(self.means, sampling_frequency=5.0).batches(labels=labels)
 
-    with pytest.raises(DataError, match="sampled at 5 Hz, and made at 4 Hz"):
+    with pytest.raises(DataError, match="sampled at 5 Hz, but made at 4 Hz"):
         train(Mixed(normal(3, 3)), DetectorConfig.model_validate(MEAN), ["made"], MADE)
     with pytest.raises(DataError, match="has no chamber_2_pressure, which cross_correlation needs"):
         trained(normal(3, 3), indicator="cross_correlation", output="")
@@ -215,5 +215,5 @@ def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
     assert file.basis.n_window == 60
     with pytest.raises(ConfigError, match="give the length of each cycle"):
         trained(normal(1, 120), more=more, window={"by": "cycle"})
-    with pytest.raises(NotStatedError, match="input_voltage is in no healthy record"):
+    with pytest.raises(NotStatedError, match="input_voltage is missing in all healthy records"):
         trained(normal(1, 120), window=window)

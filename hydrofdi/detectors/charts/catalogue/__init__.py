@@ -1,1 +1,1 @@
-"""The charts, one module each."""
+"""Control charts, one module each."""

@@ -1,4 +1,4 @@
-"""Cumulative sums: small changes that last."""
+"""Cumulative sums, for small persistent changes."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ class CusumOptions(ChartOptions):
     """Options of `Cusum`."""
 
     shift: Annotated[float, SI("1", above=0)] = 1.0
-    """Change of the mean that it finds fastest, in healthy standard deviations [-]; k is half of it."""
+    """Change of the mean that is detected fastest, in healthy standard deviations [-]; k is half of it."""
 
 
 class Cusum(Chart[CusumOptions]):
-    """Page's cumulative sum with the reference value k, of both directions unless one is chosen."""
+    """Page's cumulative sum with reference value k, two-sided unless a direction is chosen."""
 
     name = "cusum"
     summary = (
-        "Accumulates the excess of the scores over half the expected change; fastest for a change of that"
+        "Accumulates the excess of the scores over half the expected change; optimal for a change of that"
         " size."
     )
     source = "Page, Biometrika 41 (1954) 100; Lorden, Annals of Mathematical Statistics 42 (1971) 1897"
     equation = "C⁺ ← max(0, C⁺ + x − k), C⁻ ← max(0, C⁻ − x − k), statistic max(C⁺, C⁻), k = shift/2"
-    caution = "Healthy records whose own level is above k accumulate like a leak: use a larger shift."
+    caution = "Healthy records with a mean above k accumulate like a leak: use a larger shift."
     Options = CusumOptions
 
     @property
     def n_memory(self) -> int:
-        """Both sums."""
+        """Two: one sum per direction."""
         return 2
 
     def advance(
         self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
     ) -> None:
-        """Both sums of each stream."""
+        """Update both sums of each stream."""
         _cusum(scores, memory, statistic, limit, is_two_sided, self.options.shift / 2.0)
 
 

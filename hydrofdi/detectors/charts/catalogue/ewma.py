@@ -1,4 +1,4 @@
-"""Exponentially weighted moving averages: the recent past, in units of its own spread."""
+"""Exponentially weighted moving averages, scaled by their standard deviation."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ class EwmaOptions(ChartOptions):
     """Options of `Ewma`."""
 
     weight: Annotated[float, SI("1", above=0, most=1)] = 0.1
-    """λ, the weight of the newest score [-]; the memory is about 1/λ scores."""
+    """Weight λ of the newest score [-]; the memory is about 1/λ scores."""
 
     variance: Literal["exact", "limiting"] = "exact"
-    """Variance of the average: ``exact`` since the start, or its limit (``limiting``)."""
+    """Variance of the average: ``exact`` for the time since the start, or its limit (``limiting``)."""
 
 
 class Ewma(Chart[EwmaOptions]):
-    """An exponentially weighted mean over the standard deviation that it has for independent scores."""
+    """Exponentially weighted mean over its standard deviation for independent scores."""
 
     name = "ewma"
     summary = (
-        "An exponentially weighted mean over its standard deviation: for changes of up to about one spread."
+        "Exponentially weighted mean over its standard deviation; for changes of up to about one spread."
     )
     source = "Roberts, Technometrics 1 (1959) 239; Lucas and Saccucci, Technometrics 32 (1990) 1"
     equation = "z ← (1 − λ) z + λ x, statistic |z|/σ, σ² = λ/(2 − λ) (1 − (1 − λ)²ᵗ)"
-    caution = "Dependent scores spread its mean more than σ suggests: set the limit from records."
+    caution = "With dependent scores the spread of the mean exceeds σ: set the limit from records."
     Options = EwmaOptions
 
     @property
     def n_memory(self) -> int:
-        """The mean, and its variance over the limiting one."""
+        """Two: the mean, and its variance relative to the limiting one."""
         return 2
 
     def advance(
         self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
     ) -> None:
-        """The mean of each stream."""
+        """Update the mean of each stream."""
         is_exact = self.options.variance == "exact"
         _ewma(scores, memory, statistic, limit, is_two_sided, self.options.weight, is_exact)
 

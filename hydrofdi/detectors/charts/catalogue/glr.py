@@ -1,4 +1,4 @@
-"""The generalised likelihood ratio: a change of unknown size at an unknown instant."""
+"""Generalised likelihood ratio, for a change of unknown size at an unknown instant."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ class GlrOptions(ChartOptions):
 
 
 class Glr(Chart[GlrOptions]):
-    """Logarithm of the likelihood of the best change of the mean in the window, against that of none."""
+    """Log-likelihood ratio of the best change of the mean within the window against no change."""
 
     name = "glr"
-    summary = "The most likely change of the mean, of any size and at any instant within a window."
+    summary = "Most likely change of the mean, of any size and at any instant within a window."
     source = (
         "Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108;"
         " Lai, Journal of the Royal Statistical Society B 57 (1995) 613"
     )
     equation = "statistic max over j ≤ window of S²/(2 j), S the sum of the j newest scores"
-    caution = "Changes earlier than the window are not found; its cost grows with the window."
+    caution = "Changes before the window are not detected; the cost grows with the window."
     Options = GlrOptions
 
     @property
     def n_memory(self) -> int:
-        """The newest scores; zeros where there are fewer, which change no largest ratio."""
+        """The newest scores, padded with zeros, which do not change the largest ratio."""
         return self.options.window
 
     def advance(
         self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
     ) -> None:
-        """The ratio of each stream."""
+        """Update the ratio of each stream."""
         _glr(scores, memory, statistic, limit, is_two_sided)
 
 

@@ -1,4 +1,4 @@
-"""A limit on the newest scores, nothing more."""
+"""Limit on the mean or maximum of the newest scores."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ class MovingWindowOptions(ChartOptions):
 
 
 class MovingWindow(Chart[MovingWindowOptions]):
-    """The mean or the largest of the newest scores; NaN until the window is full."""
+    """Mean or maximum of the newest scores; NaN until the window is full."""
 
     name = "moving_window"
-    summary = "The mean or the maximum of the newest scores: the plain threshold that other rules must beat."
+    summary = "Mean or maximum of the newest scores: the simple threshold as a baseline for other charts."
     source = "Shewhart, Economic Control of Quality of Manufactured Product (1931); Lai (1995), see glr"
     equation = "statistic |mean of the n newest x|, or max of |x|"
-    caution = "It is blind until the window is full, and again after each alarm."
+    caution = "It cannot raise an alarm until the window is full, and again after each alarm."
     Options = MovingWindowOptions
 
     @property
     def n_memory(self) -> int:
-        """How many scores there are, and the newest ones."""
+        """The number of scores, and the newest ones."""
         return 1 + self.options.window
 
     def advance(
         self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
     ) -> None:
-        """The window of each stream."""
+        """Update the window of each stream."""
         is_mean = self.options.measure == "mean"
         _moving_window(scores, memory, statistic, limit, is_two_sided, is_mean)
 

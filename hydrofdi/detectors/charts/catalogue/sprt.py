@@ -1,4 +1,4 @@
-"""Wald's sequential test, repeated: healthy or changed by a known amount."""
+"""Wald's sequential probability ratio test, repeated: healthy against a known change."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ class SprtOptions(ChartOptions):
     """Mean of the changed scores, in healthy standard deviations [-]."""
 
     false_alarms: Annotated[float, SI("1", above=0, most=0.5)] = 1e-3
-    """α, the share of single tests of healthy scores that may end in an alarm [-]."""
+    """False-alarm probability α of a single test of healthy scores [-]."""
 
     missed: Annotated[float, SI("1", above=0, most=0.5)] = 1e-2
-    """β, the share of single tests of changed scores that may end without one [-]."""
+    """Probability β that a single test of changed scores ends without an alarm [-]."""
 
 
 class Sprt(Chart[SprtOptions]):
-    """The logarithm of the likelihood ratio; a test that decides for health is followed by the next."""
+    """Log-likelihood ratio; a test that ends with "healthy" is followed by the next."""
 
     name = "sprt"
     summary = "Tests healthy against changed by a known amount, repeatedly; the rates apply to each test."
     source = "Wald, Annals of Mathematical Statistics 16 (1945) 117"
-    equation = "L ← L + shift (x − shift/2), L ← 0 where L ≤ ln(β/(1 − α)), statistic L"
+    equation = "L ← L + shift (x − shift/2), L ← 0 if L ≤ ln(β/(1 − α)), statistic L"
     caution = "As for cusum; α and β apply only to single tests of independent normal scores."
     Options = SprtOptions
 
     @property
     def n_memory(self) -> int:
-        """The logarithms of both directions."""
+        """Two: one log-likelihood ratio per direction."""
         return 2
 
     @property
@@ -46,13 +46,13 @@ class Sprt(Chart[SprtOptions]):
 
     @property
     def lower_limit(self) -> float:
-        """Where a test decides for health."""
+        """Limit at which a test ends with "healthy"."""
         return math.log(self.options.missed / (1.0 - self.options.false_alarms))
 
     def advance(
         self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
     ) -> None:
-        """Both logarithms of each stream."""
+        """Update both log-likelihood ratios of each stream."""
         _sprt(scores, memory, statistic, limit, is_two_sided, self.options.shift, self.lower_limit)
 
 

@@ -1,4 +1,4 @@
-"""Training: healthy records go in, the file of a detector comes out."""
+"""Training of detectors on healthy records."""
 
 from hydrofdi.detectors.trained.training.making import train
 from hydrofdi.detectors.trained.training.stating import stated_detector

@@ -1,4 +1,4 @@
-"""Healthy scores along the time → the limit of a control chart."""
+"""Limit of a control chart from healthy scores over time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.records import Array
 
 _N_PIECE = 20
-"""Pieces that records are cut into where there are fewer than five of them."""
+"""Number of pieces that records are cut into if there are fewer than five records."""
 
 _HOUR = 3600.0
 
@@ -27,7 +27,7 @@ RestsOn = Literal["pieces", "records", "groups"]
 
 
 def chart_in_full(chart: ChartConfig, direction: Direction) -> ChartConfig:
-    """With all options. Scores that a leak lowers are turned, so that a chart of them rises."""
+    """Chart configuration with all options; the direction refers to scores that rise with leakage."""
     turned = Direction.BOTH if direction is Direction.BOTH else Direction.RISING
     made = make_chart(chart.chart, {"direction": turned, **chart.options})
     return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
@@ -36,22 +36,23 @@ def chart_in_full(chart: ChartConfig, direction: Direction) -> ChartConfig:
 def chart_limit(
     learned: Learned, chart: ChartConfig, healthy: Scale, direction: Direction, confidence: float
 ) -> ChartLimit:
-    """The limit that healthy scores, in their order along each record, reach once in the wanted time.
+    """Limit that healthy scores, in time order, reach once within the required time on average.
 
     Parameters
     ----------
     learned : Learned
     chart : ChartConfig
-        In full.
+        Chart configuration with all options.
     healthy : Scale
     direction : Direction
-        Of the score.
+        Direction of the score.
     confidence : float
 
     Raises
     ------
     NotStatedError
-        The healthy records are shorter, together, than the wanted time; it tells how long they have to be.
+        The healthy records are shorter in total than the required time; the message states the required
+        length.
     """
     lines = [standardised(each.line.scores, healthy, direction) for each in learned.records]
     streams, groups, rests_on = _streams(lines, learned)
@@ -68,7 +69,7 @@ def chart_limit(
 
 
 def _streams(lines: Sequence[Array], learned: Learned) -> tuple[Array, list[str] | None, RestsOn]:
-    """Scores side by side, NaN behind the shorter ones, with their groups."""
+    """Scores as an array, padded with NaN, and their groups."""
     if len(set(learned.groups)) >= FEWEST_GROUPS:
         return _side_by_side(lines), learned.groups, "groups" if learned.has_groups else "records"
     length = max(1, sum(line.size for line in lines) // _N_PIECE)

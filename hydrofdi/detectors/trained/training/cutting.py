@@ -1,4 +1,4 @@
-"""How healthy records are cut: into the windows that the detector will cut of a stream."""
+"""Division of healthy records into the same windows that the detector cuts from a stream."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrofdi.records.streams import Chunk, EvenStream, Piece, Window, Windower,
 from hydrofdi.settings.naming import setting
 
 _CHUNK = 2**17
-"""Samples of a record that are cut at a time, because windows that overlap hold many samples twice."""
+"""Number of samples of a record that are cut at a time; overlapping windows multiply their memory."""
 
 Drive = tuple[float, float]
 
@@ -22,12 +22,12 @@ Drive = tuple[float, float]
 def windower_of(
     window: WindowConfig, first: RecordBatch, channels: Sequence[Channel], drive: Drive | None
 ) -> Windower:
-    """What cuts records as a configuration says; into whole records where it states no duration.
+    """Make the windower of a configuration; without a duration, windows are whole records.
 
     Raises
     ------
     ConfigError
-        A window would hold fewer than two samples, or cycles have no duration.
+        A window would contain fewer than two samples, or cycles have no duration.
     """
     assert window.by != "estimate"
     frequency = first.sampling_frequency
@@ -37,12 +37,15 @@ def windower_of(
             f" {setting('window')}"
         )
     if window.by == "cycle" and window.every is not None:
-        raise ConfigError(f"{setting('every')}: windows by cycle begin at the edges of the drive; remove it")
+        raise ConfigError(
+            f"{setting('every')}: windows by cycle start at the edges of the drive; remove this setting"
+        )
     duration = first.duration if window.duration is None else window.duration
     n_sample = round(duration * frequency)
     if n_sample < 2:
         raise ConfigError(
-            f"{setting('window')}: {duration:g} s at {frequency:g} Hz hold {n_sample} samples; 2 are needed"
+            f"{setting('window')}: {duration:g} s at {frequency:g} Hz contain {n_sample} samples; use at"
+            " least 2"
         )
     n_every = None if window.every is None else max(1, round(window.every * frequency))
     return make_windower(
@@ -66,7 +69,7 @@ def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterato
 
 
 def pieces_along(records: RecordBatch, row: int, channels: Collection[Channel]) -> Iterator[Piece]:
-    """A record as the pieces of a stream."""
+    """Pieces of a record, as from a stream."""
     stream = EvenStream(records.sampling_frequency, tuple(channels))
     state, time = stream.start(), records.time
     for first in range(0, records.n_time, _CHUNK):
@@ -90,9 +93,9 @@ def drive_of(healthy: RecordSource, channel: Channel) -> Drive:
             low = min(low, float(np.nanmin(batch[channel])))
             high = max(high, float(np.nanmax(batch[channel])))
     if not low < high:
-        found = "is in no healthy record" if high == -np.inf else "never changes in the healthy records"
+        found = "is missing in" if high == -np.inf else "never changes in"
         raise NotStatedError(
-            f"{setting('by', 'cycle')}: {channel} {found}, but cycles begin at its edges; choose another"
-            " channel under 'window:', or cut by time"
+            f"{setting('by', 'cycle')}: {channel} {found} all healthy records, but cycles start at its edges;"
+            " choose another channel under 'window:', or use windows by time"
         )
     return low, high

@@ -1,4 +1,4 @@
-"""Healthy records → estimates of a recursive indicator along them."""
+"""Scores of healthy records from estimates of a recursive indicator."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrofdi.records.streams.sliding import TimeWindower
 
 
 class EstimateScorer(Scorer):
-    """Follows records by a recursive indicator."""
+    """Scores records with a recursive indicator."""
 
     def __init__(self, estimator: Estimator, channels: Sequence[Channel]) -> None:
         super().__init__(0)
@@ -25,7 +25,7 @@ class EstimateScorer(Scorer):
         self._looks = TimeWindower(n_look, n_look, tuple(channels), estimator.sampling_frequency)
 
     def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
-        """A line for each record."""
+        """Score line of each record."""
         for row in range(batch.n_record):
             line, state = ScoreLine(batch.duration), self.estimator.start()
             for piece in pieces_along(batch, row, self.channels):
@@ -47,5 +47,5 @@ class EstimateScorer(Scorer):
                 self._leave_out(each.fault)
 
     def interval(self, records: Sequence[LearnedRecord]) -> float:
-        """Time from one estimate to the next [s]."""
+        """Time between estimates [s]."""
         return self.estimator.interval

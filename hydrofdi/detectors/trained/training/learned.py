@@ -17,16 +17,16 @@ from hydrofdi.records import Array, Channel
 
 @dataclass(eq=False)
 class ScoreLine:
-    """Scores along a record, as the detector will give them.
+    """Scores of a record over time, as the detector computes them.
 
     Attributes
     ----------
     duration : float
-        Of the record [s].
+        Duration of the record [s].
     scores : list of float
-        NaN if there is none.
+        Scores; NaN if there is none.
     is_apart : list of bool
-        Whether a score sets limits: windows that do so do not overlap.
+        Whether a score is used to set limits: only those of non-overlapping windows are.
     """
 
     duration: float
@@ -34,21 +34,21 @@ class ScoreLine:
     is_apart: list[bool] = field(default_factory=list)
 
     def reserve(self, is_apart: bool) -> int:
-        """The place of the next score."""
+        """Append a placeholder for the next score, and return its index."""
         self.scores.append(math.nan)
         self.is_apart.append(is_apart)
         return len(self.scores) - 1
 
     @cached_property
     def chosen(self) -> Array:
-        """Scores that set limits."""
+        """Scores that are used to set limits."""
         pairs = zip(self.scores, self.is_apart, strict=True)
         return np.array([score for score, is_apart in pairs if is_apart and not math.isnan(score)])
 
 
 @dataclass(frozen=True, eq=False)
 class LearnedRecord:
-    """A healthy record: where it comes from, as far as that is known, and its scores."""
+    """A healthy record: its origin, if known, and its scores."""
 
     record_id: str
     group: str
@@ -58,27 +58,27 @@ class LearnedRecord:
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """All that healthy records taught.
+    """Training results of all healthy records.
 
     Attributes
     ----------
     records : sequence of LearnedRecord
     feature : Feature
     unit : str
-        Of the score.
+        Unit of the score.
     channels : tuple of Channel
-        What a window needs.
+        Channels that a window needs.
     sampling_frequency : float
         [Hz]
     n_sample : int
-        Samples of a window; 0 where estimates are judged.
+        Samples per window; 0 if estimates are judged.
     interval : float
-        Time from one score to the next [s].
+        Time between scores [s].
     ranges : mapping of Channel to ChannelRange
     drive : tuple of float or None
         Range of the channel whose edges start cycles.
     not_judged : mapping of str to int
-        Kind of fault → number of windows, of those that do not overlap.
+        Kind of fault → number of non-overlapping windows.
     """
 
     records: Sequence[LearnedRecord]
@@ -94,26 +94,26 @@ class Learned:
 
     @cached_property
     def scores(self) -> Array:
-        """All scores that set limits."""
+        """All scores that are used to set limits."""
         return np.concatenate([each.line.chosen for each in self.records])
 
     @cached_property
     def groups(self) -> list[str]:
-        """Group of each record; a record without one is a group by itself."""
+        """Group of each record; a record without a group is its own group."""
         return [each.group or f"record {place}" for place, each in enumerate(self.records)]
 
     @cached_property
     def of_scores(self) -> NDArray[np.intp]:
-        """Number of the group of each score that sets limits."""
+        """Group index of each score that is used to set limits."""
         numbers = np.unique(np.asarray(self.groups), return_inverse=True)[1]
         return np.repeat(numbers, [each.line.chosen.size for each in self.records])
 
     @property
     def has_groups(self) -> bool:
-        """Whether anybody stated groups."""
+        """Whether groups were stated."""
         return any(each.group for each in self.records)
 
     @property
     def duration(self) -> float:
-        """Of a window; the time between estimates where those are judged [s]."""
+        """Duration of a window, or time between estimates if those are judged [s]."""
         return self.n_sample / self.sampling_frequency if self.n_sample else self.interval

@@ -1,4 +1,4 @@
-"""Healthy records → training results, window by window; no samples are kept."""
+"""Training on healthy records, window by window; samples are not kept."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from hydrofdi.settings.naming import setting
 
 
 def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
-    """What healthy records teach a detector.
+    """Train on healthy records.
 
     Parameters
     ----------
     healthy : RecordSource
-        Healthy records alone. They are read twice where windows begin with cycles.
+        Only healthy records. They are read twice if windows start with cycles.
     config : DetectorConfig
 
     Raises
     ------
     ConfigError
-        Indicator, output or windows are impossible.
+        Indicator, output or windows are not valid.
     DataError
         Records lack a channel, or differ in sampling or length.
     NotStatedError
-        There is no healthy record, or none has the number.
+        There are no healthy records, or none has a score.
     """
     feature, window = feature_of(config), config.window
     drive = drive_of(healthy, window.channel) if window.by == "cycle" else None
@@ -78,20 +78,23 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
 
 
 def _absence(scorer: Scorer, records: Sequence[LearnedRecord], config: DetectorConfig) -> str:
-    """Why there is no score at all."""
+    """Message why there are no scores."""
     longest = f"the longest one lasts {time_text(max(each.line.duration for each in records))}"
     window = config.window
     if scorer.reason:
         return scorer.reason
     if window.by == "estimate":
-        return f"{longest}, and the first estimate comes later; take longer records"
+        return f"{longest}, but the first estimate comes later; use longer records"
     if window.by == "cycle":
-        return f"none has a cycle, from an edge of {window.channel} on; choose another edge or channel"
-    return f"{longest}, and a window {time_text(window.duration or 0.0)}; state a shorter {setting('window')}"
+        return (
+            f"no record has a cycle that starts with an edge of {window.channel}; choose another edge or"
+            " channel"
+        )
+    return f"{longest}, but a window {time_text(window.duration or 0.0)}; give a shorter {setting('window')}"
 
 
 def _channels(feature: Feature, config: DetectorConfig, first: RecordBatch) -> tuple[Channel, ...]:
-    """What a window needs: optional channels of the indicator, too, where the healthy records have them."""
+    """Channels that a window needs, including optional ones of the indicator that healthy records have."""
     indicator = feature.indicator
     seen = indicator.channels | (indicator.optional_channels & first.channels.keys())
     if config.window.by == "cycle":
@@ -104,7 +107,7 @@ def _estimator(
 ) -> Estimator:
     if config.window.duration is not None or config.window.every is not None:
         raise ConfigError(
-            f"{setting('by', 'estimate')}: there are no windows; the option 'interval' of"
+            f"{setting('by', 'estimate')}: this setting has no windows; the option 'interval' of"
             f" {feature.indicator.name} sets the time between estimates"
         )
     return Estimator(feature, channels, first.sampling_frequency)
@@ -113,17 +116,14 @@ def _estimator(
 def _alike(
     batch: RecordBatch, first: RecordBatch, channels: Sequence[Channel], config: DetectorConfig
 ) -> RecordBatch:
-    """The batch, where it is like the first one.
+    """Check that a batch matches the first one, and return its channels.
 
-    Raises
-    ------
-    DataError
-        It is not.
+    Raises ------ DataError Sampling, channels or lengths differ.
     """
     source, other = batch.sources[0], first.sources[0]
     if batch.sampling_frequency != first.sampling_frequency:
         raise DataError(
-            f"{source}: is sampled at {batch.sampling_frequency:g} Hz, and {other} at"
+            f"{source}: is sampled at {batch.sampling_frequency:g} Hz, but {other} at"
             f" {first.sampling_frequency:g} Hz; a detector needs a single sampling frequency"
         )
     if missing := [channel for channel in channels if channel not in batch.channels]:
@@ -136,7 +136,7 @@ def _alike(
     needs_length = config.window.by == "time" and config.window.duration is None
     if needs_length and batch.n_time != first.n_time:
         raise DataError(
-            f"{source}: lasts {batch.duration:g} s, and {other} {first.duration:g} s; state the duration of a"
+            f"{source}: lasts {batch.duration:g} s, but {other} {first.duration:g} s; give the duration of a"
             f" window with {setting('window')}"
         )
     return batch

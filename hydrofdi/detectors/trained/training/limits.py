@@ -1,4 +1,4 @@
-"""Healthy scores → limits, and the basis of their promise."""
+"""Limits from healthy scores, and the confidence of their false-alarm rate."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from hydrofdi.records import Array
 from hydrofdi.settings.naming import setting
 
 _MOST_FOLDS = 25
-"""More groups than these are left out several at a time."""
+"""Maximum number of cross-validation folds; with more groups, several are left out at a time."""
 
 RestsOn = Literal["windows", "records", "groups"]
 
 
 def limits_of(learned: Learned, config: DetectorConfig, direction: Direction) -> Limits:
-    """The limits of a score.
+    """Set the limits of a score.
 
-    Where records or groups give several windows each, the interval of the rate is that of left-out records or
-    groups: each meets the limits of the others. Else windows are taken as independent, and the interval
-    follows from order statistics; so they are where too few are left without a record. Where somebody stated
-    groups, windows depend on each other, and too few of them are refused.
+    If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
+    each record or group is tested with the limits of the others. Otherwise, or if too few windows remain
+    without a record, windows are assumed independent and the interval follows from order statistics. If
+    groups are stated, windows of a group are dependent, and too few groups are an error.
 
     Raises
     ------
     NotStatedError
-        Too few windows; it tells how many are needed.
+        There are too few windows; the message states how many are needed.
     """
     rule = _rule(config, direction)
     threshold = _set(rule, learned.scores, learned, "there are")

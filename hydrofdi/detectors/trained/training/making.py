@@ -1,4 +1,4 @@
-"""Healthy records → a trained detector."""
+"""Training of a detector: from healthy records to a detector file."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from hydrofdi.records import RecordSource
 
 
 def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str], made: Made) -> DetectorFile:
-    """A detector from healthy records.
+    """Train a detector on healthy records.
 
     Parameters
     ----------
     healthy : RecordSource
-        Healthy records alone; the groups of their batches say what depends on each other.
+        Only healthy records; the groups of their batches identify dependent records.
     config : DetectorConfig
-        What is left out there is written out in the file.
+        Configuration; the file contains it with all defaults.
     sources : sequence of str
-        What a person calls the sources.
+        Names of the sources.
     made : Made
 
     Raises
     ------
     ConfigError
-        The indicator has no such output, or no direction of its own where none is stated.
+        The indicator has no such output, or no direction is stated and the output does not declare one.
     DataError
         The records lack a channel, or differ in sampling or length.
     NotStatedError
-        There are too few records for the rate of false alarms; it tells how many are needed.
+        There are too few records for the false-alarm rate; the message states how many are needed.
     """
     direction, confidence = feature_of(config).direction(config.direction), config.confidence
     chart = None if config.chart is None else chart_in_full(config.chart, direction)
@@ -65,7 +65,7 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
 def _in_full(
     config: DetectorConfig, learned: Learned, direction: Direction, chart: ChartConfig | None
 ) -> DetectorConfig:
-    """With all that was left out."""
+    """Configuration with all defaults filled in."""
     feature, window = learned.feature, config.window
     if learned.n_sample:
         every = window.every or (learned.duration if window.by == "time" else None)

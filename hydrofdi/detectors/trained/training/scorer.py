@@ -1,4 +1,4 @@
-"""What all ways to score healthy records have in common."""
+"""Base of the scorers of healthy records."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from hydrofdi.records.streams import WindowFault
 
 
 class Scorer(ABC):
-    """Scores along records, and ranges of their channels.
+    """Computes scores of records over time, and statistics of their channels.
 
     Parameters
     ----------
     n_sample : int
-        Samples of a window; 0 where estimates are judged.
+        Samples per window; 0 if estimates are judged.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Scorer(ABC):
     not_judged : Counter of str
         Kind of fault → number of windows or estimates that have no score.
     reason : str
-        Why the first of them has none.
+        Why the first of them has no score.
     """
 
     def __init__(self, n_sample: int) -> None:
@@ -37,15 +37,15 @@ class Scorer(ABC):
 
     @abstractmethod
     def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
-        """A line for each record; its scores may follow later."""
+        """Score line of each record; the scores may be filled in later."""
 
     def finish(self) -> None:
-        """Score all that waits."""
+        """Score all pending windows."""
         return
 
     @abstractmethod
     def interval(self, records: Sequence[LearnedRecord]) -> float:
-        """Mean time from one score to the next [s]."""
+        """Mean time between scores [s]."""
 
     def _leave_out(self, fault: WindowFault) -> None:
         self.not_judged[fault.kind] += 1

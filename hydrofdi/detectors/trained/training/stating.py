@@ -1,4 +1,4 @@
-"""What a detector shall be: from a YAML file or a mapping, and from keywords or options on top of it."""
+"""Configuration of a detector from a YAML file or mapping, with keywords or options that override it."""
 
 from __future__ import annotations
 
@@ -28,21 +28,20 @@ _INDICATORS = "indicators"
 def stated_detector(
     file: Path | Mapping[str, Any] | None, options: Mapping[KeyPath, tuple[str, Any]]
 ) -> DetectorConfig:
-    """A detector before it is trained.
+    """Read the configuration of a detector.
 
-    Parameters
-    ----------
+    Parameters ----------
     file : path or mapping, optional
-        YAML, or what would stand in one, with the keys of `DetectorConfig`. It may extend others, and may
-        hold ``indicators:`` instead of ``indicator:`` and ``options:``; then ``indicator`` is the label of
-        one.
+        YAML file or equivalent mapping with the keys of `DetectorConfig`. It may extend other files, and may
+        contain ``indicators:`` instead of ``indicator:`` and ``options:``; then ``indicator`` is one of their
+        labels.
     options : mapping
-        Key → keyword or option, and its value; they win.
+        Key → keyword or option, and its value; these override the file.
 
     Raises
     ------
     ConfigError
-        With every mistake.
+        One or more mistakes; the error lists all of them.
     """
     source = _read(file)
     overlay(source, _given(options))
@@ -76,7 +75,7 @@ def _given(options: Mapping[KeyPath, tuple[str, Any]]) -> Source:
 
 
 def _choose(chosen: Any, source: Source) -> None:
-    """Take the one that is asked for from ``indicators:``."""
+    """Replace ``indicators:`` by the chosen indicator."""
     made = make_indicators(chosen, source, (_INDICATORS,))
     label = source.data.get("indicator") or next(iter(made))
     if "options" in source.data:
@@ -94,7 +93,7 @@ def _require_sound(config: DetectorConfig, source: Source) -> None:
     Raises
     ------
     ConfigError
-        With every mistake.
+        One or more mistakes; the error lists all of them.
     """
     mistakes = [*_mistakes_of("indicator", sound_indicator, config.indicator, config.options, source, ())]
     if not mistakes:

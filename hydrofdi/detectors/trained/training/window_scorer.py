@@ -1,4 +1,4 @@
-"""Healthy records → scores of their windows; no samples are kept."""
+"""Scores of the windows of healthy records; samples are not kept."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from hydrofdi.records.streams import Window, Windower, WindowFault
 from hydrofdi.records.streams.sliding import TimeWindower
 
 _MOST_SAMPLES = 2**21
-"""Samples of a channel that are measured at a time."""
+"""Number of samples per channel that are measured at a time."""
 
 
 class WindowScorer(Scorer):
-    """Scores windows, many at a time."""
+    """Scores windows in batches."""
 
     def __init__(self, windower: Windower, feature: Feature) -> None:
         super().__init__(windower.n_sample)
@@ -29,7 +29,7 @@ class WindowScorer(Scorer):
         self._waiting: list[tuple[ScoreLine, int, Window]] = []
 
     def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
-        """A line for each record; its scores follow when enough windows wait."""
+        """Score line of each record; the scores are filled in when enough windows are pending."""
         for row in range(batch.n_record):
             line, end = ScoreLine(batch.duration), -np.inf
             for window in windows_along(batch, row, self.windower):
@@ -45,7 +45,7 @@ class WindowScorer(Scorer):
             yield line
 
     def finish(self) -> None:
-        """Score all windows that wait."""
+        """Score all pending windows."""
         if not self._waiting:
             return
         windows = [window for _, _, window in self._waiting]
@@ -63,7 +63,7 @@ class WindowScorer(Scorer):
         self._waiting = []
 
     def interval(self, records: Sequence[LearnedRecord]) -> float:
-        """Mean time from one score to the next [s]."""
+        """Mean time between scores [s]."""
         if isinstance(self.windower, TimeWindower):
             return self.windower.n_every / self.windower.sampling_frequency
         n_score = sum(len(each.line.scores) for each in records)

@@ -9,6 +9,7 @@ from typing import Any
 
 from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.page import html_sentences
 from hydrofdi.assessment import (
     Convergence,
     Inspection,
@@ -60,10 +61,16 @@ class Check:
     def __bool__(self) -> bool:
         return not self.problems
 
-    def __repr__(self) -> str:
+    def _sentences(self) -> list[str]:
         lines = [f"problem: {each}" for each in self.problems]
-        lines += [f"warning: {each}" for each in self.warnings]
-        return "\n".join(lines) or "no warnings"
+        return lines + [f"warning: {each}" for each in self.warnings]
+
+    def __repr__(self) -> str:
+        return "\n".join(self._sentences()) or "no warnings"
+
+    def _repr_html_(self) -> str:
+        title = "Results would be wrong" if self.problems else "No problems"
+        return html_sentences(title, self._sentences() or ["no warnings"])
 
 
 def check(

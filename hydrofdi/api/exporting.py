@@ -13,13 +13,14 @@ from hydrofdi.api.places import path_of
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.naming import setting
 
 Texts = str | Sequence[str]
 """Names as a list, or in one text with commas."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Exported:
     """What `hydrofdi.export` has written.
 
@@ -33,6 +34,11 @@ class Exported:
 
     files: list[Path] = field(default_factory=list)
     rejected: dict[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        folders = dict.fromkeys(str(file.parent) for file in self.files)
+        left_out = f"; left out: {counted(len(self.rejected), 'record')}" if self.rejected else ""
+        return f"{counted(len(self.files), 'file')} in {', '.join(folders) or 'no folder'}{left_out}"
 
     @property
     def first_rejection(self) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 from hydrofdi.api.arguments import count_of
 from hydrofdi.api.experiments import Experiment, stated_experiment
+from hydrofdi.api.page import html_sentences
 from hydrofdi.api.places import path_of
 from hydrofdi.api.plan_of_study import study_record
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
@@ -90,6 +91,9 @@ class Plan:
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi plan --json`` prints."""
         return asdict(self)
+
+    def _repr_html_(self) -> str:
+        return html_sentences(repr(self), self.warnings)
 
     def __repr__(self) -> str:
         return (

@@ -74,8 +74,8 @@ def sweep(
     2 runs in results/stiffness: 2 ok
     >>> results.dataset.chamber_1_pressure.sizes["run"]
     2
-    >>> results.summary.completed
-    2
+    >>> results.statuses
+    {'ok': 2}
     """
     with watching(progress) as watcher:
         loaded = stated_experiment(experiment, settings)

@@ -11,12 +11,15 @@ from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
 from hydrofdi.errors import ReportError
 from hydrofdi.pipeline.assumed_plant import plant_advice
-from hydrofdi.records import Channel
+from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.overview import Overview, Range, look_at
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_MOST_SIMULATED = 32
+"""Records of an experiment file that are simulated for a first look."""
 
 
 class Inspection:
@@ -141,7 +144,8 @@ def inspect(
     Parameters
     ----------
     data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
-        Records, as `hydrofdi.measure` takes them.
+        Records, as `hydrofdi.measure` takes them. Of an experiment file, at most 32 records are simulated,
+        spread evenly over its runs, and the one that `record` names.
     record : str, optional
         Record of the figure, or the beginning of its name; the first where it is left out.
     sampling_frequency, channel, unit, label, group
@@ -162,9 +166,17 @@ def inspect(
     said = Said(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):
         raise refusal("record", "the name of a record", record)
-    sources = sources_of(data, tuple(Channel), said)
+    sources = [_few(source, record) for source in sources_of(data, tuple(Channel), said)]
     overview = look_at(joined(sources), record)
     return Inspection(overview, plant_advice(sources, overview.channels))
+
+
+def _few(source: RecordSource, record: str | None) -> RecordSource:
+    """Some records of an experiment that is simulated now; all records of other sources."""
+    if not hasattr(source, "few"):
+        return source
+    few: RecordSource = source.few(_MOST_SIMULATED, record)
+    return few
 
 
 def _range_record(found: Range) -> dict[str, Any]:

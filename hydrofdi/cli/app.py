@@ -35,6 +35,7 @@ from hydrofdi.cli.report import report
 from hydrofdi.cli.schema import schema
 from hydrofdi.cli.simulate import simulate
 from hydrofdi.cli.sweep import sweep
+from hydrofdi.cli.terminal import told_on_standard_error
 from hydrofdi.errors import (
     HydrofdiError,
     IndicatorWarning,
@@ -107,7 +108,7 @@ def main() -> None:
     """Run the command line and exit."""
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     try:
-        with warnings.catch_warnings(), settings_as_options():
+        with warnings.catch_warnings(), told_on_standard_error(), settings_as_options():
             _show_warnings()
             code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or DONE
         sys.stdout.flush()

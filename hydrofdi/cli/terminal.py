@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
@@ -16,6 +19,28 @@ _PLAIN_WIDTH = 100
 def tell(message: str) -> None:
     """A message on standard error."""
     print(message, file=sys.stderr)
+
+
+class _Told(logging.Handler):
+    """Shows what the package logs as messages."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Tell it."""
+        tell(record.getMessage())
+
+
+@contextmanager
+def told_on_standard_error() -> Iterator[None]:
+    """What the package logs, such as how far a simulation is, goes to standard error meanwhile."""
+    log, handler = logging.getLogger("hydrofdi"), _Told()
+    before = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(before)
 
 
 def write_out(text: str) -> None:

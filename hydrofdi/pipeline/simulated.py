@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import time
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord, Remark
 from hydrofdi.sensing import Measurement
+from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import shown_seconds
 from hydrofdi.simulation import Outcome, Trajectory, record_identities, simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.records import (
@@ -19,6 +23,9 @@ from hydrofdi.store.records import (
     distinct_records,
     drive_period,
 )
+
+_log = logging.getLogger(__name__)
+_SECONDS_BETWEEN_LINES = 5.0
 
 
 @dataclass(frozen=True)
@@ -44,6 +51,8 @@ class SimulatedRecords:
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """The records in the order of their runs; those that fail are rejected with how they ended.
 
+        The logger tells how many are simulated, and every few seconds how far it is.
+
         Raises
         ------
         ConfigError
@@ -54,14 +63,53 @@ class SimulatedRecords:
         rows = distinct_records(record_ids, [True] * len(record_ids), self.only)
         known: dict[str, float] = {}
         first = 0
+        progress = _Progress(self.name, len(rows))
         while first < len(rows):
             alike = _alike(runs, rows[first:])
             coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
             made = _Simulated(
                 alike, coefficients, [record_ids[row] for row in rows[first : first + len(alike)]]
             )
-            yield made.batch(self.name, self.channels, labels=labels)
+            batch = made.batch(self.name, self.channels, labels=labels)
             first += len(alike)
+            progress.tell(first)
+            yield batch
+
+    def few(self, n_record: int, record_id: str | None = None) -> SimulatedRecords:
+        """Some of the records, spread evenly, and those whose identity begins so; all if there are no more.
+
+        The name says how many of them there are.
+
+        Raises
+        ------
+        ConfigError
+            The sweep is impossible.
+        """
+        record_ids = record_identities(expand_runs(self.experiment).runs)
+        rows = distinct_records(record_ids, [True] * len(record_ids), self.only)
+        chosen = {rows[position * len(rows) // n_record] for position in range(n_record)}
+        if record_id is not None:
+            chosen |= {row for row in rows if record_ids[row].startswith(record_id)}
+        if len(chosen) >= len(rows):
+            return self
+        return replace(self, name=f"{self.name} ({len(chosen)} of {len(rows):,} records)", only=chosen)
+
+
+class _Progress:
+    """What the logger tells while records are simulated."""
+
+    def __init__(self, name: str, total: int) -> None:
+        self._total = total
+        self._start = self._told = time.monotonic()
+        _log.info("%s: simulating %s", name, counted(total, "record"))
+
+    def tell(self, done: int) -> None:
+        """So many are simulated."""
+        now = time.monotonic()
+        if done < self._total and now - self._told > _SECONDS_BETWEEN_LINES:
+            self._told = now
+            left = shown_seconds((now - self._start) * (self._total - done) / done)
+            _log.info("simulated %s of %s records, %s left", f"{done:,}", f"{self._total:,}", left)
 
 
 @dataclass(frozen=True)

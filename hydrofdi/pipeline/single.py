@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,9 +47,11 @@ def simulate_nominal(experiment: ExperimentConfig, solver: Solver | None = None)
 
 
 def _alone(experiment: ExperimentConfig) -> ExperimentConfig:
-    """An experiment without what it varies."""
-    nothing = {"sweep": SweepConfig(), "ensemble": SweepConfig(), "study": None}
-    return experiment.model_copy(update=nothing | {"detection": DetectionConfig()})
+    """An experiment without what it varies; the one run of a study keeps its signals."""
+    alone: dict[str, Any] = {"sweep": SweepConfig(), "ensemble": SweepConfig(), "study": None}
+    if experiment.study is not None and experiment.store.signals == "none":
+        alone["store"] = experiment.store.model_copy(update={"signals": "all"})
+    return experiment.model_copy(update=alone | {"detection": DetectionConfig()})
 
 
 def _job(run: RunSpec, coefficient: float, mark: str = "") -> Job:

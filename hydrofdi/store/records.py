@@ -136,9 +136,9 @@ class StoredRecords:
 
     def _require_signals(self) -> None:
         if self.data.experiment.store.signals == "none":
+            again = "sweep" if self.data.n_run > 1 else "simulate"
             raise StoreError(
-                f"{self.name}: contains no signals; set store: {{signals: pressures}}, or all, and sweep"
-                f" again"
+                f"{self.name}: contains no signals; set store: {{signals: all}} and {again} again"
             )
 
     def _windows(self) -> Iterator[list[int]]:

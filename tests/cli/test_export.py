@@ -203,7 +203,7 @@ def test_files_of_others_are_left_alone(one, tmp_path) -> None:
     assert "was not changed" in run("export", one["csv"], "--out", theirs, check=2).stderr
     assert theirs.read_text() == "a thesis"
     before = mine.read_text()
-    assert "choose another folder or name" in run("export", mine, "--out", mine, check=2).stderr
+    assert "choose another name" in run("export", mine, "--out", mine, check=2).stderr
     assert mine.read_text() == before
 
 

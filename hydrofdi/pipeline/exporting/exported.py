@@ -90,7 +90,8 @@ def exported(
     DataError
         A record lacks a channel, or a file of something else would be replaced.
     """
-    taken = {path.resolve() for source in sources for path in _files_of(source)}
+    inputs = {path.resolve() for source in sources for path in _files_of(source)}
+    taken = set(inputs)
     earlier = () if target.is_file else earlier_exports(target.path)
     if earlier and not overwrite:
         files = f"{len(earlier):,} files" if len(earlier) > 1 else earlier[0].name
@@ -104,6 +105,8 @@ def exported(
             yield record
             continue
         batch, row, file = record
+        if file.resolve() in inputs:
+            raise DataError(f"{file}: is both the input and the output; choose another name")
         if file.resolve() in taken:
             raise DataError(
                 f"{file}: would hold more than one of these records; choose another folder or name"

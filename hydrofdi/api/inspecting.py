@@ -101,7 +101,11 @@ class Inspection:
     def _lines(self) -> list[tuple[str, ...]]:
         """Channel, unit, lowest, mean and highest value."""
         return [
-            (channel.value, found.unit, *(f"{each:.4g}" for each in (found.least, found.mean, found.largest)))
+            (
+                channel.value,
+                found.shown_unit,
+                *(f"{found.shown(each):.4g}" for each in (found.least, found.mean, found.largest)),
+            )
             for channel, found in self.overview.channels.items()
         ]
 

@@ -12,6 +12,11 @@ from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.source import RecordSource
 from hydrofdi.settings.naming import command
+from hydrofdi.settings.readable import readable_unit
+from hydrofdi.units import convert, parse_unit
+
+_WITHOUT_SCALE = ("counts", "1")
+"""Units of channels that have no scale."""
 
 _EXAMPLES = 3
 """Examples that are kept of each kind of remark."""
@@ -24,6 +29,9 @@ class Range:
     Attributes
     ----------
     unit : str
+        Of these values.
+    units : set of str
+        Those in which the files state the channel.
     n_record, n_sample : int
         Records that have the channel, and finite samples in them.
     least, largest, total : float
@@ -31,6 +39,7 @@ class Range:
     """
 
     unit: str
+    units: set[str] = field(default_factory=set)
     n_record: int = 0
     n_sample: int = 0
     least: float = np.inf
@@ -41,6 +50,19 @@ class Range:
     def mean(self) -> float:
         """Mean over all finite samples; NaN where there are none."""
         return self.total / self.n_sample if self.n_sample else np.nan
+
+    @property
+    def shown_unit(self) -> str:
+        """Unit in which a person reads the values: that of the files, else one that suits their size."""
+        if self.unit not in _WITHOUT_SCALE and len(self.units) == 1:
+            (stated,) = self.units
+            if parse_unit(stated) != parse_unit(self.unit):
+                return stated
+        return readable_unit(self.unit, max(abs(self.least), abs(self.largest)))
+
+    def shown(self, value: float) -> float:
+        """A value in `shown_unit`."""
+        return value if self.shown_unit == self.unit else convert(value, self.shown_unit)
 
     def add(self, samples: Array) -> None:
         """Take in the samples of some records, shape (n_record, n_time)."""
@@ -119,7 +141,9 @@ class Overview:
         self.groups.update(filter(None, batch.groups))
         self.labels.update(filter(None, batch.labels or ()))
         for channel, samples in batch.channels.items():
-            self.channels.setdefault(channel, Range(batch.unit(channel))).add(samples)
+            found = self.channels.setdefault(channel, Range(batch.unit(channel)))
+            found.add(samples)
+            found.units |= {unit for each, unit in batch.units.items() if each is channel}
         for record_id, remarks in zip(batch.record_ids, batch.remarks, strict=True):
             for remark in {remark.kind: remark for remark in reversed(remarks)}.values():
                 self.findings.setdefault(remark.kind, Finding()).add(record_id, remark)

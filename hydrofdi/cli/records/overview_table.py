@@ -12,8 +12,6 @@ from hydrofdi.cli.parted_table import PartedTable
 from hydrofdi.cli.records.measures_table import number_text
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.records.overview import Overview
-from hydrofdi.settings.readable import readable_unit
-from hydrofdi.units import convert
 
 _MOST_SHOWN = 12
 """Groups and labels that are listed."""
@@ -70,9 +68,8 @@ def _channel_table(overview: Overview) -> PartedTable:
     table = PartedTable(["channel", "unit", "min", "mean", "max", "records"], n_lead=2, left=(0, 1))
     for channel, found in overview.channels.items():
         numbers = (found.least, found.mean, found.largest)
-        unit = readable_unit(found.unit, max(abs(found.least), abs(found.largest)))
-        shown = [convert(value, unit) if unit != found.unit else value for value in numbers]
-        table.add_row(channel.value, unit, *map(number_text, shown), f"{found.n_record:,}")
+        shown = [number_text(found.shown(value)) for value in numbers]
+        table.add_row(channel.value, found.shown_unit, *shown, f"{found.n_record:,}")
     return table
 
 

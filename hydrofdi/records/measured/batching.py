@@ -79,5 +79,6 @@ def _batch(
         normalized=first.normalized,
         remarks=tuple(record.recording.remarks for record in records),
         rejected=tuple(rejected),
+        units=first.units,
         labels=tuple(record.label for record in records) if labels else None,
     )

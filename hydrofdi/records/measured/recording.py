@@ -57,6 +57,8 @@ class Recording:
         Names that group and label may use → what they are in this file.
     scaled_headers : dict of Channel to str
         Units that the file states for channels whose scale is a gain.
+    units : dict of Channel to str
+        Units that the file, or its description, states for its numbers.
     """
 
     channels: dict[Channel, Array]
@@ -66,6 +68,7 @@ class Recording:
     remarks: tuple[Remark, ...] = ()
     values: Mapping[str, str] = field(default_factory=dict)
     scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
+    units: Mapping[Channel, str] = field(default_factory=dict)
 
     def unit(self, channel: Channel) -> str:
         """Unit of a channel: SI, or ``counts``."""
@@ -101,11 +104,10 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     RejectionError
         They have different lengths, or too few samples.
     """
-    channels, relative = {}, set()
+    channels, units = {}, {}
     doubts: list[Remark] = []
     for channel, column in config.channels.items():
-        channels[channel], has_no_scale = _channel(table, channel, column)
-        relative |= {channel} if has_no_scale else set()
+        channels[channel], units[channel] = _channel(table, channel, column)
         doubts += unknown_header_unit(column, table.unit(table.find(column.column)))
     headers = {
         channel: table.unit(table.find(column.column))
@@ -123,9 +125,14 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     if times is not None and config.resample is not None:
         remarks += folding(sampling, config.resample)
         channels, sampling = resampled(channels, times, config.resample)
-    remarks = (*table.remarks, *doubts, *remarks)
     return Recording(
-        channels, sampling, frozenset(relative), remarks=remarks, values=values, scaled_headers=headers
+        channels,
+        sampling,
+        frozenset(channel for channel, unit in units.items() if is_counts(unit)),
+        remarks=(*table.remarks, *doubts, *remarks),
+        values=values,
+        scaled_headers=headers,
+        units=units,
     )
 
 
@@ -146,12 +153,13 @@ def samples_of(table: Table, config: MeasuredConfig) -> tuple[dict[Channel, Arra
     return channels, times
 
 
-def _channel(table: Table, channel: Channel, config: ChannelConfig) -> tuple[Array, bool]:
+def _channel(table: Table, channel: Channel, config: ChannelConfig) -> tuple[Array, str]:
+    """Samples of a channel in SI, or in counts, and the unit of its numbers in the file."""
     position = table.find(config.column)
     where = f"{table.place}: column {config.column!r} ({channel})"
     unit = agreed_unit(config, table.unit(position), where)
     values = calibrated(table.numbers(position), config)
-    return in_si(values, unit, channel.unit, where), is_counts(unit)
+    return in_si(values, unit, channel.unit, where), unit
 
 
 def _times(table: Table, config: MeasuredConfig) -> Array:

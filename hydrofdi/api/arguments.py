@@ -1,4 +1,4 @@
-"""What callers give, checked: a wrong kind of argument is refused by its name."""
+"""Checks of arguments; an error names the argument."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hydrofdi.units import parse_quantity
 
 
 def refusal(name: str, expected: str, found: object) -> ConfigError:
-    """The error of an argument that is of a wrong kind."""
+    """The error for an argument of a wrong type."""
     return ConfigError(f"{setting(name)}: expected {expected}; found {brief(found)}")
 
 
@@ -25,7 +25,7 @@ def number_of(name: str, given: Any, unit: str, expected: str) -> float:
     Raises
     ------
     ConfigError
-        It is none.
+        The value has another type or unit, or is out of range.
     """
     if isinstance(given, bool) or not isinstance(given, str | Real):
         raise refusal(name, expected, given)
@@ -41,7 +41,7 @@ def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
     Raises
     ------
     ConfigError
-        It is none.
+        The value has another type or unit, or is out of range.
     """
     value = number_of(name, given, unit, expected)
     if not 0.0 < value < math.inf:
@@ -55,7 +55,7 @@ def count_of(name: str, given: Any) -> int:
     Raises
     ------
     ConfigError
-        It is none.
+        The value has another type or unit, or is out of range.
     """
     if isinstance(given, bool) or not isinstance(given, Integral):
         raise refusal(name, "an integer", given)
@@ -65,12 +65,12 @@ def count_of(name: str, given: Any) -> int:
 
 
 def choice_of(name: str, given: Any, known: Sequence[str]) -> str:
-    """One of some words.
+    """One of the known words.
 
     Raises
     ------
     ConfigError
-        It is none of them.
+        The value is not one of them.
     """
     if not isinstance(given, str):
         raise refusal(name, f"one of {', '.join(known)}", given)
@@ -85,7 +85,7 @@ def names_of(name: str, given: Any, expected: str) -> list[str]:
     Raises
     ------
     ConfigError
-        It is something else.
+        The value has another type.
     """
     several = [given] if isinstance(given, str | Integral) or not isinstance(given, Iterable) else [*given]
     if any(isinstance(each, bool) or not isinstance(each, str | Integral) for each in several):

@@ -1,4 +1,4 @@
-"""An experiment looked at before it is run, and the coefficients that leakage flows take."""
+"""Checks of an experiment before it runs, and leakage coefficients of leakage flows."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from hydrofdi.units import parse_quantity
 
 @dataclass(frozen=True)
 class Check:
-    """What a look at an experiment found; `hydrofdi.check` makes it. It is true where results are right.
+    """Findings on an experiment, as `hydrofdi.check` returns them. True if there are no problems.
 
     Attributes
     ----------
     inspection : Inspection
         Step, hydraulic mode and bands, record, leakage, stroke and sensor noise.
     convergence : Convergence or None
-        How the features change when the step is halved, where that was asked for.
+        Change of the features when the step is halved; None if this was not requested.
     settings : tuple of str
         Warnings of the settings: strange values, distant baselines, parameters without effect, small studies.
     """
@@ -47,7 +47,7 @@ class Check:
 
     @property
     def problems(self) -> list[str]:
-        """What makes results wrong."""
+        """Problems that make the results wrong."""
         problems = self.inspection.problems
         if self.convergence is not None and self.convergence.good_enough is None:
             problems.append("none of the tested steps is short enough")
@@ -55,7 +55,7 @@ class Check:
 
     @property
     def warnings(self) -> list[str]:
-        """What results have to be read with."""
+        """Warnings to keep in mind when you read the results."""
         return list(dict.fromkeys([*self.settings, *self.inspection.warnings]))
 
     def __bool__(self) -> bool:
@@ -86,13 +86,13 @@ def check(
     Parameters
     ----------
     experiment : path, mapping or ExperimentConfig, optional
-        The nominal actuator where it is left out.
+        By default the nominal actuator.
     halve_step : bool
-        Whether the step is halved until the detail RMS stand still.
+        Whether to halve the step until the detail RMS no longer change.
     tolerance : float
-        Relative change of a detail RMS that is accepted then.
+        Accepted relative change of a detail RMS.
     **settings
-        As `hydrofdi.simulate` has them.
+        As in `hydrofdi.simulate`.
 
     Raises
     ------
@@ -128,11 +128,11 @@ def calibrate(
     Parameters
     ----------
     experiment : path, mapping or ExperimentConfig, optional
-        The nominal actuator where it is left out.
+        By default the nominal actuator.
     flows : str, float, or sequence of them
         Mean leakage flows such as ``"0.12 L/min"``, or numbers in SI [m³/s].
     **settings
-        As `hydrofdi.simulate` has them.
+        As in `hydrofdi.simulate`.
 
     Raises
     ------

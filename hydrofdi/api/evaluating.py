@@ -33,7 +33,7 @@ def evaluate(
     label: Texts = None,
     group: Texts = None,
 ) -> Evaluation:
-    """Judge indicators on labelled records, as ``hydrofdi evaluate`` does: what each finds.
+    """Judge indicators on labelled records, as ``hydrofdi evaluate`` does.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def evaluate(
         Records, as `hydrofdi.measure` takes them. Labels and groups come from descriptions of files, or from
         `label` and `group`.
     indicators : str, path, sequence of str, or mapping
-        As `hydrofdi.measure` has them; a YAML file may hold ``scores:`` made of their numbers.
+        As in `hydrofdi.measure`; a YAML file may hold ``scores:`` made of their numbers.
     healthy : str, int, or sequence of them
         Labels of healthy records; all others are faulty.
     false_alarm_rate : str or float
@@ -51,7 +51,7 @@ def evaluate(
     usual_scores : bool
         Whether scores of several numbers are made as well: mahalanobis, lda and the largest change.
     sampling_frequency, channel, unit, label, group
-        Of records in memory, as `hydrofdi.measure` has them. Records of a unit or a day share a group.
+        Of records in memory, as in `hydrofdi.measure`. Records of a unit or a day share a group.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def evaluate(
     Raises
     ------
     ConfigError
-        Nobody says which records are healthy, or a setting is impossible.
+        No record is labelled as healthy, or a setting is impossible.
     DataError, StoreError
         Records cannot be read.
 

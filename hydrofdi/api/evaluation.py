@@ -1,4 +1,4 @@
-"""What indicators find on labelled records: sentences, a table, plain data."""
+"""Evaluations of indicators on labelled records: sentences, tables, plain data."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Evaluation:
-    """What indicators find on labelled records; `hydrofdi.evaluate` makes it.
+    """Evaluation of indicators on labelled records, as `hydrofdi.evaluate` returns it.
 
     Attributes
     ----------
@@ -46,27 +46,27 @@ class Evaluation:
 
     @property
     def conclusion(self) -> str:
-        """What healthy groups say of all scores; empty where there are no two of them."""
+        """Comparison of healthy groups over all scores; empty if there are fewer than two."""
         return self.found.conclusion
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What has to be known of all numbers."""
+        """Remarks that hold for all numbers."""
         return self.detection.remarks
 
     @property
     def best(self) -> str:
-        """Name of the score that comes first; empty where no indicator gave a number."""
+        """Name of the best score; empty if no indicator gave a number."""
         return next((each.scored.name for each in self.detection.judgements), "")
 
     def healthy_pairs(self, judgement: Judgement) -> Sequence[HealthyPair]:
-        """Every healthy group against every other by a score; empty where there are no two."""
+        """Every healthy group against every other by a score; empty if there are fewer than two."""
         return self.found.healthy_pairs[judgement.scored.name]
 
     def stands_clear(self, judgement: Judgement) -> bool | None:
         """Whether some fault differs from healthy records more than healthy groups from each other.
 
-        None where nobody knows: without two healthy groups.
+        None if there are fewer than two healthy groups.
         """
         return stands_clear(judgement, self.healthy_pairs(judgement))
 
@@ -80,7 +80,7 @@ class Evaluation:
 
         ``score``, ``population`` and its ``kind``; limits of the threshold, ``low`` and ``high``, in the
         ``unit`` of the score; ``alarms`` of ``n`` records, their ``rate`` with its interval, ``rate_low`` and
-        ``rate_high`` (NaN where there are too few records for one); the area under the ROC curve, ``auc``,
+        ``rate_high`` (NaN if there are too few records for one); the area under the ROC curve, ``auc``,
         with ``auc_low`` and ``auc_high``; and ``q90_95``, the leak that is found nine times in ten [m³/s].
         """
         rows = [row for judgement in self.detection.judgements for row in _rows(judgement)]
@@ -110,7 +110,7 @@ class Evaluation:
         Raises
         ------
         ReportError
-            There is no such figure, or the records do not give it; the message says why.
+            There is no such figure, or the records do not suffice for it.
         """
         from hydrofdi.report.detection.report import DetectionReport
         from hydrofdi.report.figures import draw_figure

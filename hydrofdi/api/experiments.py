@@ -35,12 +35,12 @@ def experiment_of(experiment: Experiment | None, settings: Mapping[str, Any]) ->
 
 
 def stated_experiment(experiment: Experiment, settings: Mapping[str, Any]) -> ExperimentConfig:
-    """The experiment of a sweep, which has to be named.
+    """The experiment of a sweep, which is required.
 
     Raises
     ------
     ConfigError
-        With every mistake, or nothing is named.
+        With every mistake, or no experiment is given.
     """
     return experiment_of({} if experiment is None else experiment, settings)
 

@@ -42,7 +42,7 @@ class Exported:
 
     @property
     def first_rejection(self) -> str:
-        """One of them as a sentence; empty where there is none."""
+        """One of them as a sentence; empty if there is none."""
         return next((f"{record_id}: {reason}" for record_id, reason in self.rejected.items()), "")
 
 
@@ -67,13 +67,13 @@ def export(
         A file ending in ``.csv``, ``.parquet`` or ``.mat`` for one record; otherwise a folder with a file for
         each.
     format : {"csv", "parquet", "mat"}, optional
-        Of files in a folder; CSV where left out.
+        Of files in a folder; CSV by default.
     channels : str or sequence of str, optional
-        Such as ``"P1,P2,x"``; all where left out.
+        Such as ``"P1,P2,x"``; all by default.
     unit : str or sequence of str, optional
         Such as ``"bar,mm"``: each for the channels that it fits. The others are in SI.
     runs : str, int or sequence of them, optional
-        Of simulated runs: positions, ranges ``"3-9"``, beginnings of identities; all where left out.
+        Of simulated runs: positions, ranges ``"3-9"``, beginnings of identities; all by default.
     sampling_frequency : str or float, optional
         Of a data file without a column of time [Hz].
     overwrite : bool
@@ -87,7 +87,7 @@ def export(
     Raises
     ------
     ConfigError, DataError, StoreError
-        As the command says it; or there is no record at all.
+        An argument is invalid, the records cannot be read or written, or there are none.
 
     Examples
     --------
@@ -118,12 +118,12 @@ def export(
 
 
 def _texts(name: str, given: Texts | Sequence[int] | int | None) -> list[str]:
-    """Names, given as a list or in one text with commas; none where nothing is given.
+    """Names, given as a list or in one text with commas; none if nothing is given.
 
     Raises
     ------
     ConfigError
-        It is no name, or an empty selection.
+        The selection is empty, or contains something other than names.
     """
     if given is None:
         return []

@@ -1,4 +1,4 @@
-"""Questions to the folder of a sweep: how far it is, whether it is sound, why a run is as it is."""
+"""Questions about the folder of a sweep: progress, integrity, reasons of a run."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Folder = str | PathLike[str] | Results
 
 @dataclass(frozen=True)
 class Verification:
-    """Whether a folder is sound; `hydrofdi.verify` makes it. It is true where nothing is wrong.
+    """Integrity of a folder, as `hydrofdi.verify` returns it. True if there are no faults.
 
     Attributes
     ----------
     faults : list of str
-        What is wrong, a sentence each.
+        Faults, one sentence each.
     """
 
     faults: list[str]
@@ -40,13 +40,13 @@ class Verification:
 
 @dataclass(frozen=True)
 class Rerun:
-    """A stored run that was computed again; `hydrofdi.rerun` makes it. It is true where the bits agree.
+    """A stored run that was computed again, as `hydrofdi.rerun` returns it. True if all bits agree.
 
     Attributes
     ----------
     run_id : str
     differing : list of str
-        Variables that came out different.
+        Variables that differ.
     """
 
     run_id: str
@@ -62,12 +62,12 @@ class Rerun:
 
 
 def status(folder: Folder) -> SweepStatus:
-    """How far the latest sweep on a folder is.
+    """Progress of the latest sweep in a folder.
 
     Raises
     ------
     StoreError
-        The folder holds no experiment.
+        The folder contains no experiment.
 
     Examples
     --------
@@ -82,12 +82,12 @@ def status(folder: Folder) -> SweepStatus:
 
 
 def verify(folder: Folder) -> Verification:
-    """Whether every shard of a folder has its checksum, and index and experiment file fit them.
+    """Check the checksum of every shard, and whether index and experiment file match.
 
     Raises
     ------
     StoreError
-        The folder holds no experiment.
+        The folder contains no experiment.
 
     Examples
     --------
@@ -109,12 +109,12 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     run : str or int
         Beginning of its identity, or its row.
     experiment : path, mapping or ExperimentConfig, optional
-        What is asked for now; the latest request of the folder where it is left out.
+        The experiment to compare with; by default the latest request of the folder.
 
     Raises
     ------
     StoreError
-        The folder holds no experiment, or no such run.
+        The folder contains no experiment, or no such run.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     Raises
     ------
     StoreError
-        The folder holds no experiment or no such run, or the run is not stored.
+        The folder contains no experiment or no such run, or the run is not stored.
 
     Examples
     --------
@@ -161,7 +161,7 @@ def collect(folder: Folder) -> Results:
     Raises
     ------
     StoreError
-        The folder holds no experiment, a sweep is at work there, or the file cannot be written.
+        The folder contains no experiment, a sweep is at work there, or the file cannot be written.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The first look at unknown records."""
+"""First inspection of unknown records."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MOST_SIMULATED = 32
 
 
 class Inspection:
-    """What there is of records, and what is wrong with them; `hydrofdi.inspect` makes it.
+    """Contents and defects of records, as `hydrofdi.inspect` returns them.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Inspection:
         return {kind: finding.n_record for kind, finding in self.overview.findings.items()}
 
     def plot(self) -> Figure:
-        """The record that was asked for, or the first: time, spectrum, details.
+        """Figure of the chosen record, or of the first: signals, spectra, details.
 
         Raises
         ------
@@ -151,14 +151,14 @@ def inspect(
         Records, as `hydrofdi.measure` takes them. Of an experiment file, at most 32 records are simulated,
         spread evenly over its runs, and the one that `record` names.
     record : str, optional
-        Record of the figure, or the beginning of its name; the first where it is left out.
+        Record of the figure, or the beginning of its name; by default the first.
     sampling_frequency, channel, unit, label, group
-        Of records in memory, as `hydrofdi.measure` has them.
+        Of records in memory, as in `hydrofdi.measure`.
 
     Raises
     ------
     ConfigError, DataError, StoreError
-        As the command says it.
+        An argument is invalid, or the records cannot be read.
 
     Examples
     --------

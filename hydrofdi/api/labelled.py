@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run_variables(experiment: ExperimentConfig) -> tuple[Variable, ...]:
-    """All that a single run may have, by the names of experiment files."""
+    """Variables of a single run, by their names in experiment files."""
     phases = experiment.wavelet.phase == "all"
     measured = experiment.indicator_choice.made(experiment.wavelet)
     stored = names.stored_variables("all", phases=phases)

@@ -1,4 +1,4 @@
-"""What can be measured."""
+"""Lists of indicators."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hydrofdi.indicators.registry import shadows
 
 
 def list_indicators() -> Table:
-    """What can be measured of a record, as ``hydrofdi indicators`` lists it.
+    """List all indicators, as ``hydrofdi indicators`` does.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def describe_indicator(name: str) -> Description:
     Raises
     ------
     ConfigError
-        There is none of this name.
+        There is no indicator of this name.
 
     Examples
     --------

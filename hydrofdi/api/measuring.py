@@ -38,15 +38,15 @@ def measure(
     Parameters
     ----------
     data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
-        Whatever the command takes as a source; or runs and results; or samples of a channel, shape (n_time,)
+        Any source that the command accepts; or runs and results; or samples of a channel, shape (n_time,)
         or (n_record, n_time), in SI; or columns that are named like channels, ``P1 [bar]`` or
-        ``chamber_1_pressure``. Data frames and datasets (pandas, xarray) have to state units.
+        ``chamber_1_pressure``. Data frames and datasets (pandas, xarray) must state units.
     indicators : str, path, sequence of str, or mapping
         ``"dwt,ring_down"``, ``"all"``, a list of names, a YAML file, or label → options.
     sampling_frequency : str or float, optional
         Such as ``"1 kHz"`` [Hz]; where nothing is named ``time``.
     channel : str or mapping, optional
-        Which channel an array is, ``"P1"`` where left out; or column → channel.
+        Which channel an array is, ``"P1"`` by default; or column → channel.
     unit : str or mapping, optional
         Of the samples; or column → unit.
     label, group : str or sequence of str, optional
@@ -57,13 +57,13 @@ def measure(
     -------
     Table
         A row for each record: ``record_id``, ``source``, ``group``, ``label``, ``status``, a column for each
-        number such as ``dwt.d2`` (NaN where there is none), and the ``reasons`` why. Its `remarks` name the
+        number such as ``dwt.d2`` (NaN if there is none), and the ``reasons`` why. Its `remarks` name the
         constants of the plant that nobody gave.
 
     Raises
     ------
     ConfigError, DataError, StoreError
-        As the command says it.
+        An argument is invalid, or the records cannot be read.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def measure(
 
 @dataclass(frozen=True)
 class Measured:
-    """What is measured of records, one after another: for more of them than memory holds.
+    """Measures of records, one after another, for more records than fit into memory.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Measured:
     records : iterator of RecordMeasures
         Measured as they are asked for.
     remarks : tuple of str
-        What has to be known of all numbers.
+        Remarks that hold for all numbers.
     """
 
     columns: Sequence[Column]
@@ -100,12 +100,12 @@ class Measured:
 
 
 def measured_records(data: Any, indicators: Indicators, said: Said) -> Measured:
-    """What `measure` makes a table of.
+    """The measures from which `measure` makes a table.
 
     Raises
     ------
     ConfigError, DataError, StoreError
-        As there.
+        An argument is invalid, or the records cannot be read.
     """
     chosen = indicators_of(indicators)
     sources = sources_of(data, used_channels(chosen), said)

@@ -12,12 +12,12 @@ from hydrofdi.settings.counting import brief
 
 
 def path_of(place: Any) -> Path:
-    """A path, ``~`` being the home of the user; of stored results their folder.
+    """A path, with ``~`` as the home of the user; for stored results, their folder.
 
     Raises
     ------
     ConfigError
-        It is something else.
+        The value has another type.
     """
     place = getattr(place, "folder", place)
     if not isinstance(place, str | PathLike):

@@ -1,4 +1,4 @@
-"""What a plan says of a study, as plain data: its populations, its designs, and what varies."""
+"""The study in a plan, as plain data: populations, designs, and varied parameters."""
 
 from __future__ import annotations
 

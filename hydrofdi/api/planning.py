@@ -1,4 +1,4 @@
-"""What a sweep will do, before it does it."""
+"""Plans of sweeps."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from hydrofdi.settings.readable import shown_seconds
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """What a sweep will do; `hydrofdi.plan` makes it.
+    """What a sweep will do, as `hydrofdi.plan` returns it.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Plan:
     predicted_file_bytes, free_bytes : int
         Size of the experiment file (the shards take as much again), and free space.
     warnings : list of str
-        What deserves a second look.
+        Warnings, one sentence each.
     unusual_values, idle_parameters : list of str
         Those of the warnings that are about unusual values, and about parameters without effect.
     units : dict
@@ -116,7 +116,7 @@ def plan(
     Parameters
     ----------
     experiment, out, workers, retry_failed, **settings
-        As `hydrofdi.sweep` has them.
+        As in `hydrofdi.sweep`.
 
     Raises
     ------

@@ -20,16 +20,16 @@ _BAR = 20
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a sweep is.
+    """Progress of a sweep.
 
     Attributes
     ----------
     what : str
         ``runs``, or ``leakage coefficients K_i``, which are solved before the first run.
     done, total, failed : int
-        Of these: ended, to be computed, and failed among those that ended.
+        Number of these that have ended, that are to be computed, and that failed.
     seconds : float
-        Since their beginning [s].
+        Time since the first began [s].
 
     Examples
     --------
@@ -45,7 +45,7 @@ class Progress:
 
     @property
     def seconds_left(self) -> float | None:
-        """At the mean rate [s]; None before anything ended."""
+        """Remaining time at the mean rate [s]; None before anything ended."""
         return (self.total - self.done) * self.seconds / self.done if self.done else None
 
     def __str__(self) -> str:
@@ -67,27 +67,27 @@ class Watching:
 
     @property
     def progress(self) -> Progress:
-        """How far the sweep is now."""
+        """Present progress of the sweep."""
         seconds = time.monotonic() - self._start
         return Progress(self._what, self._done, self._total, self._failed, seconds)
 
     def begin(self, what: str, total: int) -> None:
-        """So many of `what` are to be computed now."""
+        """State the number of `what` that are to be computed."""
         self._what, self._done, self._total, self._failed = what, 0, total, 0
         self._start = time.monotonic()
         self._show(self.progress)
 
     def advance(self, count: int, n_failed: int = 0) -> None:
-        """So many more of them ended, and so many of these failed."""
+        """Count more that ended, and how many of these failed."""
         self._done += count
         self._failed += n_failed
         self._show(self.progress)
 
     def tell(self, message: str) -> None:
-        """Nothing: messages are for people."""
+        """Does nothing: messages are for people."""
 
     def __enter__(self) -> Self:
-        """Nothing to show yet."""
+        """Does nothing."""
         return self
 
     def __exit__(
@@ -96,7 +96,7 @@ class Watching:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Nothing to take away."""
+        """Does nothing."""
 
 
 class StandardError(Watching):
@@ -116,7 +116,7 @@ class StandardError(Watching):
             print(message, file=sys.stderr, flush=True)
 
     def __enter__(self) -> Self:
-        """Show the progress again and again, so that a long run is not mistaken for a standstill."""
+        """Refresh the progress regularly, so that a long run does not look like a standstill."""
         threading.Thread(target=self._repeat, daemon=True).start()
         return self
 
@@ -126,7 +126,7 @@ class StandardError(Watching):
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Take the progress away."""
+        """Remove the progress line."""
         self._ended.set()
         with self._lock:
             self._erase()
@@ -155,12 +155,12 @@ class StandardError(Watching):
 
 
 def watching(progress: bool | Callable[[Progress], object]) -> Watching:
-    """The watcher for what a caller asked for.
+    """The watcher that a caller chose.
 
     Raises
     ------
     ConfigError
-        It is neither yes or no nor a function.
+        The value is neither a boolean nor a function.
     """
     if callable(progress):
         return Watching(progress)

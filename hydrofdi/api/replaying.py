@@ -42,7 +42,7 @@ def replay(
     settings : sequence of str, optional
         ``KEY=VALUE`` of an experiment that is simulated.
     sampling_frequency, channel, unit
-        Of records in memory, as `hydrofdi.measure` has them.
+        Of records in memory, as in `hydrofdi.measure`.
 
     Yields
     ------
@@ -52,7 +52,7 @@ def replay(
     Raises
     ------
     ConfigError, DataError, StoreError
-        As the command says it.
+        An argument is invalid, or the records cannot be read.
 
     Examples
     --------

@@ -36,7 +36,7 @@ class Results:
     data : ExperimentData
         Runs and their numbers, signals left on disk.
     summary : SweepSummary or None
-        What the sweep did that made them; None where they were stored before.
+        What the sweep did that made them; None if they were stored before.
     """
 
     def __init__(self, data: ExperimentData, summary: SweepSummary | None = None) -> None:
@@ -137,7 +137,7 @@ def results(folder: str | PathLike[str] | None = None) -> Results:
     Parameters
     ----------
     folder : path, optional
-        Folder of an experiment, or its file; the newest below ``results/`` where it is left out.
+        Folder of an experiment, or its file. By default the newest below ``results/``.
 
     Raises
     ------

@@ -53,7 +53,7 @@ def sweep(
     progress : bool or callable
         True shows warnings and progress on standard error; a function is called with each `Progress`.
     **settings
-        As `hydrofdi.simulate` has them.
+        As in `hydrofdi.simulate`.
 
     Raises
     ------

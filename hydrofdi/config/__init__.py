@@ -1,4 +1,4 @@
-"""What is asked for: experiment files, strict models of them, and the runs that they expand to."""
+"""Experiment files, their strict models, and the runs that they expand to."""
 
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.loading import load_experiment

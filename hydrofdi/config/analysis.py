@@ -1,4 +1,4 @@
-"""What is measured of a record: the part that is analysed, and the indicators."""
+"""What is measured of a record: the analysed part, and the indicators."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class IndicatorChoice:
         Raises
         ------
         ConfigError
-            One is not installed, so that its version is not known.
+            An indicator is not installed, so its version is unknown.
         """
         return _identity(self.text)
 
@@ -67,7 +67,7 @@ def _made(text: str, wavelet: WaveletConfig) -> Indicators:
 
 
 def _installed(label: str, options: Mapping[str, Any]) -> Indicator[Any]:
-    """An indicator, or what stands for one that is not installed."""
+    """An indicator, or a placeholder for one that is not installed."""
     own = dict(options)
     try:
         return sound_indicator(str(own.pop("kind", label)), own)

@@ -64,13 +64,13 @@ class ExperimentConfig(RunRequest):
     sets it: a bulk modulus of ``8000 bar`` is shown in bar. Leakage is shown in L/min."""
 
     limits: LimitsConfig = LimitsConfig()
-    """What a run may use up."""
+    """Limits of a run."""
 
     ensemble: SweepConfig = SweepConfig()
     """Scenarios: what is not known for certain. The sweep is run in every scenario."""
 
     replicates: ReplicatesConfig = ReplicatesConfig()
-    """Healthy actuators that differ as they may without a fault."""
+    """Replicates: healthy actuators with normal variation."""
 
     study: StudyConfig | None = None
     """Populations of healthy and leaking actuators. The points of ``sweep`` are then designs: each repeats

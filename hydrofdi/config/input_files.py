@@ -12,7 +12,7 @@ from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import Path, Source, dotted
 
 _STAND_IN = "# unreadable\ntime [s],voltage [V]\n0.0,0.0\n"
-"""What takes the place of a file with mistakes, so that they are listed once."""
+"""Placeholder for a file with mistakes, so that they are listed once."""
 
 
 def anchor_input_files(source: Source, folder: FilePath) -> None:

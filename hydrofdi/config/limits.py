@@ -1,4 +1,4 @@
-"""The ``limits`` section: what a run may use up."""
+"""The ``limits`` section: limits of a run."""
 
 from __future__ import annotations
 

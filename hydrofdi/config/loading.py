@@ -34,7 +34,7 @@ _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
 
 _MAPPING = "the mapping"
-"""What messages call an experiment that is no file."""
+"""What messages call an experiment that is not a file."""
 
 _NOTHING = "states nothing; write at least a name, such as 'name: nominal' for the actuator of the paper"
 
@@ -92,7 +92,7 @@ def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
 
 
 def _prepare(own: Source, file: FilePath) -> None:
-    """What each file of an experiment is seen to before it extends others."""
+    """Prepare each file of an experiment before it extends others."""
     if not own.data:
         raise ConfigError([Mistake(_NOTHING, origin=str(file))])
     anchor_input_files(own, file.parent)
@@ -101,7 +101,7 @@ def _prepare(own: Source, file: FilePath) -> None:
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Mappings are merged, but not what a parameter takes; ``null`` takes an inherited parameter away."""
+    """Mappings are merged, but values of parameters are not; ``null`` takes an inherited parameter away."""
     replaced = {
         other for pair in _EXCLUSIVE for key, other in (pair, pair[::-1]) if key in over and other not in over
     }
@@ -139,7 +139,7 @@ def _apply_setting(source: Source, text: str) -> None:
 
 
 def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None = None) -> None:
-    """Lay a value over a source; a value without an origin takes that of the file away."""
+    """Lay a value over a source; a value without an origin removes the origin in the file."""
     for part in reversed(path):
         value = {part: value}
     laid = Source(value, {path: ""} if origins is None else origins)

@@ -1,4 +1,4 @@
-"""The ``indicators`` of an experiment, in the form that its model holds."""
+"""The ``indicators`` of an experiment, in the form of its model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All that determines a record: the plant, its drive and its sensors. How it is analysed is no part of it."""
+"""All that determines a record: plant, drive and sensors. Its analysis is separate."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ class RunParameters(Section):
         Raises
         ------
         ValueError
-            They do not.
+            They do not fit.
         """
         if "fluid" in sections:
             require_fluid_fits(self.fluid, self.supply)

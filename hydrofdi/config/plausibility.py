@@ -1,4 +1,4 @@
-"""Values far from what actuators have: most often a unit that was left out."""
+"""Values far from those of usual actuators: most often a missing unit."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
 
 
 def distant_baseline(experiment: ExperimentConfig) -> list[str]:
-    """A sentence where no run has an EBM as low, or as high, as that of the baseline."""
+    """A sentence if no run has an EBM as low, or as high, as that of the baseline."""
     name = "fluid.bulk_modulus"
     blocks = [experiment.ensemble, experiment.sweep]
     values = [value for block in blocks for varied, value in block_values(block) if varied == name]

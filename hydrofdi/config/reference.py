@@ -1,4 +1,4 @@
-"""The ``reference`` section: published values to compare with, for whoever owns the printed paper."""
+"""The ``reference`` section: published values to compare with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keys that were called otherwise, read under their old names for one version."""
+"""Renamed keys, read under their old names for one version."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def rename_keys(source: Source) -> None:
 
 
 def given_twice(old: str) -> str:
-    """What to say where a key stands under its old name and its present one."""
+    """The message for a key that stands under its old and its present name."""
     return f"give it once: {old} is the old name of {RENAMED[old]}"
 
 

@@ -35,7 +35,7 @@ class RunRequest(RunParameters):
         Raises
         ------
         ValueError
-            They do not.
+            They do not fit.
         """
         if "wavelet" not in sections:
             super().require_fit(sections)
@@ -98,18 +98,18 @@ def validate_parameter(name: str, value: Any) -> Any:
 
 
 def parameter_unit(name: str) -> str | None:
-    """SI unit of a dotted name; None for what is no quantity."""
+    """SI unit of a dotted name; None if it is not a quantity."""
     quantity = parameter_quantity(name)
     return None if quantity is None else quantity.unit
 
 
 def parameter_quantity(name: str) -> SI | None:
-    """Unit and limits of a dotted name; None for what is no quantity."""
+    """Unit and limits of a dotted name; None if it is not a quantity."""
     return field_quantity(_field(name))
 
 
 def field_quantity(field: FieldInfo) -> SI | None:
-    """Unit and limits of a field of a section; None for what is no quantity."""
+    """Unit and limits of a field of a section; None if it is not a quantity."""
     return next((part for part in _flattened_metadata(field) if isinstance(part, SI)), None)
 
 

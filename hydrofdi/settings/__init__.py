@@ -1,1 +1,1 @@
-"""What files of settings are made of: YAML with its lines, quantities with units, strict sections."""
+"""Parts of settings files: YAML with line numbers, quantities with units, strict sections."""

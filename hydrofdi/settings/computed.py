@@ -55,7 +55,7 @@ def computation(word: str, known: Sequence[str], section: str = "") -> str:
     ----------
     word : str
     known : sequence of str
-        Keys, dotted or not; one of them has to be meant.
+        Keys, dotted or not; the keys that may be suggested.
     section : str
         The other section that the word stands in.
     """

@@ -1,4 +1,4 @@
-"""The texts below the fields of a section, read from its source; pages and schemas alone need them."""
+"""The texts below the fields of a section, read from its source; only pages and schemas need them."""
 
 from __future__ import annotations
 

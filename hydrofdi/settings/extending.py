@@ -15,7 +15,7 @@ Merge = Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]]
 
 
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Both, mappings within them as well; where both have something else, the second wins."""
+    """Both mappings merged, also within; the second wins where they differ."""
     whole = dict(base)
     for key, value in over.items():
         both = isinstance(value, dict) and isinstance(whole.get(key), dict)
@@ -46,7 +46,7 @@ def read_extended(
     kind : str
         What the file should be, such as ``an experiment file``.
     prepare : callable, optional
-        Is given the data of each file, and the file.
+        Called with the data of each file, and the file.
     merge : callable, optional
         Lays data over others.
     extending : tuple of path
@@ -80,7 +80,7 @@ def extended(
     file : path
         Where paths in the data start from: its folder.
     kind, prepare, merge, extending
-        As there.
+        As in `read_extended`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What pydantic says of a value, in the words of a user."""
+"""Errors of pydantic as sentences for users."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrofdi.settings.suggestions import nearest, similar
 
 
 def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[str] = ()) -> str:
-    """One sentence on an error of pydantic: what was found, what is allowed."""
+    """One sentence for an error of pydantic: what was found, and what is allowed."""
     found, context = error["input"], error.get("ctx", {})
     match error["type"]:
         case "extra_forbidden":

@@ -1,4 +1,4 @@
-"""Settings in messages: keywords of Python, or options where a command line is at work."""
+"""Settings in messages: keywords in Python, options on the command line."""
 
 from __future__ import annotations
 

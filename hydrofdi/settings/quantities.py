@@ -37,7 +37,7 @@ class Section(BaseModel):
 
 @dataclass(frozen=True)
 class SI:
-    """Annotation of a finite quantity held in an SI unit: ``Annotated[float, SI("Pa", above=0)]``.
+    """Annotation of a finite quantity in an SI unit: ``Annotated[float, SI("Pa", above=0)]``.
 
     Numbers are taken as they are, strings are parsed with their unit.
 
@@ -47,7 +47,7 @@ class SI:
     above, least, most : float, optional
         Limits of what is allowed, in the unit.
     usual : tuple of (str, str), optional
-        Generous ends of what actuators have; a size beyond them, other than zero, is probably a slip.
+        Generous limits of usual values; a nonzero size beyond them is probably a slip.
     """
 
     unit: str
@@ -73,7 +73,7 @@ class SI:
         Raises
         ------
         ValueError
-            It is neither a number nor a string with a fitting unit.
+            The value is neither a number nor a string with a fitting unit.
         """
         if isinstance(value, str):
             return parse_quantity(value, self.unit)

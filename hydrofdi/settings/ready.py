@@ -77,7 +77,7 @@ def ready_names() -> list[str]:
 
 
 def ready_hint(path: Path) -> str:
-    """What to add where a path leads nowhere: the ready configuration that it probably means, if any."""
+    """A hint for a path that does not exist: the ready configuration that it probably means, if any."""
     asked = path.with_suffix("").as_posix().removeprefix(f"{_FOLDER}/")
     names = ready_names()
     same = [name for name in names if Path(name).name == Path(asked).name]
@@ -112,6 +112,6 @@ def ready_copy(name: str) -> str:
 
 
 def _lines(name: str) -> list[str]:
-    """The lines of a ready configuration without that for editors."""
+    """The lines of a ready configuration, without the line for editors."""
     lines = (ready_folder() / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
     return [line for line in lines if not line.startswith(_SCHEMA_LINE)]

@@ -10,7 +10,7 @@ from hydrofdi.settings.quantities import Section
 
 
 def described_schema(model: type[Section], title: str) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a file that holds a section; field texts and units included.
+    """The JSON Schema (draft 2020-12) of a file that contains a section; field texts and units included.
 
     Parameters
     ----------

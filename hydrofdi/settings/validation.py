@@ -1,4 +1,4 @@
-"""Data with its places → a strict model, or all of its mistakes."""
+"""Data with line numbers → a strict model, or all mistakes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _KEY = re.compile(r"\b[a-z][a-z_0-9]*\.[a-z][a-z_0-9]*\b")
 
 
 def read_yaml(file: FilePath, kind: str) -> Source:
-    """The data of a YAML file, which has to be a mapping.
+    """The data of a YAML file, which must be a mapping.
 
     Parameters
     ----------
@@ -32,13 +32,13 @@ def read_yaml(file: FilePath, kind: str) -> Source:
     Raises
     ------
     ConfigError
-        The file cannot be read, is no YAML, or holds no mapping.
+        The file cannot be read, is not YAML, or contains no mapping.
     """
     source = parse_yaml(_read_text(file, kind), str(file))
     if source.mistakes and source.data is None:
         raise ConfigError(source.mistakes)
     if source.data is not None and not isinstance(source.data, dict):
-        raise ConfigError([source.mistake((), f"{kind} holds 'key: value' pairs")])
+        raise ConfigError([source.mistake((), f"{kind} contains 'key: value' pairs")])
     return source
 
 
@@ -96,13 +96,13 @@ def _takes(section: type[BaseModel], key: str, value: str) -> bool:
 
 
 def _placed(source: Source, message: str) -> Mistake:
-    """A mistake between keys: at the first that is stated, options first, and where the others stand."""
+    """A mistake between keys: at the first stated key, options first, with the places of the others."""
     named = dict.fromkeys(tuple(name.split(".")) for name in _KEY.findall(message))
     places = {path: source.origins[path] for path in named if path in source.origins}
     if not places:
         return source.mistake((), message)
     first, *others = sorted(places, key=lambda path: not places[path].startswith(setting("settings")))
-    elsewhere = ", ".join(f"{dotted(path)} stands in {places[path]}" for path in others)
+    elsewhere = ", ".join(f"{dotted(path)} is in {places[path]}" for path in others)
     return Mistake(f"{message} ({elsewhere})" if elsewhere else message, origin=places[first])
 
 
@@ -129,7 +129,7 @@ def _reading_order(mistake: Mistake) -> tuple[str, int]:
 
 
 def known_keys(model: Any, path: Path) -> list[str]:
-    """The keys of the section at a path within a model; none where there is no section."""
+    """The keys of the section at a path within a model; none if there is no section."""
     section = _section_at(model, path)
     return list(section.model_fields) if _is_model(section) else []
 

@@ -83,7 +83,7 @@ def plain(value: Any) -> Any:
 
 
 def parse_yaml(text: str, file: str) -> Source:
-    """The data in a YAML text, None where it holds none; its mistakes are collected, not raised."""
+    """The data in a YAML text, None if it contains none; mistakes are collected, not raised."""
     source = Source()
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)

@@ -67,7 +67,7 @@ def _exponent(power: str, text: str) -> Fraction:
     try:
         exponent = Fraction(power)
     except (ValueError, ZeroDivisionError):
-        raise ValueError(f"{power!r} is no exponent in the unit {text!r}") from None
+        raise ValueError(f"{power!r} is not an exponent in the unit {text!r}") from None
     if abs(exponent) > _LARGEST_EXPONENT:
         raise ValueError(f"exponent {power} is too large in the unit {text!r}")
     return exponent

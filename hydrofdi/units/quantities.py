@@ -26,7 +26,7 @@ def parse_quantity(text: str, unit: str) -> float:
     Raises
     ------
     ValueError
-        The text is no number with a unit, or the unit has another dimension.
+        The text is not a number with a unit, or the unit has another dimension.
     """
     match = _NUMBER.fullmatch(text)
     if match is None or match[2].startswith(","):
@@ -46,7 +46,7 @@ def parse_si(text: str) -> float:
     Raises
     ------
     ValueError
-        The text is no number with a unit.
+        The text is not a number with a unit.
     """
     match = _NUMBER.fullmatch(text)
     if match is None:
@@ -90,7 +90,7 @@ def convert(value: float, unit: str) -> float:
 
 
 def _given_unit(text: str, wanted: str) -> Unit:
-    """The unit of a quantity; what an unknown spelling may stand for is part of the error."""
+    """The unit of a quantity; the error suggests units for an unknown spelling."""
     try:
         return parse_unit(text)
     except ValueError as error:

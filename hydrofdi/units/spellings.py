@@ -1,4 +1,4 @@
-"""What an unknown spelling of a unit may stand for."""
+"""Units that an unknown spelling may stand for."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _readings(text: str) -> Iterator[str]:
 
 
 def _words(word: str) -> list[str]:
-    """What one word of an expression may stand for; itself where it is known."""
+    """What one word of an expression may stand for; itself if it is known."""
     if word in _KNOWN:
         return [word]
     if word.lower() in _MEANT:

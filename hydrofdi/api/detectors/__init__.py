@@ -1,1 +1,1 @@
-"""Detectors: trained, and judging records and streams."""
+"""Detectors that are trained, and judge records and streams."""

@@ -1,4 +1,4 @@
-"""Records judged by a trained detector."""
+"""Judging of records by a trained detector."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def detect(
     ----------
     detector : Detector or path
     data, sampling_frequency, channel, unit
-        Records in files or in memory, as `hydrofdi.measure` has them.
+        Records in files or in memory, as in `hydrofdi.measure`.
 
     Returns
     -------
@@ -34,7 +34,7 @@ def detect(
     Raises
     ------
     ConfigError, DataError, StoreError
-        As the command says it.
+        An argument is invalid, or the records cannot be read.
 
     Examples
     --------

@@ -37,7 +37,7 @@ class Detector:
     training : Training
         The detector in full, and which records were left out.
     path : Path or None
-        Its file; None where it is not saved.
+        Its file; None if it is not saved.
 
     Examples
     --------
@@ -67,7 +67,7 @@ class Detector:
         Raises
         ------
         ConfigError
-            It is no detector file, or one of another version.
+            The file is not a detector file, or has another version.
         """
         file = path_of(path)
         return cls(Training(load_detector(file), LeftOut(), is_unlabelled=False), file)
@@ -78,7 +78,7 @@ class Detector:
         Raises
         ------
         StoreError
-            The file cannot be written, or something else than a detector stands there.
+            The file cannot be written, or exists and is not a detector file.
         """
         write_detector(path_of(path), self.file)
         self.path = path_of(path)
@@ -95,12 +95,12 @@ class Detector:
 
     @property
     def limits(self) -> tuple[float | None, float | None]:
-        """Scores below the first or above the second are alarms; None where there is no such limit."""
+        """Scores below the first or above the second are alarms; None if there is no such limit."""
         return self.file.limits.low, self.file.limits.high
 
     @property
     def sampling_frequency(self) -> float:
-        """Of the records that it judges [Hz]."""
+        """Sampling frequency of the records that it judges [Hz]."""
         return self.file.sampling_frequency
 
     @property
@@ -110,17 +110,17 @@ class Detector:
 
     @property
     def false_alarm_rate(self) -> float:
-        """Share of healthy windows that raise an alarm, as it was asked for."""
+        """Requested share of healthy windows that raise an alarm [-]."""
         return self.file.limits.false_alarm_rate
 
     @property
     def false_alarm_interval(self) -> tuple[float, float]:
-        """Where the true share lies, with the stated confidence."""
+        """Confidence interval of the true share [-]."""
         return self.file.limits.interval
 
     @property
     def summary(self) -> str:
-        """What it judges, what it promises, and what that rests on: a sentence a line."""
+        """What it judges, its false-alarm rate, and the data behind it; one sentence a line."""
         return "\n".join(sentences(self.training))
 
     def to_dict(self) -> dict[str, Any]:
@@ -140,7 +140,7 @@ class Detector:
         Parameters
         ----------
         data, sampling_frequency, channel, unit
-            Records in files or in memory, as `hydrofdi.measure` has them.
+            Records in files or in memory, as in `hydrofdi.measure`.
 
         Returns
         -------
@@ -153,7 +153,7 @@ class Detector:
         Raises
         ------
         ConfigError, DataError, StoreError
-            As the command says it.
+            An argument is invalid, or the records cannot be read.
         """
         windows = self.windows(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)
         return table_of(windows, self.file.unit)
@@ -171,7 +171,7 @@ class Detector:
         Parameters
         ----------
         data, sampling_frequency, channel, unit
-            As `judge` has them.
+            As in `judge`.
 
         Returns
         -------
@@ -197,9 +197,9 @@ class Detector:
         chunks : iterable
             Samples as they come, a few at a time: arrays, mappings, data frames or datasets as
             `hydrofdi.measure` has them, or what `hydrofdi.replay` yields. Those without time follow each
-            other at `sampling_frequency`, which is that of the detector where left out.
+            other at `sampling_frequency`, by default that of the detector.
         sampling_frequency, channel, unit
-            Of chunks, as `hydrofdi.measure` has them.
+            Of chunks, as in `hydrofdi.measure`.
 
         Yields
         ------
@@ -210,7 +210,7 @@ class Detector:
         Raises
         ------
         ConfigError, DataError
-            A chunk does not say enough.
+            A chunk lacks channels, units or times.
 
         Examples
         --------
@@ -251,29 +251,29 @@ class Detector:
         config : path, optional
             YAML with the channels of the source, and how it is reached.
         state, log : path, optional
-            Where to go on after a restart, and where all lines are appended.
+            File to continue from after a restart, and file to which all lines are appended.
         metrics : str, optional
-            Where metrics are served for Prometheus, ``HOST:PORT``.
+            Address at which metrics are served for Prometheus, ``HOST:PORT``.
         events : sequence of str, optional
-            Where events are sent: ``mqtt(s)://HOST/TOPIC`` or ``https://…``.
+            Addresses to which events are sent: ``mqtt(s)://HOST/TOPIC`` or ``https://…``.
         follow : bool
             Whether to wait for more at the end of a file.
         sampling_frequency : str or float, optional
             Of text without a column of time [Hz].
         on_line : callable, optional
-            Is given each line, as `watch` yields them.
+            Called with each line, as `watch` yields them.
         stop : callable, optional
-            Whether to end; it is asked several times a second.
+            Returns whether to end; called several times a second.
 
         Returns
         -------
         str
-            Why it ended, in a sentence.
+            The reason why it ended, in one sentence.
 
         Raises
         ------
         ConfigError, DataError, StoreError
-            As the command says it.
+            An argument is invalid, or the records cannot be read.
         """
         from hydrofdi.api.monitoring.running import calls, run_monitor
 

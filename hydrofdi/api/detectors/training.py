@@ -49,21 +49,21 @@ def train(
     data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
         Records, as `hydrofdi.measure` takes them.
     indicator : str, optional
-        What is measured, ``"dwt"`` where left out; a label, where `config` has several. A YAML file or a
+        What is measured, ``"dwt"`` by default; a label, where `config` has several. A YAML file or a
         mapping stands for `config`.
     output : str, optional
         Which number of the indicator is the score, such as ``"d2"``.
     direction : {"rising", "falling", "both"}, optional
-        Which departure raises an alarm; that of the output where left out.
+        Which departure raises an alarm; by default that of the output.
     window, every : str or float, optional
         Duration of a window, and time from the start of one to the next [s]; that of the records where left
         out.
     by : {"time", "cycle", "estimate"}, optional
         Windows by time or by cycle of the drive, or each estimate of a recursive indicator.
     false_alarm_rate : str or float, optional
-        Share of healthy windows that may raise an alarm; ``"1 %"`` where left out.
+        Share of healthy windows that may raise an alarm; ``"1 %"`` by default.
     confidence : str or float, optional
-        Confidence of the interval of the rate; ``"95 %"`` where left out.
+        Confidence of the interval of the rate; ``"95 %"`` by default.
     threshold : {"quantile", "tolerance"}, optional
         Keep the rate on average, or with the confidence.
     healthy : str, int, or sequence of them, optional
@@ -74,14 +74,14 @@ def train(
     out : path, optional
         Where the detector is written; `Detector.save` does it later.
     command : str, optional
-        What the file says of how it was made.
+        The command that the file states as its origin.
     sampling_frequency, channel, unit, label, group
-        Of records in memory, as `hydrofdi.measure` has them.
+        Of records in memory, as in `hydrofdi.measure`.
 
     Returns
     -------
     Detector
-        Its `summary` says what it promises, and what that rests on.
+        Its `summary` states the false-alarm rate and the data behind it.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def train(
 
 
 def _is_config(indicator: str | PathLike[str] | Mapping[str, Any]) -> bool:
-    """Whether it is a file or a mapping, and no name."""
+    """Whether it is a file or a mapping, not a name."""
     return (
         isinstance(indicator, Mapping)
         or not isinstance(indicator, str)

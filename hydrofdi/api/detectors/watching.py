@@ -25,7 +25,7 @@ def watched(file: DetectorFile, chunks: Iterable[Any], said: Said) -> Iterator[d
     Raises
     ------
     ConfigError, DataError
-        A chunk does not say enough.
+        A chunk lacks channels, units or times.
     """
     watch = Watch(file)
     state = watch.start()

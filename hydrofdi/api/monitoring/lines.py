@@ -1,4 +1,4 @@
-"""What a monitor says: a line for each window, and one for each event."""
+"""Lines of a monitor: one for each window, one for each event."""
 
 from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
 

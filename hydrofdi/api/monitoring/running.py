@@ -26,7 +26,7 @@ from hydrofdi.records.streams import Chunk
 
 OnLine = Callable[[dict[str, Any]], None]
 Shown = Callable[[DetectorFile, str], Sink]
-"""What shows the lines: made of the detector and the name of the source."""
+"""Makes what shows the lines, from the detector and the name of the source."""
 
 
 def run_monitor(
@@ -52,16 +52,16 @@ def run_monitor(
     detector : Path
         Its file, from which a broker knows it again.
     source : str or path
-        As `Detector.monitor` has it, and all that follow.
+        This parameter and all that follow are those of `Detector.monitor`.
     shown : callable
         Makes what the lines are given to first.
     stop : callable
-        Whether to end; it is asked several times a second.
+        Returns whether to end; called several times a second.
 
     Raises
     ------
     ConfigError, DataError, StoreError
-        As ``hydrofdi monitor`` says it.
+        An argument is invalid, or the source cannot be read.
     """
     if not isinstance(metrics, str | None):
         raise refusal("metrics", "HOST:PORT", metrics)
@@ -105,4 +105,4 @@ class _Calls:
         return ()
 
     def close(self) -> None:
-        """Nothing is left."""
+        """Does nothing."""

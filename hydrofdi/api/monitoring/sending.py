@@ -21,7 +21,7 @@ Send = Callable[[Chunk], None]
 def sample_target(
     to: str, form: str | None, config: Path | None, stream: TextIO, tell: Callable[[str], None]
 ) -> Iterator[Send]:
-    """What takes blocks of samples; at the end it has taken all.
+    """Receiver of blocks of samples; it has received all when it is closed.
 
     Parameters
     ----------
@@ -33,12 +33,12 @@ def sample_target(
         How a broker is reached.
     stream : file object
     tell : callable
-        Is given what happens to the connection.
+        Called with messages on the connection.
 
     Raises
     ------
     ConfigError
-        It is nothing of these, or a setting does not fit.
+        The target is neither, or a setting does not fit.
     """
     if to == "-":
         if config is not None:

@@ -1,1 +1,1 @@
-"""Whatever holds records, as sources of them."""
+"""Objects with records, as sources."""

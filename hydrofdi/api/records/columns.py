@@ -28,12 +28,12 @@ class Column:
     Attributes
     ----------
     name : str
-        Empty where it has none.
+        Empty if it has none.
     values : ndarray, shape (n_time,) or (n_record, n_time)
     unit : str or None
-        Empty where it is not stated; None where there is no place to state it.
+        Empty if it is not stated; None if there is no place to state it.
     since : float
-        Instant from which dates are counted [s since 1970]; 0 where they are none.
+        Instant from which dates are counted [s since 1970]; 0 without dates.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Held:
     columns : sequence of Column
     time : Column or None
     record_ids, groups, labels : sequence of str
-        Empty where nothing names the records.
+        Empty if nothing names the records.
     texts : sequence of str
         Titles of the columns that contain no numbers.
     """
@@ -163,7 +163,7 @@ def _names(data: Any, along: str) -> dict[str, list[str]]:
 
 
 def known_text(given: Any) -> str:
-    """What is known of a record, such as its label; empty where it is missing (None, NaN)."""
+    """What is known of a record, such as its label; empty if it is missing (None, NaN)."""
     is_missing = given is None or given is np.ma.masked or bool(np.ndim(given) == 0 and given != given)
     return "" if is_missing or str(given) == "<NA>" else str(given)
 
@@ -179,7 +179,7 @@ def _timed(kind: str, columns: Sequence[Column]) -> Held:
 
 
 def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
-    """A column by its header; its unit is that of the header where there is one."""
+    """A column by its header; a unit in the header comes first."""
     name, stated = split_title(title)
     array = _samples(values)
     if array.dtype.kind in "mM":

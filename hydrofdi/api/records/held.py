@@ -34,12 +34,12 @@ def records_of(data: Held, frequency: float | None, channel: Names, unit: Names)
     frequency : float or None
         [Hz]
     channel, unit : str or mapping, optional
-        As `hydrofdi.measure` has them.
+        As in `hydrofdi.measure`.
 
     Raises
     ------
     ConfigError, DataError
-        They do not say enough, or contradict each other.
+        Names or units are missing, or contradict each other.
     """
     if frequency is not None and data.time is not None and counts_samples(data.time.values):
         data = replace(data, time=None)
@@ -79,7 +79,7 @@ def _described(data: Held, channel: Channel, column: Column, unit: Names) -> dic
 
 
 def _require_fitting(data: Held, channel: Channel, column: Column, given: object) -> None:
-    """Check the unit of a column, in the words of who holds it in memory."""
+    """Check the unit of a column that is in memory."""
     unit = str(given or column.unit)
     found = known_unit(unit)
     if is_counts(unit) or (found is not None and found.exponents == parse_unit(channel.unit).exponents):
@@ -100,7 +100,7 @@ def _no_unit(data: Held, name: str, unit: str) -> DataError:
 
 
 def _row(data: Held, values: np.ndarray[Any, np.dtype[np.float64]], row: int, n_record: int) -> Any:
-    """The samples of a record; those of one that all records share."""
+    """The samples of a record; a column of one dimension is shared by all records."""
     if values.ndim == 1:
         return values
     if len(values) != n_record:
@@ -153,7 +153,7 @@ def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
 
 
 def _no_channel(data: Held, wanted: Channel | None) -> DataError:
-    """What to say of columns none of which can be read as a channel."""
+    """The error for columns none of which is a channel."""
     for column in data.columns:
         meant = channel_named(column.name, "")
         if meant is not None and wanted in (None, meant):

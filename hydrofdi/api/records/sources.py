@@ -1,4 +1,4 @@
-"""Whatever holds records, as sources of them: paths, results, arrays, data frames, datasets."""
+"""Objects with records, as sources: paths, results, arrays, data frames, datasets."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Texts = str | Sequence[str] | None
 
 @dataclass(frozen=True)
 class Said:
-    """What a caller says of data beside them; the keywords that `hydrofdi.measure` and others share.
+    """Descriptions of data by keywords that `hydrofdi.measure` and others share.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[Rec
     Parameters
     ----------
     data
-        As `hydrofdi.measure` has it.
+        As in `hydrofdi.measure`.
     channels : collection of Channel
         What is needed of simulated records.
     said : Said
@@ -67,7 +67,7 @@ def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[Rec
     Raises
     ------
     ConfigError, DataError, StoreError
-        They cannot be read, or do not say enough.
+        The records cannot be read, or lack names or units.
     """
     parts = _parts(data)
     if all(isinstance(each, str | PathLike) for each in parts):
@@ -115,7 +115,7 @@ def frequency_of(given: str | float | None) -> float | None:
     Raises
     ------
     ConfigError
-        It is none above zero.
+        The value is not a frequency above zero.
     """
     if given is None:
         return None
@@ -123,7 +123,7 @@ def frequency_of(given: str | float | None) -> float | None:
 
 
 def _parts(data: Any) -> list[Any]:
-    """What data consist of: several sources in a list, or one by itself."""
+    """The parts of data: several sources in a list, or a single one."""
     if not isinstance(data, list | tuple) or not data:
         return [data]
     are_whole = [isinstance(each, str | PathLike | Mapping) or _is_whole(each) for each in data]
@@ -177,7 +177,7 @@ def _named(sources: Sequence[HeldSource], said: Said) -> list[HeldSource]:
 
 
 def _texts(name: str, given: Texts, n_record: int) -> list[str]:
-    """A text for each record; none where nothing is given."""
+    """A text for each record; none if nothing is given."""
     if given is None or isinstance(given, str):
         return [] if given is None else [given] * n_record
     if not isinstance(given, Iterable):

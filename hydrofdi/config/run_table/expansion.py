@@ -25,7 +25,7 @@ MOST_RUNS = 1_000_000
 
 
 NO_RUN = -1
-"""Stands for a run that there is none of."""
+"""Stands for a run that does not exist."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ class SectionPool:
         self._ids = {section.stated_text: 0}
 
     def number(self, section: Section) -> int:
-        """Which one a section is; kept where it is new."""
+        """Number of a section; a new one is kept."""
         number = self._ids.setdefault(section.stated_text, len(self.sections))
         if number == len(self.sections):
             self.sections.append(section)

@@ -1,4 +1,4 @@
-"""What is said of a point whose values do not fit each other."""
+"""Errors of points whose values do not fit each other."""
 
 from __future__ import annotations
 

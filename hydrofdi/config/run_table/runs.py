@@ -1,4 +1,4 @@
-"""Runs that share their sections: a table of numbers, from which a run is made when it is asked for."""
+"""Runs that share their sections: a table of numbers, from which a run is made on demand."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class RunSpec:
     Attributes
     ----------
     request : RunRequest
-        All that determines it, but for its indicators.
+        All that determines it, except its indicators.
     calibration : RunParameters or None
         The conditions under which the internal leakage flow is solved for K_i, sensors and analysis left
         aside; None if K_i is given.
@@ -74,7 +74,7 @@ def _digest(calibration: str | None, parameters: str) -> bytes:
 
 @dataclass(frozen=True)
 class Solutions:
-    """How often K_i has to be solved: leakage flows, conditions besides them, and both together."""
+    """Number of solutions for K_i: leakage flows, other conditions, and combinations."""
 
     flows: int
     conditions: int
@@ -82,7 +82,7 @@ class Solutions:
 
 
 class Runs(Sequence[RunSpec]):
-    """Runs in their order, each made when it is asked for.
+    """Runs in their order, each made on demand.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class HeldRows:
 
 
 class CsvError(ValueError):
-    """A CSV text that is no input; holds the mistakes as pairs of line (0: the whole file) and sentence."""
+    """A CSV text that is not an input, with its mistakes as pairs of line (0: the whole file) and sentence."""
 
     def __init__(self, mistakes: list[tuple[int, str]]) -> None:
         self.mistakes = mistakes
@@ -75,7 +75,7 @@ def read_csv_input(path: Path) -> str:
     Raises
     ------
     CsvError
-        The file cannot be read, or is no input.
+        The file cannot be read, or is not an input.
     """
     return held_text(path.name, _file_text(path))
 
@@ -86,7 +86,7 @@ def held_text(name: str, text: str) -> str:
     Raises
     ------
     CsvError
-        It is no input.
+        The text is not an input.
     """
     rows = parse_rows(text)
     pairs = zip(rows.times.tolist(), rows.values.tolist(), strict=True)
@@ -102,7 +102,7 @@ def require_held_text(text: str) -> str:
     Raises
     ------
     ValueError
-        It is not.
+        The text is not in this form.
     """
     if "\n" not in text:
         readers = f"an experiment file or {setting('settings')}"
@@ -118,7 +118,7 @@ def parse_rows(text: str) -> HeldRows:
     Raises
     ------
     CsvError
-        It is no input.
+        The text is not an input.
     """
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()[:1] not in ("", "#")]
     if not lines:

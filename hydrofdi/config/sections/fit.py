@@ -1,4 +1,4 @@
-"""Whether the sections of a run fit each other; a check raises ValueError where they do not."""
+"""Checks that the sections of a run fit each other; a check that fails raises ValueError."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def normalize_charts(source: Source, online: Any, path: Path, made: Mapping[str,
 
 
 def _why_not_watched(watched: str, made: Mapping[str, Indicator[Any]]) -> str:
-    """Why a number has no trace; empty if it has one."""
+    """The reason why a number has no trace; empty if it has one."""
     traced = {
         f"{label}.{each.estimates[0].name}": each
         for label, each in made.items()

@@ -61,7 +61,7 @@ class HeldRows:
 
 
 class CsvError(ValueError):
-    """A CSV text that is not an input, with its mistakes as pairs of line (0: the whole file) and sentence."""
+    """A CSV text that is not an input, with its mistakes as pairs of line (0: the whole file) and text."""
 
     def __init__(self, mistakes: list[tuple[int, str]]) -> None:
         self.mistakes = mistakes

@@ -47,7 +47,8 @@ def batched(
 
 
 def _shape(record: MeasuredRecord) -> Hashable:
-    return record.recording.n_time, record.recording.sampling, record.recording.relative
+    recording = record.recording
+    return recording.n_time, recording.sampling, recording.relative, tuple(recording.units.items())
 
 
 def _is_full(records: list[MeasuredRecord], most_samples: int) -> bool:

@@ -42,7 +42,10 @@ class DistanceDetector:
     def fit(self, healthy: RecordBatch) -> Fitted:
         """Fit centre and covariance to healthy records.
 
-        Raises ------ NotStatedError Too few records have all values.
+        Raises
+        ------
+        NotStatedError
+            Too few records have all values.
         """
         numbers = np.hstack([feature.of_healthy(healthy) for feature in self.features])
         return self.distance.fit(numbers, np.zeros(len(numbers), dtype=bool))

@@ -55,7 +55,10 @@ class Feature:
     def direction(self, chosen: Direction | None = None) -> Direction:
         """Direction of change by a leak: the chosen one, or that of the output.
 
-        Raises ------ ConfigError No direction is chosen, and that of the output depends on the actuator.
+        Raises
+        ------
+        ConfigError
+            No direction is chosen, and that of the output depends on the actuator.
         """
         direction = chosen or self.described.direction
         if direction is None:
@@ -71,7 +74,10 @@ class Feature:
     def of_healthy(self, records: RecordBatch) -> Array:
         """The same for training records.
 
-        Raises ------ NotStatedError No record has a value; the message gives the reason of the first record.
+        Raises
+        ------
+        NotStatedError
+            No record has a value; the message gives the reason of the first record.
         """
         numbers, obstacles = self._measured(records)
         if not np.isfinite(numbers).any():

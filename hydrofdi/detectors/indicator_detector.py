@@ -34,7 +34,10 @@ class IndicatorDetector:
     def fit(self, healthy: RecordBatch) -> HealthyScale:
         """Fit median and spread to healthy records.
 
-        Raises ------ NotStatedError Too few records have a value, or it does not vary.
+        Raises
+        ------
+        NotStatedError
+            Too few records have a value, or it does not vary.
         """
         return healthy_scale(self._single(self.feature.of_healthy(healthy)))
 

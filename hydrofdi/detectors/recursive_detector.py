@@ -55,7 +55,11 @@ class RecursiveDetector:
     def fit(self, healthy: RecordBatch) -> HealthyScale:
         """Fit median and spread to healthy scores at all instants after the transient.
 
-        Raises ------ NotStatedError There are too few scores, or they do not vary. ConfigError
+        Raises
+        ------
+        NotStatedError
+            There are too few scores, or they do not vary.
+        ConfigError
             The records lack a channel.
         """
         self._require_channels(healthy)

@@ -71,7 +71,8 @@ N_MOVING, N_STATE = len(Moving._fields), len(STATES)
 class Plant(NamedTuple):
     """Nominal parameters.
 
-    Attributes ----------
+    Attributes
+    ----------
     mass : float
         [t]
     area_1, area_2 : float

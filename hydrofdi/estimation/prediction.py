@@ -82,8 +82,9 @@ def advance_with_transition(
     Parameters
     ----------
     state, path, step, supply, plant
-        As for `advance`. transition : ndarray, shape (N_MOVING, N_STATE) Filled with ∂(moving states at the
-        end)/∂(states at the start); the held states do not change.
+        As for `advance`.
+    transition : ndarray, shape (N_MOVING, N_STATE)
+        Filled with ∂(moving states at the end)/∂(states at the start); the held states do not change.
     tangents : ndarray, shape TANGENT_SHAPE
         Workspace.
     """
@@ -170,7 +171,8 @@ def predict(
     ----------
     states : ndarray, shape (n, N_STATE)
     paths : ndarray, shape (n, 2 n_step + 1)
-        As for `advance`. step : float
+        As for `advance`.
+    step : float
     supply : ndarray, shape (n,)
     plant : Plant
     ends : ndarray, shape (n, N_STATE)

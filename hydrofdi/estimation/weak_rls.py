@@ -346,7 +346,8 @@ def follow_windows(
 ) -> None:
     """Process windows of streams, and fill the estimates.
 
-    Parameters ----------
+    Parameters
+    ----------
     columns : ndarray, shape (n_record, n_window, n_chamber, N_UNKNOWN)
     targets : ndarray, shape (n_record, n_window, n_chamber)
         [m³]

@@ -27,7 +27,10 @@ def measurable(scores: ArrayLike) -> tuple[Array, int]:
 def share_between_0_and_1(name: str, value: float) -> None:
     """Check that a rate, a probability or a confidence lies between 0 and 1.
 
-    Raises ------ ValueError It does not.
+    Raises
+    ------
+    ValueError
+        It does not.
     """
     if not 0.0 < value < 1.0:
         raise ValueError(f"{name} must be between 0 and 1; found {value}")

@@ -62,7 +62,9 @@ class Description:
 def describe(name: str) -> Description:
     """Describe an indicator.
 
-    Raises ------ ConfigError
+    Raises
+    ------
+    ConfigError
         There is no indicator of this name, or it cannot be loaded.
     """
     kind = indicator_kind(name)

@@ -78,7 +78,9 @@ def make_chosen(
 ) -> dict[str, Indicator[Any]]:
     """Make indicators: label → indicator.
 
-    Raises ------ ConfigError
+    Raises
+    ------
+    ConfigError
         One or more mistakes, including those collected in `source`.
     """
     made = {label: _make(label, given, source, (*within, label)) for label, given in options.items()}

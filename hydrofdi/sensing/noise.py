@@ -60,8 +60,10 @@ def filtered_noise_autocovariance(
         One-sided, in the unit of the signal per √Hz.
     corner : float
         Corner frequency f_c, at −3 dB [Hz].
-    order : int Filter order n.
-    delay : array_like Lag [s].
+    order : int
+        Filter order n.
+    delay : array_like
+        Lag [s].
     """
     half_turn = math.pi / (2 * order)
     poles = np.exp(1j * half_turn * np.arange(1, 2 * order, 2))

@@ -68,7 +68,8 @@ def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> 
 class AccountRates(NamedTuple):
     """Integrands of the balances at an instant.
 
-    Attributes ----------
+    Attributes
+    ----------
     stored_volume, passed_volume : float
         Flow that is stored in chamber 1 or swept; absolute flow through port 1 [m³/s].
     stored_power, supplied_power : float

@@ -143,7 +143,9 @@ class ExperimentData:
     def signal(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sampling instants [s] and a signal of one run, each of shape (n_time,).
 
-        Raises ------ StoreError
+        Raises
+        ------
+        StoreError
             The experiment did not store this signal.
         """
         return self.signals.read(name, position)

@@ -21,7 +21,9 @@ reported instead of causing an endless loop."""
 def whole_file(path: Path) -> Iterator[Path]:
     """Yield a temporary path to write to; it replaces `path` when the block ends without an error.
 
-    Raises ------ StoreError
+    Raises
+    ------
+    StoreError
         The folder cannot be created or written to.
     """
     if path.is_dir():
@@ -72,7 +74,10 @@ def require_replaceable(path: Path) -> None:
 def write_whole_text(path: Path, text: str) -> None:
     """Write a text file atomically.
 
-    Raises ------ StoreError The file cannot be written.
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
     """
     with whole_file(path) as aside:
         aside.write_text(text, encoding="utf-8")
@@ -97,7 +102,10 @@ def sync_folder(folder: Path) -> None:
 def open_for_reading(path: Path) -> Iterator[h5py.File]:
     """Open an HDF5 file for reading.
 
-    Raises ------ StoreError The file is missing or damaged.
+    Raises
+    ------
+    StoreError
+        The file is missing or damaged.
     """
     try:
         file = h5py.File(path, "r")

@@ -24,7 +24,10 @@ REQUEST_FILE = "experiment.json"
 def write_request(directory: Path, experiment: ExperimentConfig) -> None:
     """Store the resolved configuration of a sweep.
 
-    Raises ------ StoreError The file cannot be written.
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
     """
     write_whole_text(directory / REQUEST_FILE, experiment.model_dump_json(indent=2) + "\n")
 
@@ -32,7 +35,10 @@ def write_request(directory: Path, experiment: ExperimentConfig) -> None:
 def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> None:
     """Check that a folder does not contain an experiment with a different name.
 
-    Raises ------ StoreError It contains another experiment.
+    Raises
+    ------
+    StoreError
+        It contains another experiment.
     """
     if not (directory / REQUEST_FILE).exists():
         return
@@ -47,7 +53,10 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
 def request_record(directory: Path) -> dict[str, Any]:
     """The latest request as written, in SI; empty if there is none.
 
-    Raises ------ StoreError The file cannot be read.
+    Raises
+    ------
+    StoreError
+        The file cannot be read.
     """
     path = directory / REQUEST_FILE
     try:
@@ -61,7 +70,10 @@ def request_record(directory: Path) -> dict[str, Any]:
 def read_request(directory: Path) -> ExperimentConfig:
     """The resolved configuration of the latest sweep on a folder.
 
-    Raises ------ StoreError The file is missing or cannot be read.
+    Raises
+    ------
+    StoreError
+        The file is missing or cannot be read.
     """
     path = directory / REQUEST_FILE
     try:
@@ -84,7 +96,10 @@ def _reason(error: Exception) -> str:
 def stored_experiment(text: str) -> ExperimentConfig:
     """Parse a resolved configuration written by this or an earlier version.
 
-    Raises ------ ValueError The text is not a resolved configuration.
+    Raises
+    ------
+    ValueError
+        The text is not a resolved configuration.
     """
     with suppress(json.JSONDecodeError):
         text = json.dumps(with_present_keys(json.loads(text)))

@@ -168,7 +168,10 @@ def content_digest(path: Path) -> str:
 def read_content(path: Path, *, check: bool = True) -> ShardContent:
     """Read the description of a shard, after checking its content against its name if `check` is true.
 
-    Raises ------ StoreError The shard is damaged, or has another format version.
+    Raises
+    ------
+    StoreError
+        The shard is damaged, or has another format version.
     """
     if check and content_digest(path) != path.stem:
         raise StoreError(f"{path}: is damaged: its content does not match its name")

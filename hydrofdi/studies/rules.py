@@ -52,7 +52,10 @@ class Rules:
     def __post_init__(self) -> None:
         """Check that rates and probabilities lie between 0 and 1.
 
-        Raises ------ ValueError One of them does not.
+        Raises
+        ------
+        ValueError
+            One of them does not.
         """
         share_between_0_and_1("the false-alarm rate", self.false_alarm_rate)
         share_between_0_and_1("the confidence", self.confidence)

@@ -40,7 +40,9 @@ def make_chart(name: str, options: Mapping[str, Any] | None = None) -> Chart[Any
     Raises
     ------
     ConfigError
-        There is no chart of this name. ValidationError The options are not valid.
+        There is no chart of this name.
+    ValidationError
+        The options are not valid.
     """
     kind = chart_kind(name)
     return kind(kind.Options.model_validate(dict(options or {})))

@@ -22,7 +22,8 @@ def simulated_run_lengths(
     chart : Chart
     limit : float
     mean : float
-        Mean of the scores [standard deviations]. n_run : int
+        Mean of the scores [standard deviations].
+    n_run : int
     most : int
         Longer runs are truncated to this number.
     seed : int

@@ -34,7 +34,8 @@ def detector_text(file: DetectorFile) -> str:
 def load_detector(path: Path) -> DetectorFile:
     """Read a trained detector.
 
-    Parameters ----------
+    Parameters
+    ----------
     path : Path
 
     Raises

@@ -118,7 +118,10 @@ def _alike(
 ) -> RecordBatch:
     """Check that a batch matches the first one, and return its channels.
 
-    Raises ------ DataError Sampling, channels or lengths differ.
+    Raises
+    ------
+    DataError
+        Sampling, channels or lengths differ.
     """
     source, other = batch.sources[0], first.sources[0]
     if batch.sampling_frequency != first.sampling_frequency:

@@ -30,7 +30,8 @@ def stated_detector(
 ) -> DetectorConfig:
     """Read the configuration of a detector.
 
-    Parameters ----------
+    Parameters
+    ----------
     file : path or mapping, optional
         YAML file or equivalent mapping with the keys of `DetectorConfig`. It may extend other files, and may
         contain ``indicators:`` instead of ``indicator:`` and ``options:``; then ``indicator`` is one of their

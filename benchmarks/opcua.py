@@ -64,7 +64,7 @@ def measure(rate, n_block):
 
 
 if __name__ == "__main__":
-    print("rate [Hz]  samples/value    processor [s/s]  received")
+    print("rate [Hz]    samples/value  processor [s/s]         received")
     for rate, n_block in ((100.0, 1), (1000.0, 1), (1000.0, 100)):
         busy, share = measure(rate, n_block)
         print(f"{rate:9.0f}  {n_block:15d}  {busy:15.3f}  {share:15.3f}")

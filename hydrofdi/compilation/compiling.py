@@ -25,8 +25,7 @@ def compiled(function: _Function) -> _Function:
 
 
 def strictly_compiled(function: _Function) -> _Function:
-    """Compile without fused multiply-add or reordering, so that all lanes give identical bits; else as
-    `compiled`."""
+    """Compile like `compiled`, but with strict rounding, so that all lanes give identical bits."""
     return _on_first_call(function, fastmath=False, cache=True)
 
 

@@ -172,8 +172,10 @@ def _c_types(values: tuple[Any, ...]) -> Iterator[Any]:
 
 
 def _parts(values: tuple[Any, ...]) -> list[Any]:
-    """Arguments flattened for machine code; an array becomes owner, parent, sizes, data, shape and
-    strides."""
+    """Arguments flattened for machine code.
+
+    An array becomes owner, parent, sizes, data, shape and strides.
+    """
     parts: list[Any] = []
     for value in values:
         if isinstance(value, np.ndarray):

@@ -42,8 +42,7 @@ class IndicatorDetector:
         return healthy_scale(self._single(self.feature.of_healthy(healthy)))
 
     def score(self, model: HealthyScale, records: RecordBatch) -> Array:
-        """Scores (n_record,) in healthy spreads; larger scores mean larger leaks, NaN if a record has no
-        value."""
+        """Scores (n_record,) in healthy spreads; larger means a larger leak, NaN if there is no value."""
         return suspicion(model(self._single(self.feature.of(records))), self.direction)
 
     def _single(self, numbers: Array) -> Array:

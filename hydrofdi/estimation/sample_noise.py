@@ -19,8 +19,7 @@ _GAIN = float(comb(2 * _ORDER, _ORDER))
 
 
 def new_noise(n_record: int) -> Array:
-    """State of `follow_noise` before the first sample: differences, consecutive clear samples, sum,
-    number."""
+    """Initial state of `follow_noise`: differences, consecutive clear samples, sum, number."""
     return np.zeros((n_record, _ORDER + 3))
 
 

@@ -47,8 +47,9 @@ def find_gain(root: Array, k: int, variance: float, gain: Array) -> float:
 
 @equation
 def shrink(root: Array, k: int, ratio: float, gain: Array) -> None:
-    """Update a root for a measurement of state k with its gain, in place: S −= K φᵀ/(1 + √(R/s)), where φ is
-    row k of S.
+    """Update a root for a measurement of state k with its gain, in place.
+
+    S −= K φᵀ/(1 + √(R/s)), where φ is row k of S.
 
     Potter's update (Battin 1964, *Astronautical guidance*); no eigenvalue of its factor is below √(R/s).
 

@@ -10,13 +10,13 @@ from hydrofdi.compilation.object_code import kernel
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-_LONG_AGO = 1e9
+_NO_JUMP_YET = 1e9
 """Number of samples since the last jump, before the first jump."""
 
 
 def new_gate(n_record: int) -> Array:
     """State of `mark_unclear` before the first sample: spool position, and samples since its last jump."""
-    return np.tile([0.0, _LONG_AGO], (n_record, 1))
+    return np.tile([0.0, _NO_JUMP_YET], (n_record, 1))
 
 
 @kernel
@@ -63,8 +63,7 @@ def mark_unclear(
 
 
 def new_counts(n_record: int) -> Array:
-    """State of `count_windows` before the first sample: number of unclear samples in the current and the
-    previous block."""
+    """Initial state of `count_windows`: unclear samples in the current and the previous block."""
     return np.zeros((n_record, 2))
 
 
@@ -97,8 +96,7 @@ def count_windows(unclear: Flags, n_before: int, half: int, state: Array, counts
 
 
 def new_means(n_record: int, first: float) -> Array:
-    """State of `follow_means` before the first sample: sum and number of samples of the current block, number
-    of blocks, mean."""
+    """Initial state of `follow_means`: sum and samples of the current block, number of blocks, mean."""
     return np.tile([0.0, 0.0, 0.0, first], (n_record, 1))
 
 

@@ -4,7 +4,8 @@ The moments of the equations are forgotten exponentially; the prior is added at 
 is symmetric and positive definite by construction, and unknowns without information return to their prior.
 
 The errors of a window come from noise under the antisymmetric weight φ'. Two windows that overlap by half
-share half of it with opposite signs, so their covariance is that of differences of independent block errors.
+share half of it with opposite signs, so their covariance is that of differences between independent block
+errors.
 """
 
 from __future__ import annotations
@@ -247,8 +248,7 @@ def write_estimate(
     moments: Any, count: float, last: Any, noise: float, modulus: float, deviations: Any, combination: Any,
     s: Scratch, out: Any,
 ) -> None:  # fmt: skip
-    """Write the maximum a posteriori estimate and its standard deviations, from factorised normal
-    equations."""
+    """Write the maximum a posteriori estimate and its standard deviations."""
     invert(s.factor, s.inverse)
     if deviations[COMPRESSIBILITY] > 0.0:
         taken = take_noise_out(count * noise, s)
@@ -288,8 +288,10 @@ def take_window(
     state: RlsState, r: int, columns: Any, targets: Any, counts: float, deviations: Any, error: float,
     decays: Any, row: Any,
 ) -> None:  # fmt: skip
-    """Add the equations of a window to the moments of a record; for two chambers, their sum and
-    difference."""
+    """Add the equations of a window to the moments of a record.
+
+    For two chambers, these are their sum and difference.
+    """
     n_kind = targets.shape[0]
     scale = np.sqrt(abs(1.0 / n_kind)) / error
     for kind in range(n_kind):

@@ -135,8 +135,7 @@ def window_equations(
     balance: Balance,
     sums: Array,
 ) -> tuple[Array, Array]:
-    """Allocate and return the regressors and targets of `integrate_windows`; the state is updated in
-    place."""
+    """Regressors and targets of `integrate_windows`; the state is updated in place."""
     n_record, n_time = spool.shape
     half, n_chamber = weights.shape[2], (sums.shape[2] - N_SHARED) // N_OWN
     n_window = windows_before(n_before + n_time, half) - windows_before(n_before, half)

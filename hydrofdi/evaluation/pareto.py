@@ -40,8 +40,9 @@ class GeneralisedPareto:
 
 
 def fit_generalised_pareto(excesses: Array) -> GeneralisedPareto:
-    """Fit distributions to rows of excesses, by the method of Zhang and Stephens, Technometrics 51 (2009)
-    316.
+    """Fit distributions to rows of excesses.
+
+    Method of Zhang and Stephens, Technometrics 51 (2009) 316.
 
     A likelihood-weighted mean over a grid of ξ/σ: as efficient as maximum likelihood, and always defined.
 
@@ -64,8 +65,9 @@ def fit_generalised_pareto(excesses: Array) -> GeneralisedPareto:
 
 
 def anderson_darling(distribution: GeneralisedPareto, excesses: Array) -> Array:
-    """Anderson-Darling statistic A², which emphasises the tails: Annals of Mathematical Statistics 23 (1952)
-    193.
+    """Anderson-Darling statistic A², which emphasises the tails.
+
+    Annals of Mathematical Statistics 23 (1952) 193.
 
     Parameters
     ----------

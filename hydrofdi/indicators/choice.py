@@ -21,7 +21,7 @@ def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[st
     for shadow in shadows():
         warnings.warn(shadow, IndicatorWarning, stacklevel=2)
     if isinstance(chosen, str) and chosen.strip() == "all":
-        return {name: {} for name in _sound_names()}
+        return {name: {} for name in _loadable_names()}
     given = [name.strip() for name in chosen.split(",")] if isinstance(chosen, str) else chosen
     is_unnamed = isinstance(chosen, str) and "" in given
     if not isinstance(given, Mapping | Sequence) or not given or is_unnamed:
@@ -59,7 +59,7 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
     return names
 
 
-def _sound_names() -> list[str]:
+def _loadable_names() -> list[str]:
     """Names of all indicators that can be loaded; warn about the others."""
     names = []
     for name in indicator_names():

@@ -1,5 +1,4 @@
-"""Faults of indicators, many of which are third-party code: each is reported as a message, never as a
-number."""
+"""Faults of indicators, including third-party ones: reported as messages, never as numbers."""
 
 from __future__ import annotations
 

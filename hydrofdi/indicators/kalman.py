@@ -40,8 +40,10 @@ MEASURED_UNITS = {
 
 
 class KalmanOptions(NominalPlant, RecursiveOptions):
-    """Assumptions of a Kalman filter of the nominal plant; a walk is the standard deviation that a random
-    walk adds within one second."""
+    """Assumptions of a Kalman filter of the nominal plant.
+
+    A walk is the standard deviation that a random walk adds within one second.
+    """
 
     states: tuple[Parameter, ...] = (
         "leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance", "bias_1", "bias_2",

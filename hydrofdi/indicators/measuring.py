@@ -56,7 +56,7 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
         Label → CPU time [s]; the time of this batch is added.
     """
     measures = Measures({}, {})
-    blinded = _handed_out(records.blinded())
+    blinded = _read_only(records.blinded())
     for label, indicator in indicators.items():
         start = process_time()
         try:
@@ -90,7 +90,7 @@ def output_unit(indicator: Indicator[Any], output: Output, records: RecordBatch)
     return f"{units[unit]}/{per}" if unit in units else output.unit
 
 
-def _handed_out(records: RecordBatch) -> RecordBatch:
+def _read_only(records: RecordBatch) -> RecordBatch:
     """Read-only samples, so that no indicator can change the input of another.
 
     Each record is contiguous in memory, so that rounding of sums does not depend on the batch.
@@ -115,7 +115,7 @@ def _numbers(
     fit = [row for row, reason in enumerate(reasons) if reason is None]
     if not fit:
         return numbers
-    chosen = records if len(fit) == records.n_record else _handed_out(records.rows(fit))
+    chosen = records if len(fit) == records.n_record else _read_only(records.rows(fit))
     try:
         with np.errstate(all="ignore"):
             measured = indicator.measure(chosen)
@@ -166,7 +166,7 @@ def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | N
 
 
 def spool_remedy(missing: Collection[Channel], indicator: Indicator[Any]) -> str:
-    """The option that replaces a measured spool position; empty where that is not what is missing."""
+    """The option that replaces a measured spool position; empty if something else is missing."""
     is_asked = getattr(indicator.options, "spool", "") == "measured"
     if not is_asked or Channel.SPOOL_POSITION not in missing:
         return ""

@@ -16,8 +16,7 @@ _OF_SPOOL = PlantConstant("spool", ("command",))
 
 
 class NominalActuator(Section):
-    """Double-rod actuator with a critically lapped servovalve; the defaults are the paper's nominal
-    values."""
+    """Double-rod actuator with a critically lapped servovalve; defaults are those of the paper."""
 
     piston_area: Annotated[float, SI("m^2", above=0, most=1.0), PlantConstant()] = 633e-6
     """Annular area A of the piston in chamber 1 [m²]."""
@@ -94,8 +93,10 @@ class NominalActuator(Section):
         return frozenset({Channel.SUPPLY_PRESSURE} if self.supply == "auto" else set())
 
     def spool_position(self, records: RecordBatch) -> Array:
-        """x_v [m], shape (n_record, n_time). The command is held between samples (zero-order hold); the spool
-        starts at rest."""
+        """x_v [m], shape (n_record, n_time).
+
+        With a command, it is held between samples (zero-order hold) and the spool starts at rest.
+        """
         if self.spool == "measured":
             return records[Channel.SPOOL_POSITION]
         command = records[Channel.INPUT_VOLTAGE]

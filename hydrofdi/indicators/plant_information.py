@@ -11,7 +11,7 @@ from hydrofdi.indicators.information import Information, Unknown
 from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, MOTION, KalmanOptions, measured_states
 from hydrofdi.records import Array, RecordBatch
 
-_IN_WORDS = {
+_NAMES_AND_UNITS = {
     "pressure_1": ("P1", "Pa", 1e6),
     "pressure_2": ("P2", "Pa", 1e6),
     "position": ("position", "m", 1e-3),
@@ -47,7 +47,7 @@ def plant_information(options: KalmanOptions, records: RecordBatch, covariance: 
     scale, chosen = np.outer(prior[open_], prior[open_]), np.ix_(open_, open_)
     seen = np.eye(len(options.sensor_variances), N_STATE)
     gramian = finite_horizon_gramian(_transitions(options, records), seen, np.sqrt(options.sensor_variances))
-    words = [(*_IN_WORDS[name], prior[place]) for place, name in enumerate(STATES) if prior[place]]
+    words = [(*_NAMES_AND_UNITS[name], prior[place]) for place, name in enumerate(STATES) if prior[place]]
     return Information(
         tuple(Unknown(name, unit, deviation * size) for name, unit, size, deviation in words),
         gramian[chosen] * scale,

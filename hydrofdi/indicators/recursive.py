@@ -34,8 +34,10 @@ class Trace:
     values: Mapping[str, Array]
 
     def since(self, instant: float) -> Trace:
-        """Estimates at an instant [s] or later; rows are contiguous, so that rounding of sums is
-        reproducible."""
+        """Estimates at an instant [s] or later.
+
+        Rows are contiguous, so that rounding of sums is reproducible.
+        """
         later = self.time >= instant
         values = {name: np.ascontiguousarray(values[:, later]) for name, values in self.values.items()}
         return Trace(self.time[later], values)

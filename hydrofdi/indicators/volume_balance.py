@@ -95,8 +95,10 @@ class VolumeBalance:
 def known_balance(
     actuator: NominalActuator, records: RecordBatch, both_pressures: bool, half: int
 ) -> Balance:
-    """Known parameters of the equations; errors of pressures that determine the supply pressure are
-    included."""
+    """Known parameters of the equations.
+
+    Errors of pressures that determine the supply pressure are included.
+    """
     own_feed, other_feed = -1.0, 0.0
     if actuator.supply_known_by(records) == "sum":
         own_feed, other_feed = (0.0, 1.0) if both_pressures else (1.0, 0.0)

@@ -114,7 +114,7 @@ def advance_lag(signals: NDArray[np.float64], lag: NDArray[np.float64], state: N
     lag : ndarray, shape (6, n_lane)
         `Lag` of each lane.
     state : ndarray, shape (3, n_lane)
-        Last value, error and rate of each lane; kept for the next call.
+        Last value, error and rate of each lane; updated in place.
     """
     for i in range(signals.shape[0]):
         for k in range(signals.shape[1]):

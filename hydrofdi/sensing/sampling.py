@@ -84,7 +84,7 @@ class Clocks:
         first_step : int
             Number of the first step of the block, counted from the start of the record.
         samples : ndarray, shape (n_lane, n_time)
-            Zero before the first stretch.
+            Zero before the first block; updated in place.
         """
         every = self._steps_per_sample
         if self._is_exact:
@@ -98,7 +98,7 @@ class Clocks:
 
 @equation
 def cubic_weight(node: int, place: float) -> float:
-    """Weight of the value at a node, 0 … 3, in the cubic through the values at all four."""
+    """Weight of node 0 … 3 in the cubic polynomial through the values at four nodes."""
     weight = 1.0
     for other in range(4):
         if other != node:
@@ -116,17 +116,17 @@ def add_nodes(
     last: int,
     samples: NDArray[np.float64],
 ) -> None:
-    """Add to samples what the nodes within a stretch of time contribute.
+    """Add the contributions of the nodes within a block of steps to the samples.
 
     Parameters
     ----------
     values : ndarray, shape (n_step, n_lane)
     first_step : int
-        Number of the first step.
+        Number of the first step of the block.
     first_nodes, offsets : ndarray, shape (n_lane, n_time)
-        Step of the first of four nodes, and the place of the sample from there, in steps.
+        Step of the first of the four nodes, and the offset of the sample from it [steps].
     first, last : int
-        Samples that are looked at.
+        Range of samples to update.
     samples : ndarray, shape (n_lane, n_time)
     """
     for lane in range(samples.shape[0]):

@@ -88,8 +88,7 @@ def _solve_group(conditions: Sequence[RunParameters]) -> list[Calibration]:
 def _upper_bracket(
     conditions: Sequence[RunParameters], target: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients whose leakage is at least the target (NaN if none was found), and the largest flows
-    found."""
+    """Coefficients whose leakage is at least the target (NaN if none), and the largest flows found."""
     supply = np.array([parameters.supply.pressure for parameters in conditions])
     from_valve = np.array([no_load_flow(parameters) for parameters in conditions])
     start = np.where(from_valve > 0.0, np.minimum(target, from_valve), target)

@@ -36,8 +36,7 @@ _STEP_ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class Drive:
-    """All parameters that determine the motion of a spool within a batch; runs with equal drives share one
-    spool."""
+    """Parameters that determine the motion of a spool; runs with equal drives share one spool."""
 
     input: InputConfig
     frequency: float
@@ -130,8 +129,7 @@ def _held_rows(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64
 
 
 def _multisine(phase: NDArray[np.float64], harmonics: int) -> NDArray[np.float64]:
-    """Sum of harmonics with Schroeder's phases −πk(k−1)/n, which minimise its crest factor; `phase` in
-    periods."""
+    """Multisine with Schroeder phases −πk(k−1)/n, for a low crest factor; `phase` in periods."""
     total = np.zeros_like(phase)
     for k in range(1, harmonics + 1):
         total += np.sin(2.0 * np.pi * k * phase - np.pi * k * (k - 1) / harmonics)

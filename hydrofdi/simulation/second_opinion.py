@@ -129,7 +129,7 @@ class _Record:
         else:
             self.voltage = input_voltage(parameters.input, record, steps)
         self._width = float(single["hysteresis"][0, 0])
-        acting = accumulate(self.voltage.tolist(), self._behind_hysteresis, initial=0.0)
+        acting = accumulate(self.voltage.tolist(), self._after_hysteresis, initial=0.0)
         self._acting = np.array(list(acting)[1:])
         self.states = np.full((_SPOOL + 2, record.n_sample), np.nan)
         rest = 0.5 * (supply.pressure + supply.return_pressure)
@@ -156,7 +156,7 @@ class _Record:
             jumps.update((np.flatnonzero(np.diff(self.voltage)) + 1).tolist())
         return sorted(jumps)
 
-    def _behind_hysteresis(self, previous: float, voltage: float) -> float:
+    def _after_hysteresis(self, previous: float, voltage: float) -> float:
         acting: float = acting_voltage(voltage, previous, self._width)
         return acting
 
@@ -174,7 +174,7 @@ class _Record:
             c["derivative_gain"][0], c["sample_time"][0], c["voltage_limit"][0],
         )  # fmt: skip
         self._error = error
-        self._acting_voltage = self._behind_hysteresis(self._acting_voltage, self._voltage)
+        self._acting_voltage = self._after_hysteresis(self._acting_voltage, self._voltage)
 
     def _advance(self, first: int, last: int) -> bool:
         from scipy import integrate

@@ -102,20 +102,17 @@ class ExperimentData:
 
     @cached_property
     def fixed_baseline(self) -> NDArray[np.int64]:
-        """Row of the sealed run under the baseline's conditions, for each run; `NO_BASELINE` if there is
-        none."""
+        """Row of each run's sealed run under the baseline's conditions; `NO_BASELINE` if there is none."""
         return self._sealed(self.columns[FIXED_BASELINE])
 
     @cached_property
     def matched_baseline(self) -> NDArray[np.int64]:
-        """Row of the sealed run under the run's own conditions, for each run; `NO_BASELINE` if there is
-        none."""
+        """Row of each run's sealed run under its own conditions; `NO_BASELINE` if there is none."""
         return self._sealed(self.columns[MATCHED_BASELINE])
 
     @cached_property
     def replicate_of(self) -> NDArray[np.int64]:
-        """Row of the healthy run that a run is a replicate of, for each run; `NO_BASELINE` if it is not a
-        replicate."""
+        """Row of the healthy run that each run replicates; `NO_BASELINE` if it is not a replicate."""
         return self.columns.get(REPLICATE_OF, np.full(self.n_run, NO_BASELINE))
 
     @property

@@ -67,9 +67,9 @@ class ShardIndex:
         columns = zip(entry["run_ids"], entry["record_ids"], entry["statuses"], strict=True)
         for row, (run_id, record_id, status) in enumerate(columns):
             stored = StoredRun(shard, row, status, signals, dtype, record_id)
-            _keep_richer(self.runs, run_id, stored)
+            _keep_more_complete(self.runs, run_id, stored)
             if record_id:
-                _keep_richer(self.records, record_id, stored)
+                _keep_more_complete(self.records, record_id, stored)
 
     @property
     def n_run_of_earlier_physics(self) -> int:
@@ -80,7 +80,7 @@ class ShardIndex:
     def signals_of(self, run: StoredRun) -> StoredRun:
         """Location of the signals of a run's record: its own shard, or one that stores more signals."""
         record = self.records.get(run.record_id, run)
-        return record if _richness(record) > _richness(run) else run
+        return record if _completeness(record) > _completeness(run) else run
 
     def save(self) -> None:
         """Save the index, so that unchanged shards need not be read again.
@@ -108,7 +108,7 @@ def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = f
     fresh : frozenset of str
         Names of shards that have just been written; their content is not checked.
     """
-    remembered = _remembered(directory / _FILE)
+    remembered = _from_index(directory / _FILE)
     entries: dict[str, dict[str, Any]] = {}
     damaged: dict[Path, str] = {}
     for path in sorted((directory / SHARDS).glob("*.h5")):
@@ -128,7 +128,7 @@ def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = f
     return ShardIndex(directory, entries, damaged, lost)
 
 
-def _remembered(path: Path) -> dict[str, Any]:
+def _from_index(path: Path) -> dict[str, Any]:
     try:
         index = json.loads(path.read_text())
         return dict(index["shards"]) if index["format"] == _FORMAT else {}
@@ -136,16 +136,16 @@ def _remembered(path: Path) -> dict[str, Any]:
         return {}
 
 
-def _keep_richer(places: dict[str, StoredRun], identity: str, stored: StoredRun) -> None:
+def _keep_more_complete(places: dict[str, StoredRun], identity: str, stored: StoredRun) -> None:
     known = places.setdefault(identity, stored)
-    if known is not stored and _richness(known) < _richness(stored):
+    if known is not stored and _completeness(known) < _completeness(stored):
         places[identity] = stored
 
 
 _DTYPES = ("float32", "float64")
 
 
-def _richness(stored: StoredRun) -> tuple[int, int]:
+def _completeness(stored: StoredRun) -> tuple[int, int]:
     return len(stored_signals(stored.signals)), _DTYPES.index(stored.dtype)
 
 

@@ -163,8 +163,7 @@ def read_verdicts(path: Path) -> list[str]:
 
 
 def read_obstacles(path: Path) -> dict[str, list[str]]:
-    """Label of an indicator → why it could not measure each run of an experiment file; empty text if it
-    could.
+    """Label of an indicator → why it could not measure each run; empty text if it could.
 
     Raises
     ------

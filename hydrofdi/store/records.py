@@ -165,7 +165,7 @@ class StoredRecords:
             tuple(self.record_ids[row] for row in rows),
             sources=(self.name,) * len(rows),
             drive_period=self._periods[positions[0]],
-            remarks=tuple(_holes(channels, place) for place in range(len(rows))),
+            remarks=tuple(_missing_value_remarks(channels, place) for place in range(len(rows))),
         )
 
     def _rejected(self, row: int, labels: bool) -> RejectedRecord:
@@ -207,7 +207,7 @@ class StoredRecords:
         return [periods[value] for value in values]
 
 
-def _holes(channels: dict[Channel, Array], row: int) -> tuple[Remark, ...]:
+def _missing_value_remarks(channels: dict[Channel, Array], row: int) -> tuple[Remark, ...]:
     return tuple(
         Remark("missing_values", f"{channel} is not stored completely", channel, is_unusable=True)
         for channel, samples in channels.items()

@@ -64,8 +64,7 @@ def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset
 
 
 def signal_rows(signal: h5py.Dataset, rows: Sequence[int]) -> NDArray[np.float64]:
-    """Some rows of a signal in double precision, shape (n_row, n_time); a signal shared by all runs is
-    repeated."""
+    """Rows of a signal in double precision, (n_row, n_time); a shared signal is repeated."""
     if signal.ndim == 1:
         return np.tile(np.asarray(signal[:], dtype=float), (len(rows), 1))
     first, last = min(rows), max(rows)
@@ -82,8 +81,10 @@ def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
 
 
 def write_block(target: h5py.Dataset, row: int, block: Block) -> int:
-    """Write a block starting at a row, and return the number of rows. Rows equal to the fill value are
-    skipped."""
+    """Write a block starting at a row, and return its number of rows.
+
+    Rows equal to the fill value are skipped.
+    """
     if isinstance(block, Chunk):
         if block.content:
             target.id.write_direct_chunk((row, 0), block.content, block.filter_mask)

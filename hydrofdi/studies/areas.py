@@ -41,8 +41,10 @@ class Suspicion:
         return suspicion(part.scores, self.direction, self.centre)
 
     def area(self, faulty: Part, notes: Notes) -> Area | None:
-        """Area under the ROC curve against the healthy records; with intervals over groups if there are
-        enough groups."""
+        """Area under the ROC curve against the healthy records.
+
+        Its interval is over groups if there are enough of them.
+        """
         healthy, confidence = self.healthy, self.rules.confidence
         if not (np.isfinite(self.centre) and faulty.scores.size):
             return None

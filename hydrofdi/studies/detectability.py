@@ -30,8 +30,7 @@ SIGNIFICANCE = 0.05
 
 @dataclass(frozen=True)
 class Detectability:
-    """Curve, its goodness of fit, the detectable severities (``q50``, ``q90``, ``q90_95``), and the curves of
-    the bounds."""
+    """Curve, goodness of fit, detectable severities (``q50`` …), and the curves of the bounds."""
 
     curve: PodCurve | None = None
     lack_of_fit: LackOfFit | None = None
@@ -83,12 +82,12 @@ def detectability(
     if not tested.is_grouped and is_described:
         used = curves if has_curve else _with_one_miss_more(curves[0], tested, rules)
     if not has_curve:
-        notes.remarks.append(_why_levels(fit, is_described))
+        notes.remarks.append(_why_from_levels(fit, is_described))
     smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes)
     return Detectability(curves[0], fit, smallest, tuple(_plausible(used, rules.confidence)))
 
 
-def _why_levels(fit: LackOfFit, is_described: bool) -> str:
+def _why_from_levels(fit: LackOfFit, is_described: bool) -> str:
     why = (
         "fewer than two tested levels lie on the slope of the curve of detection"
         if is_described

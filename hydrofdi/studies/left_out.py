@@ -83,5 +83,5 @@ def makeable(wanted: Mapping[str, ScoreConfig]) -> tuple[dict[str, ScoreConfig],
     lacking = [label for label, score in wanted.items() if needs_extra(score)]
     if not lacking or has_extra():
         return dict(wanted), ()
-    remark = f"left out, for they need the extra ({EXTRA}): {', '.join(lacking)}"
+    remark = f"omitted because they need the extra ({EXTRA}): {', '.join(lacking)}"
     return {label: score for label, score in wanted.items() if label not in lacking}, (remark,)

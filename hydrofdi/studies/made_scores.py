@@ -24,7 +24,7 @@ from hydrofdi.studies.records import Scored, StudyRecords
 MOST_MISSING = 0.1
 """Largest fraction of fit records without a value; a number with more missing values is omitted."""
 
-_TEACHING = (Kind.HEALTHY, Kind.FAULT)
+_TRAINING = (Kind.HEALTHY, Kind.FAULT)
 
 
 def made_scores(
@@ -97,7 +97,7 @@ def _made(
 ) -> Scored:
     population = [records.populations[each] for each in records.of_record]
     is_faulty = np.array([each.kind is Kind.FAULT for each in population])
-    is_fit = np.array([each.is_fit and each.kind in _TEACHING for each in population])
+    is_fit = np.array([each.is_fit and each.kind in _TRAINING for each in population])
     is_shared = tested_teach and score.needs_faulty
     is_fit |= is_shared & is_faulty
     learning = is_fit & (score.needs_faulty | ~is_faulty)

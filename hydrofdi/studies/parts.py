@@ -130,10 +130,9 @@ class TestedLevels:
         return count >= 2
 
     def with_one_miss_more(self) -> Array | None:
-        """Outcomes with one miss added in the smallest level that is always detected; None without such a
-        level.
+        """Outcomes with one miss added in the smallest level that is always detected.
 
-        The miss is at the largest severity of the level.
+        The miss is at the largest severity of the level. None if no level is always detected.
         """
         outcomes, first = self.outcomes.copy(), 0
         for level, hits, total in zip(self.levels, self.tally.hits, self.tally.total, strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from hydrofdi.studies.judgement import Judgement
 
-_RANK_OF_KEEPING = {True: 0, None: 1, False: 2}
+_RANK_BY_RATE = {True: 0, None: 1, False: 2}
 
 
 def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
@@ -26,7 +26,7 @@ def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
     area, found = judgement.middle_area, found_from(judgement)
     suspicion = 0.0 if math.isnan(area) else area
     second = float(len(judgement.scored.channels)) if math.isfinite(found) else -_largest_rate(judgement)
-    kept = _RANK_OF_KEEPING[judgement.keeps_its_rate]
+    kept = _RANK_BY_RATE[judgement.keeps_its_rate]
     return kept, found, second, -suspicion, judgement.scored.name
 
 

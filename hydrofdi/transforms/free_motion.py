@@ -81,8 +81,7 @@ def fit_free_motion(
 
 
 def _improvement(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Array, Array]:
-    """Gauss-Newton step for a and b, reduction of the sum of squares by the best motion, and inverse normal
-    matrix."""
+    """Gauss-Newton step for a and b, reduction of the sum of squares, and inverse normal matrix."""
     products, with_rest = _products(a, b, rest, trend)
     motion, slopes = _slopes(a, b, products, with_rest)
     normal = slopes @ products @ slopes.transpose(0, 2, 1)

@@ -70,7 +70,7 @@ def regress(
     weighed = columns
     values, inverse, condition = _solved(columns, weighed, target, known)
     for _ in range(n_reweighting):
-        weighed = columns * _trust(_left(columns, target, values))[:, None]
+        weighed = columns * _weights(_left(columns, target, values))[:, None]
         values, inverse, condition = _solved(columns, weighed, target, known)
     scores = np.sum(weighed * _left(columns, target, values)[:, None], axis=2)
     following = scores[:, :, :-1] @ scores[:, :, 1:].transpose(0, 2, 1)
@@ -102,7 +102,7 @@ def _left(columns: Array, target: Array, values: Array) -> Array:
     return left
 
 
-def _trust(left: Array) -> Array:
+def _weights(left: Array) -> Array:
     """Weight of each equation; zero residuals do not count in the median."""
     size = np.abs(left).reshape(len(left), -1)
     with np.errstate(all="ignore"):

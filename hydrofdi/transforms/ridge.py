@@ -9,7 +9,7 @@ from hydrofdi.transforms.spectrum import short_time_spectra
 
 Array = NDArray[np.float64]
 
-_STILL = 1e-12
+_ROUNDING = 1e-12
 """Amplitude relative to the largest sample below which a segment counts as constant (rounding)."""
 
 
@@ -41,7 +41,7 @@ def spectral_ridge(
     spacing = sampling_frequency / n_segment
     first, last = _lines(band, spacing, n_segment // 2)
     spectra = short_time_spectra(signal, n_segment, hop)[..., first - 1 : last + 2]
-    rounding = _STILL * np.abs(signal).max(axis=-1)[..., None]
+    rounding = _ROUNDING * np.abs(signal).max(axis=-1)[..., None]
     size = np.maximum(np.abs(spectra), rounding[..., None])
     peak = 1 + np.argmax(size[..., 1:-1], axis=-1)[..., None]
     before, at, after = (np.take_along_axis(size, peak + side, axis=-1)[..., 0] for side in (-1, 0, 1))

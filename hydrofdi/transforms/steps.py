@@ -32,8 +32,10 @@ class Steps:
         return Steps(self.record[chosen], self.sample[chosen])
 
     def with_window(self, first: int, length: int, n_time: int) -> Steps:
-        """Steps whose window of `length` samples, `first` samples after the step, ends before the next step
-        and the end of the record."""
+        """Steps whose window ends before the next step and before the end of the record.
+
+        The window has `length` samples and starts `first` samples after the step.
+        """
         is_last = np.append(np.diff(self.record) != 0, True)[: self.record.size]
         stop = np.where(is_last, n_time, np.append(self.sample[1:], n_time)[: self.sample.size])
         return self.where(self.sample + first + length <= stop)

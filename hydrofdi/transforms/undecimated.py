@@ -98,7 +98,7 @@ def undecimated_coefficients(
 
 
 def phase_detail_rms(details: NDArray[np.float64], first_sample: int) -> NDArray[np.float64]:
-    """RMS of the coefficients that a decimated transform keeps, for each of its start phases.
+    """RMS of the coefficients of a decimated transform, for each of its start phases.
 
     Parameters
     ----------

@@ -19,8 +19,7 @@ from hydrofdi.records import Array
 
 @dataclass(frozen=True)
 class ChartReading:
-    """State of the control chart after a window: statistic and limit [healthy spreads], and whether it
-    alarms."""
+    """Reading of the control chart: statistic and limit [healthy spreads], and whether it alarms."""
 
     statistic: float | None
     limit: float

@@ -20,10 +20,10 @@ from hydrofdi.records.streams.faults import fault_of
 
 _HELD = "held"
 
-_LOOK = 1.0
+_LEAST_CHECKED_TIME = 1.0
 """Minimum time before an estimate whose samples are checked [s]."""
 
-_AT_ONCE = 64
+_BATCH_SIZE = 64
 """Number of estimates that are judged at a time."""
 
 
@@ -57,8 +57,8 @@ class Follower:
         rows = new if piece.begins_anew else np.concatenate([state[_HELD], new], axis=1)
         n_held = rows.shape[1] - new.shape[1]
         verdicts: list[Verdict] = []
-        for first in range(0, len(found), _AT_ONCE):
-            some = found[first : first + _AT_ONCE]
+        for first in range(0, len(found), _BATCH_SIZE):
+            some = found[first : first + _BATCH_SIZE]
             faults = self._faults(rows, [n_held + each.place + 1 for each in some])
             verdicts += [
                 verdict_of(self.file, each.score, each.fault or fault)
@@ -88,5 +88,5 @@ class Follower:
 
 def samples_looked_at(indicator: RecursiveIndicator[Any], sampling_frequency: float) -> int:
     """Number of samples before an estimate that are checked: a transient, but at least one second."""
-    seconds: float = max(indicator.options.transient, _LOOK)
+    seconds: float = max(indicator.options.transient, _LEAST_CHECKED_TIME)
     return max(2, round(seconds * sampling_frequency))

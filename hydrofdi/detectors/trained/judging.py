@@ -49,7 +49,7 @@ class Judge:
         verdicts = [Verdict(None, None, None, self._fault(window)) for window in windows]
         sound = [place for place, verdict in enumerate(verdicts) if verdict.fault is None]
         if sound:
-            judged = self._judge_sound([windows[place] for place in sound])
+            judged = self._judge_valid([windows[place] for place in sound])
             for place, verdict in zip(sound, judged, strict=True):
                 verdicts[place] = verdict
         return verdicts
@@ -66,7 +66,7 @@ class Judge:
             )
         return None
 
-    def _judge_sound(self, windows: Sequence[Window]) -> list[Verdict]:
+    def _judge_valid(self, windows: Sequence[Window]) -> list[Verdict]:
         records = records_of(windows, self.channels, self.file.sampling_frequency)
         scores = scores_of_records(records, self._feature)
         faults = findings(records, self.file.ranges)

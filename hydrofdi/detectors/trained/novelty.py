@@ -53,7 +53,7 @@ def _clipped(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRa
         at_high = facts.is_at_high[row]
         end, value = ("highest", facts.highest) if at_high else ("lowest", facts.lowest)
         yield (
-            f"{share:.1%} of {channel} lie at its {end} value, {readable(float(value[row]), channel.unit)};"
+            f"{share:.1%} of {channel} are at its {end} value, {readable(float(value[row]), channel.unit)};"
             f" healthy windows allow {healthy.at_end:.1%}"
         )
 

@@ -20,7 +20,7 @@ MOST_BYTES = 2**20
 """Maximum size of a detector file [bytes]."""
 
 _MOST_DIGITS, _MOST_SHOWN = 18, 200
-_NUMBERS_APART = re.compile(r"\[\n\s+([-+\d.eE,\snul]+?)\n\s*\]")
+_NUMBERS_PER_LINE = re.compile(r"\[\n\s+([-+\d.eE,\snul]+?)\n\s*\]")
 """A list of numbers, one per line; JSON strings cannot contain line breaks."""
 
 
@@ -28,7 +28,7 @@ def detector_text(file: DetectorFile) -> str:
     """Detector file as readable JSON: SI, lists of numbers on one line."""
     record = file.model_dump(mode="json", by_alias=True)
     text = json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    return _NUMBERS_APART.sub(lambda found: "[" + " ".join(found[1].split()) + "]", text)
+    return _NUMBERS_PER_LINE.sub(lambda found: "[" + " ".join(found[1].split()) + "]", text)
 
 
 def load_detector(path: Path) -> DetectorFile:

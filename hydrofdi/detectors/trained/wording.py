@@ -39,8 +39,7 @@ def percentage(share: float) -> str:
 
 
 def plain(value: float, n_digit: int) -> str:
-    """A number with `n_digit` significant digits, without an exponent unless it is extremely large or
-    small."""
+    """A number with `n_digit` significant digits; only extreme values have an exponent."""
     if not value or not _LEAST_PLAIN <= abs(value) < _MOST_PLAIN:
         return f"{value:.{n_digit}g}"
     return np.format_float_positional(value, n_digit, unique=False, fractional=False, trim="-")

@@ -58,8 +58,7 @@ class PodCurve:
 
     @property
     def is_step(self) -> bool:
-        """Whether fewer than two tested severities lie on the slope: hits and misses are practically
-        separated.
+        """Whether hits and misses are practically separated: fewer than two severities lie on the slope.
 
         The slope then has no estimate (Albert and Anderson, Biometrika 71 (1984) 1), and likelihood bounds
         are too narrow: results are then based only on the tested levels.

@@ -24,7 +24,7 @@ from hydrofdi.transforms.analytic import analytic_signal
 from hydrofdi.transforms.wavelet import root_mean_square
 
 _FEWEST_SAMPLES = 8
-_STILL = 1e-12
+_ROUNDING = 1e-12
 """Envelope relative to the largest sample below which there is only rounding error."""
 
 
@@ -103,7 +103,7 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
         delay, length = round(self.options.delay * sampling), self._n_window(records)
         steps = drive_steps(records, self.options, signal).with_window(delay, length, records.n_time)
         windows = steps.windows(envelope, delay, length)
-        moves = windows.min(axis=1, initial=np.inf) > _STILL * np.abs(signal).max(axis=1)[steps.record]
+        moves = windows.min(axis=1, initial=np.inf) > _ROUNDING * np.abs(signal).max(axis=1)[steps.record]
         steps, rates = steps.where(moves), _decay_rates(windows[moves], sampling)
         count = steps.counts(records.n_record).astype(float)
         mean = steps.sums(rates, records.n_record) / count

@@ -12,8 +12,7 @@ from hydrofdi.settings.quantities import SI
 
 
 class PressureBalanceOptions(BalanceOptions):
-    """Options of `PressureBalance`: those of the flow balance, with longer windows that start after the
-    ringing."""
+    """Options of `PressureBalance`: as for the flow balance, with longer windows after the ringing."""
 
     spool: Literal["measured", "command", "square"] = "command"
     """Spool position: ``measured``; computed from the input voltage with the nominal valve (``command``); or

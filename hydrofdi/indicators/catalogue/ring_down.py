@@ -115,8 +115,7 @@ class RingDown(Indicator[RingDownOptions]):
         return round(self.options.window * records.sampling_frequency)
 
     def _pieces(self, records: RecordBatch, signal: Array) -> tuple[Steps, Array]:
-        """Steps with a full window after them in which the pressure is finite and moves, and that
-        pressure."""
+        """Steps that have a full window of finite, varying pressure, and the pressure in it."""
         delay, length = round(self.options.delay * records.sampling_frequency), self._n_window(records)
         steps = drive_steps(records, self.options, signal).with_window(delay, length, records.n_time)
         pieces = steps.windows(signal, delay, length)

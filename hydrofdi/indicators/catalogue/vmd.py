@@ -15,7 +15,7 @@ from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.variational import variational_modes
 
 _FEWEST_SAMPLES = 16
-_STILL = 1e-12
+_ROUNDING = 1e-12
 """RMS relative to the largest sample below which a mode is only rounding error."""
 
 
@@ -77,6 +77,6 @@ class Vmd(SingleChannelIndicator[VmdOptions]):
         found = variational_modes(
             record, options.modes, options.bandwidth_weight, options.tolerance, options.most_iterations
         )
-        moves = found.rms > _STILL * np.abs(record).max()
+        moves = found.rms > _ROUNDING * np.abs(record).max()
         rms, frequency = np.where(moves, found.rms, 0.0), np.where(moves, found.frequency, np.nan)
         return np.concatenate([rms, frequency * sampling_frequency, [found.iterations]])

@@ -83,7 +83,7 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
         nis = squares / (3 * found.n_sample)
         return {
             "leakage": LITRE_PER_MINUTE * np.where(shows, fits / safe, 0.0),
-            "leakage_error": error * _widening(nis),
+            "leakage_error": error * _deviation_factor(nis),
             "error_of_model": error,
             "nis": nis,
             "residual": 1e6 * np.sqrt(pressures / (2 * found.n_sample)),
@@ -96,12 +96,12 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
         nis = np.mean(trace.values["nis"], axis=1)
         return {
             "leakage": np.sum(weights * trace.values["leakage"], axis=1) / total,
-            "leakage_error": np.where(total > 0.0, _widening(nis) / np.sqrt(total), np.nan),
+            "leakage_error": np.where(total > 0.0, _deviation_factor(nis) / np.sqrt(total), np.nan),
             "nis": nis,
             "residual": np.sqrt(np.mean(trace.values["residual"] ** 2, axis=1)),
         }
 
 
-def _widening(nis: Array) -> Array:
+def _deviation_factor(nis: Array) -> Array:
     """Factor, at least 1, by which the standard deviations of a model are too small."""
     return np.sqrt(np.maximum(nis, 1.0))

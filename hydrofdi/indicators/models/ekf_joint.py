@@ -59,7 +59,7 @@ class EkfJoint(KalmanFilter[JointOptions]):
                 direction=Direction.RISING, is_score=False,
             ),
             Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
-            *(output for name, outputs in _BESIDE.items() if name in chosen for output in outputs),
+            *(output for name, outputs in _AUXILIARY.items() if name in chosen for output in outputs),
             Output.quality("nis", "1", "mean normalised innovation squared; 1 if the noise is as assumed"),
         )  # fmt: skip
 
@@ -95,7 +95,7 @@ class EkfJoint(KalmanFilter[JointOptions]):
         }
 
 
-_BESIDE = {
+_AUXILIARY = {
     "bulk_modulus": (
         Output("bulk_modulus", "Pa", "effective bulk modulus β"),
         Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),

@@ -176,7 +176,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             "compressibility": self.options.bulk_modulus,
         }
         unknowns = tuple(
-            Unknown(*_IN_WORDS[name], deviations[place] * scales.get(name, 1.0))
+            Unknown(*_NAMES_AND_UNITS[name], deviations[place] * scales.get(name, 1.0))
             for place, name in enumerate(UNKNOWNS)
             if deviations[place]
         )
@@ -219,8 +219,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         self, chunk: RecordBatch, windows: tuple[Array, Array, Array], due: NDArray[np.int64],
         supply: Array, reference: Array, noise: Array, after: dict[str, NDArray[Any]],
     ) -> Array:  # fmt: skip
-        """Estimates, shape (n_record, n_memory, n_instant, N_ESTIMATE), with supply pressure and noise at
-        these instants."""
+        """Estimates for given supply pressures and noise, (n_record, n_memory, n_instant, N_ESTIMATE)."""
         options, deviations, decays = self.options, self._deviations(chunk), self._decays(chunk)
         priors = np.zeros((*supply.shape, N_UNKNOWN))
         if deviations[_SUPPLY] > 0.0:
@@ -340,7 +339,7 @@ def _departure(found: Array, deviations: Array) -> Array:
     return np.asarray(np.max(np.abs(found[:, :, stated]) / deviations[stated], axis=2, initial=0.0))
 
 
-_IN_WORDS = {
+_NAMES_AND_UNITS = {
     "internal_coefficient": ("leakage", "m^3/s"),
     "compressibility": ("bulk modulus", "1"),
     "flow_gain": ("flow gain", "1"),

@@ -1,5 +1,7 @@
-"""LuGre friction: bristles deflect before they slide. Canudas de Wit et al., IEEE Trans. Automatic Control 40
-(1995)."""
+"""LuGre friction: bristles deflect before they slide.
+
+Canudas de Wit et al., IEEE Trans. Automatic Control 40 (1995).
+"""
 
 from __future__ import annotations
 

@@ -66,8 +66,7 @@ def read_provenance(directory: Path) -> list[dict[str, Any]]:
 
 
 def read_costs(directory: Path) -> dict[str, float]:
-    """Label of an indicator → CPU time per record [s], from the latest sweep on the folder that measured
-    it."""
+    """Label of an indicator → CPU time per record [s], from the latest sweep that measured it."""
     measured = [record["costs"] for record in read_provenance(directory) if record.get("costs")]
     return dict(measured[-1]) if measured else {}
 

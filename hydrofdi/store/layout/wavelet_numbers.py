@@ -42,8 +42,7 @@ def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[An
 
 
 def earlier_output(file: h5py.File, name: str, rows: slice) -> NDArray[Any] | None:
-    """An output of ``dwt`` from a file before format version 3; None if it is not such an output or is
-    missing."""
+    """An output of ``dwt`` from a file before format version 3; None if it is not one or is missing."""
     for variable, output in _OUTPUT.items():
         match = re.fullmatch(re.escape(f"{DWT}.") + output.format(r"(\d+)"), name)
         if match and variable in file and int(match[1]) <= file[variable].shape[-1]:

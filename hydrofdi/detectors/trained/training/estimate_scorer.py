@@ -33,10 +33,10 @@ class EstimateScorer(Scorer):
                 self._take(line, found)
             for window in windows_along(batch, row, self._looks):
                 if window.fault is None:
-                    self._look_at(window)
+                    self._collect_statistics(window)
             yield line
 
-    def _look_at(self, window: Window) -> None:
+    def _collect_statistics(self, window: Window) -> None:
         for channel in self.channels:
             self.facts.setdefault(channel, []).append(channel_facts(window.channels[channel][None]))
 

@@ -58,7 +58,7 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
             batch.record_ids[row], batch.groups[row], batch.labels[row] if batch.labels else "", line
         )
         for batch in chain([first], batches)
-        for row, line in enumerate(scorer.lines(_alike(batch, first, channels, config)))
+        for row, line in enumerate(scorer.lines(_checked(batch, first, channels, config)))
     ]
     scorer.finish()
     if not any(each.line.chosen.size for each in records):
@@ -113,7 +113,7 @@ def _estimator(
     return Estimator(feature, channels, first.sampling_frequency)
 
 
-def _alike(
+def _checked(
     batch: RecordBatch, first: RecordBatch, channels: Sequence[Channel], config: DetectorConfig
 ) -> RecordBatch:
     """Check that a batch matches the first one, and return its channels.

@@ -50,8 +50,8 @@ class Plan:
     calibrated_at : str
         Whether K_i is solved for each run, or at the nominal actuator.
     workers : int
-    predicted_seconds : float
-        Wall time with so many workers, from a few runs that were tried [s].
+    predicted_seconds, predicted_seconds_most : float
+        Least and most wall time to expect with so many workers, from a few runs that were tried [s].
     predicted_file_bytes, free_bytes : int
         Size of the experiment file (the shards take as much again), and free space.
     warnings : list of str
@@ -81,6 +81,7 @@ class Plan:
     calibrated_at: str
     workers: int
     predicted_seconds: float
+    predicted_seconds_most: float
     predicted_file_bytes: int
     free_bytes: int
     warnings: list[str]
@@ -96,9 +97,10 @@ class Plan:
         return html_sentences(repr(self), self.warnings)
 
     def __repr__(self) -> str:
+        least, most = shown_seconds(self.predicted_seconds), shown_seconds(self.predicted_seconds_most)
         return (
-            f"{self.experiment}: {self.missing:,} of {counted(self.planned, 'run')} to compute, about"
-            f" {shown_seconds(self.predicted_seconds)}, {counted(len(self.warnings), 'warning')}"
+            f"{self.experiment}: {self.missing:,} of {counted(self.planned, 'run')} to compute in {least} to"
+            f" {most}, {counted(len(self.warnings), 'warning')}"
         )
 
 
@@ -130,7 +132,7 @@ def plan(
     >>> study = {"name": "planned", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
     >>> plan = hydrofdi.plan(study)
     >>> plan
-    planned: 2 of 2 runs to compute, about 0... s, ... warnings
+    planned: 2 of 2 runs to compute in 0... s to 1... s, ... warnings
     >>> plan.reasons
     {'new': 2}
     """
@@ -146,6 +148,7 @@ def _planned(
     directory = experiment_directory(loaded, None if out is None else path_of(out))
     made = plan_sweep(loaded, directory, retry_failed=retry_failed)
     n_run = len(made.run_ids)
+    least, most = predict_seconds(made, workers)
     failed = sum(run_id in made.failures for run_id in made.run_ids)
     return Plan(
         experiment=loaded.name,
@@ -166,7 +169,8 @@ def _planned(
         solutions=asdict(made.table.runs.at(made.simulated).solutions()),
         calibrated_at=loaded.calibration.at,
         workers=workers,
-        predicted_seconds=predict_seconds(made, workers),
+        predicted_seconds=least,
+        predicted_seconds_most=most,
         predicted_file_bytes=made.file_bytes,
         free_bytes=made.free_bytes,
         warnings=made.warnings,

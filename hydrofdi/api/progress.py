@@ -25,7 +25,7 @@ class Progress:
     Attributes
     ----------
     what : str
-        ``runs``, or ``leakage coefficients K_i``, which are solved before the first run.
+        ``runs``, or ``leakage coefficients K_i solved before the runs``.
     done, total, failed : int
         Number of these that have ended, that are to be computed, and that failed.
     seconds : float

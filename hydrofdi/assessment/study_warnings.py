@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from hydrofdi.assessment.online_warnings import online_warnings
 from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.shown_values import shown_value
 from hydrofdi.config.study.alike import records_alike
 from hydrofdi.config.study.study import StudyConfig
+from hydrofdi.config.sweeps.distributions import quantiles
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.scoring import EXTRA, has_extra
@@ -23,6 +26,7 @@ def study_warnings(experiment: ExperimentConfig) -> list[str]:
     if experiment.study is None:
         return []
     sentences = list(_count_warnings(experiment.study, rules_of(experiment.detection)))
+    sentences += _shifts_inside(experiment.study)
     sentences += online_warnings(experiment)
     sentences += records_alike(experiment)
     if asks_for_extra(experiment.detection) and not has_extra():
@@ -56,6 +60,28 @@ def _count_warnings(study: StudyConfig, rules: Rules) -> Iterator[str]:
             f" {100.0 * rules.probability:g} % detection: that needs {rules.records_for_detection} records"
             f" ({confidence} confidence)"
         )
+
+
+def _shifts_inside(study: StudyConfig) -> Iterator[str]:
+    """A sentence on each shift whose values the fit records may have as well."""
+    drawn = study.population.over | study.population.per_record
+    for name, changes in study.shifts.items():
+        ranges = {each: _usual_range(drawn[each]) for each in changes if each in drawn}
+        if len(ranges) == len(changes) and all(
+            isinstance(value, float) and low <= value <= high
+            for value, (low, high) in zip(changes.values(), ranges.values(), strict=True)
+        ):
+            shown = ", ".join(f"{each} = {shown_value(each, value)}" for each, value in changes.items())
+            yield (
+                f"study.shifts.{name}: {shown} lies inside the population, so fit records show this condition"
+                " as well; shift it further, or call it a confusion if it is a fault"
+            )
+
+
+def _usual_range(distribution: dict[Any, list[Any]]) -> tuple[float, float]:
+    """Where all but one in a hundred draws lie; not a number if they are not numbers."""
+    low, high = quantiles(distribution, np.array([0.005, 0.995]))
+    return (float(low), float(high)) if isinstance(low, int | float) else (np.nan, np.nan)
 
 
 def _records_for_threshold(rules: Rules) -> int:

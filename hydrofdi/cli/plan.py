@@ -71,7 +71,8 @@ def _lines(record: dict[str, Any]) -> list[str]:
     lines += [f"  because    {reason}: {count:,}" for reason, count in record["reasons"].items()]
     lines += _solution_lines(record)
     lines.append(
-        f"predicted    about {shown_seconds(record['predicted_seconds'])} with"
+        f"predicted    {shown_seconds(record['predicted_seconds'])} to"
+        f" {shown_seconds(record['predicted_seconds_most'])} with"
         f" {counted(record['workers'], 'worker')},"
         f" {shown_bytes(record['predicted_file_bytes'])} (and as much in shards);"
         f" {shown_bytes(record['free_bytes'])} free"

@@ -50,7 +50,8 @@ def sweep(
         bool,
         typer.Option(
             "--shared-directory/--no-shared-directory",
-            help="Whether Dask workers can write to the results folder; otherwise they send their shards.",
+            show_default=False,
+            help="Dask workers write into the results folder [default], or send their results.",
         ),
     ] = True,
     json: Json = False,

@@ -26,6 +26,8 @@ from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.layout.outputs import dimensions
 
+_MOST_FACTOR, _START_SECONDS = 2.0, 10.0
+"""On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
 _CALIBRATION_ROUNDS = 14
 """Simulations that a calibration takes, about."""
 
@@ -209,8 +211,17 @@ def plan_sweep(
     return SweepPlan(experiment, directory, table, run_ids, record_ids, read_index(directory), failures)
 
 
-def predict_seconds(plan: SweepPlan, workers: int) -> float:
-    """Wall time of a plan [s], from simulating a few of its runs without their leakage."""
+def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
+    """Least and most wall time to expect of a plan [s].
+
+    A few of its runs are simulated without their leakage. The least is the time of the arithmetic; starting the
+    workers, storing, and a busy machine add to it.
+    """
+    least = _least_seconds(plan, workers)
+    return least, _MOST_FACTOR * least + _START_SECONDS if least else 0.0
+
+
+def _least_seconds(plan: SweepPlan, workers: int) -> float:
     runs = plan.table.runs.at(plan.simulated)
     if not runs:
         return 0.0

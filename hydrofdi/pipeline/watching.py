@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 RUNS = "runs"
-COEFFICIENTS = "leakage coefficients K_i"
+COEFFICIENTS = "leakage coefficients K_i solved before the runs"
 
 
 class Watcher(Protocol):

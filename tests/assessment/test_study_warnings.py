@@ -47,6 +47,19 @@ def test_too_few_records_of_shifts_are_warned_of_with_the_number_needed(loaded):
         assert not study_warnings(loaded(99, settings=enough))
 
 
+@pytest.mark.parametrize(("changes", "is_inside"), [
+    ("fluid.bulk_modulus: 600 MPa", True),
+    ("fluid.bulk_modulus: +5 %", True),
+    ("fluid.bulk_modulus: 689 MPa", False),
+    ("fluid.bulk_modulus: 600 MPa, friction.viscous: 80", False),
+    ("friction.viscous: 80", False),
+])  # fmt: skip
+def test_a_shift_inside_the_population_is_warned_of(loaded, changes, is_inside):
+    warnings = study_warnings(loaded(99, settings=[f"study.shifts={{warm: {{{changes}}}}}"]))
+    found = [each for each in warnings if each.startswith("study.shifts.warm: fluid.bulk_modulus = ")]
+    assert len(found) == is_inside
+
+
 def test_plans_warn_of_too_few_leaks(loaded, tmp_path):
     plan = plan_sweep(loaded(99, each=28), tmp_path / "out")
     assert any("study.faults.each = 28" in text and "29" in text for text in plan.warnings)

@@ -56,7 +56,7 @@ def test_a_sweep_repeats_the_warnings_of_the_plan_and_ends_with_verdicts_and_rem
 def test_python_is_told_of_coefficients_and_of_runs(drifting: Path) -> None:
     seen: list[Progress] = []
     results = hydrofdi.sweep(drifting, out=drifting.parent / "out", engine="in-process", progress=seen.append)
-    for what, total in (("leakage coefficients K_i", 1), ("runs", 4)):
+    for what, total in (("leakage coefficients K_i solved before the runs", 1), ("runs", 4)):
         own = [each for each in seen if each.what == what]
         assert [own[0].done, own[-1].done, own[-1].total] == [0, total, total]
     assert results.summary is not None

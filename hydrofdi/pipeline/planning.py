@@ -214,8 +214,8 @@ def plan_sweep(
 def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     """Least and most wall time to expect of a plan [s].
 
-    A few of its runs are simulated without their leakage. The least is the time of the arithmetic; starting the
-    workers, storing, and a busy machine add to it.
+    A few of its runs are simulated without their leakage. The least is the time of the arithmetic; workers
+    that start, storing, and a busy machine add to it.
     """
     least = _least_seconds(plan, workers)
     return least, _MOST_FACTOR * least + _START_SECONDS if least else 0.0

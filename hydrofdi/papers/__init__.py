@@ -1,4 +1,4 @@
-"""Papers whose studies hydrofdi repeats: a room each, with what their reports add."""
+"""Papers whose studies hydrofdi repeats: one package each, with what their reports add."""
 
 from __future__ import annotations
 

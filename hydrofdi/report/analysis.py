@@ -26,11 +26,11 @@ class Analysis:
     data: ExperimentData
     table: SensitivityTable
     external: ExternalStudy | None
-    """What external leakage does to the approximation, where the experiment varies it."""
+    """What external leakage does to the approximation, if the experiment varies it."""
     replicates: ReplicateStudy | None
-    """Rows against healthy replicates, where the experiment asks for any."""
+    """Rows against healthy replicates, if the experiment asks for any."""
     indicators: tuple[IndicatorStudy, ...]
-    """Indicators beside the details of P_1, where the experiment measures any."""
+    """Indicators beside the details of P_1, if the experiment measures any."""
 
     @cached_property
     def responses(self) -> ResponseStudy:
@@ -78,7 +78,7 @@ class Analysis:
 
     @property
     def missing_baseline(self) -> str:
-        """Why there is no δ, as a sentence; empty where there is a healthy run."""
+        """Why there is no δ, as a sentence; empty if there is a healthy run."""
         if self.has_baseline:
             return ""
         alone = "it is a single run; 'hydrofdi sweep' adds the healthy ones"
@@ -87,6 +87,6 @@ class Analysis:
 
 
 def analyze(data: ExperimentData) -> Analysis:
-    """Work out the table of an experiment, and what it is read with."""
+    """Compute the table of an experiment, and what it is read with."""
     table = summarize_table(data)
     return Analysis(data, table, study_external(table), study_replicates(table, data), study_indicators(data))

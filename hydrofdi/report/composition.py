@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hydrofdi.report.contract import FigureKind
 
 FEW_AXES = 4
-"""Parameters that vary up to which the figure of the responses is the usual one."""
+"""Most varied parameters for which the figure of the responses is the default."""
 
 _LEAD = "Change δ of the RMS of the wavelet details of the chamber-1 pressure over the varied parameters."
 
@@ -56,13 +56,13 @@ class Report:
 
     @property
     def usual_figure(self) -> str:
-        """The figure that is drawn where none is named."""
+        """The figure that is drawn by default."""
         n_axis = sum(bool(each.responses) for each in self.analysis.responses.axes)
         is_clear = n_axis <= FEW_AXES or not self.analysis.baselines
         return "responses" if n_axis and is_clear else "sensitivity"
 
     def document(self) -> Document:
-        """Its sections."""
+        """The sections of the report."""
         return compose_general(self.analysis)
 
     def record(self) -> dict[str, Any]:
@@ -85,7 +85,7 @@ class Report:
 
 
 def compose_general(analysis: Analysis) -> Document:
-    """The sections of an experiment that is no paper's study."""
+    """The sections of the general report."""
     lead = _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS
     if not analysis.has_results:
         return compose_empty(analysis, lead)

@@ -33,11 +33,11 @@ class ComposedReport(Protocol):
 
     @property
     def usual_figure(self) -> str:
-        """The figure that is drawn where none is named."""
+        """The figure that is drawn by default."""
         ...
 
     def document(self) -> Document:
-        """Its sections."""
+        """The sections of the report."""
         ...
 
     def record(self) -> dict[str, Any]:
@@ -45,7 +45,7 @@ class ComposedReport(Protocol):
         ...
 
     def columns(self) -> dict[str, list[Any]]:
-        """Header with unit → values, for CSV and Parquet; None where a number is missing."""
+        """Header with unit → values, for CSV and Parquet; None if a number is missing."""
         ...
 
     def figures(self) -> Mapping[str, FigureKind]:

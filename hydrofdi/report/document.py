@@ -24,7 +24,7 @@ class Cell:
     value : float, str or None
         What the text was made from, for programs.
     mark : str
-        What follows a cell that stands out where there is no bold type.
+        What follows a cell that stands out if there is no bold type.
     """
 
     text: str
@@ -103,7 +103,7 @@ class Sheet:
 
     @property
     def shown(self) -> Sheet:
-        """Its digest, or itself where it has none."""
+        """Its digest, or itself if it has none."""
         return self.digest or self
 
 

@@ -14,7 +14,7 @@ from hydrofdi.report.runs.rows import LevelChanges, TableRow
 from hydrofdi.report.runs.table import SensitivityTable
 
 _LEVEL = 3
-"""Position of a4; the deepest level where there are fewer."""
+"""Position of a4; the deepest level if there are fewer."""
 
 _D2 = 1
 
@@ -35,7 +35,7 @@ class ExternalState:
 
     @property
     def least_flow(self) -> float:
-        """The smallest mean flow out of any of its chambers [m³/s]; NaN where no run ended well."""
+        """The smallest mean flow out of any of its chambers [m³/s]; NaN if no run succeeded."""
         return range_of(
             [row.external.flows[chamber - 1] for row in self.rows for chamber in self.chambers]
         ).low

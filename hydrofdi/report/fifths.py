@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_VALUES = 12
-"""Different values up to which each is shown by itself; beyond, in fifths."""
+"""Most different values that are shown one by one; more are divided into fifths."""
 
 _FIFTHS = 5
 

@@ -38,11 +38,11 @@ class ReportInUnits:
 
     @property
     def usual_figure(self) -> str:
-        """The figure that is drawn where none is named."""
+        """The figure that is drawn by default."""
         return self.report.usual_figure
 
     def document(self) -> Document:
-        """Its sections."""
+        """The sections of the report."""
         with shown_in(self.units):
             return self.report.document()
 

@@ -15,7 +15,7 @@ Z_95 = 1.959963984540054
 
 @dataclass(frozen=True)
 class Share:
-    """A share of draws, with its 95 % confidence interval; NaN where there are no draws.
+    """A share of draws, with its 95 % confidence interval; NaN if there are no draws.
 
     Attributes
     ----------

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Range:
-    """The least and the largest of some numbers; NaN where there is none."""
+    """The least and the largest of some numbers; NaN if there is none."""
 
     low: float
     high: float

@@ -45,7 +45,7 @@ class HealthyRange:
 
     @property
     def n_replicate(self) -> int:
-        """Number of replicates that ended well."""
+        """Number of replicates that succeeded."""
         return len(self.deltas)
 
     @property
@@ -116,7 +116,7 @@ class ReplicateStudy:
 
 
 def study_replicates(table: SensitivityTable, data: ExperimentData) -> ReplicateStudy | None:
-    """Rows against healthy replicates; None where the experiment has none that ended well.
+    """Rows against healthy replicates; None if the experiment has none that succeeded.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Numbers as the words of a report."""
+"""Numbers as text in a report."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
 from hydrofdi.units import convert
 
 HOLE = "–"
-"""What stands where a number is missing."""
+"""Shown in place of a missing number."""
 
 _MOST_WORDS = 12
-"""Cases up to which a sentence names each."""
+"""Most cases that a sentence names one by one."""
 
 _MOST_MODES = 12
-"""EBM up to which a sentence names the hydraulic mode of each."""
+"""Most EBM for which a sentence names each hydraulic mode."""
 
 
 def shown_modulus() -> ShownParameter:
-    """How a person reads the EBM: in MPa where the experiment is not written in another unit."""
+    """how people read the EBM: in MPa where the experiment is not written in another unit."""
     return shown_parameter("fluid.bulk_modulus", [1e9])
 
 
@@ -87,7 +87,7 @@ def plain(value: Any) -> str:
 
 
 def signed(value: float, decimals: int = 1) -> str:
-    """A number with its sign; no sign where it rounds to zero; a hole where it is missing."""
+    """A number with its sign; no sign where it rounds to zero; a hole if it is missing."""
     if math.isnan(value):
         return HOLE
     text = f"{value:+.{decimals}f}"
@@ -172,7 +172,7 @@ def _level_at(table: SensitivityTable, frequency: float) -> str:
 
 
 def capitalized(sentence: str) -> str:
-    """A sentence with a capital at its start, unless it starts with the name of a score such as dwt.d1."""
+    """A sentence that starts with a capital, unless it starts with the name of a score such as dwt.d1."""
     first = sentence.partition(" ")[0].rstrip(".,;:")
     is_name = "_" in first or "." in first
     return sentence if is_name else f"{sentence[:1].upper()}{sentence[1:]}"
@@ -190,7 +190,7 @@ def some(words: Sequence[str]) -> str:
 
 
 def share_text(share: Share, *, with_interval: bool) -> str:
-    """A share in percent, e.g. ``3.5 % (2.7–4.5)``; a hole where there is nothing to share."""
+    """A share in percent, e.g. ``3.5 % (2.7–4.5)``; a hole if there is nothing to share."""
     if not share.total:
         return HOLE
     interval = f" ({100.0 * share.low:.1f}–{100.0 * share.high:.1f})" if with_interval else ""

@@ -1,4 +1,4 @@
-"""The two controls that the paper lacks: the rule on a sealed actuator, and the matched baseline."""
+"""Two controls that the paper does not have: the rule on a sealed actuator, and the matched baseline."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class SealedAlarm:
     delta_fixed : tuple of float
         δ of all levels against the fixed baseline [%].
     alarm : bool or None
-        Whether δd3 is positive and the largest; None where the run is missing or failed.
+        Whether δd3 is positive and the largest; None if the run is missing or failed.
     """
 
     position: int
@@ -53,7 +53,7 @@ class BestLevel:
     leakage_flow, bulk_modulus : float
         Leakage level [m³/s] and β [Pa].
     level : int or None
-        Position of the level; None where no δ is positive, or the run is missing or failed.
+        Position of the level; None if no δ is positive, or the run is missing or failed.
     delta : float
         Its δ [%].
     is_open : bool

@@ -19,7 +19,7 @@ class Deviation:
     ----------
     cell : ReferenceCell
     published, computed : float
-        δ [%] or RMS [Pa]; the computed one is NaN where the experiment has no such run, or it failed.
+        δ [%] or RMS [Pa]; the computed one is NaN if the experiment has no such run, or it failed.
     deviation : float
         Computed less published: percentage points of δ, percent of a published RMS.
     tolerance : float
@@ -34,7 +34,7 @@ class Deviation:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether the deviation is within the tolerance; None where nothing was computed."""
+        """Whether the deviation is within the tolerance; None if nothing was computed."""
         return None if math.isnan(self.deviation) else abs(self.deviation) <= self.tolerance
 
 

@@ -34,7 +34,7 @@ class StudyReport(Report):
         return "sensitivity" if self.analysis.scenarios is None else "scenarios"
 
     def document(self) -> Document:
-        """Its sections."""
+        """The sections of the report."""
         return compose_study(self.analysis)
 
     def record(self) -> dict[str, Any]:

@@ -34,7 +34,7 @@ class PhaseCount:
     held, of : int
         Phases in which it holds, and in which it is decided.
     values : tuple of float
-        The number that decides, phase by phase [percentage points]; NaN where it is not decided.
+        The number that decides, phase by phase [percentage points]; NaN if it is not decided.
     """
 
     held: int
@@ -43,17 +43,17 @@ class PhaseCount:
 
     @property
     def least(self) -> float:
-        """The least of the numbers; NaN where there is none."""
+        """The smallest number; NaN if there is none."""
         return float(np.nanmin(self.values)) if self.of else float("nan")
 
     @property
     def mean(self) -> float:
-        """Their mean; NaN where there is none."""
+        """Their mean; NaN if there is none."""
         return float(np.nanmean(self.values)) if self.of else float("nan")
 
     @property
     def largest(self) -> float:
-        """The largest of the numbers; NaN where there is none."""
+        """The largest of the numbers; NaN if there is none."""
         return float(np.nanmax(self.values)) if self.of else float("nan")
 
 
@@ -68,16 +68,16 @@ class Standing:
     n_phase : int
         Number of start phases that were measured.
     claims : dict
-        Claim → margin [percentage points] over the phases; it holds where it does so in all scenarios.
+        Claim → margin [percentage points] over the phases; it holds if it does so in all scenarios.
     margins : dict
         Claim → margin at the configured phase, or of the settled records [percentage points]; the least of
         all scenarios.
     alarms : tuple of PhaseCount
-        δd3 [%] of each sealed run above the normal EBM over the phases; it holds where the d3 rule alarms.
+        δd3 [%] of each sealed run above the normal EBM over the phases; it holds if the d3 rule alarms.
     alarm_deltas : tuple of tuple of float
         δ [%] of all levels of these runs, as of `margins`.
     best_levels : tuple of PhaseCount
-        δ [%] of the best level of each leaky run against the matched baseline over the phases; it holds where
+        δ [%] of the best level of each leaky run against the matched baseline over the phases; it holds if
         the level is the best one there as well.
     """
 
@@ -91,14 +91,14 @@ class Standing:
 
 
 def settled_grid(grid: ModeGrid, data: ExperimentData) -> ModeGrid | None:
-    """δ of the settled records, the mean over the phases; None where no run has settled features."""
+    """δ of the settled records, the mean over the phases; None if no run has settled features."""
     if np.isnan(data.columns[names.SETTLED_DETAIL_RMS]).all():
         return None
     return _with_changes(grid, baseline_changes(data, names.SETTLED_DETAIL_RMS))
 
 
 def phase_grids(grid: ModeGrid, data: ExperimentData, name: str) -> tuple[ModeGrid, ...]:
-    """δ at each start phase, from a variable over phases; `grid` alone where there is none."""
+    """δ at each start phase, from a variable over phases; `grid` alone if there is none."""
     if name not in data.columns:
         return (grid,)
     fixed, matched = baseline_changes(data, name)
@@ -112,7 +112,7 @@ def standings(
     best_levels: Sequence[BestLevel],
     scenarios: Sequence[int] | None = None,
 ) -> tuple[Standing, ...]:
-    """How an experiment stands as configured, and in the settled records where there are any.
+    """How an experiment stands as configured, and in the settled records if there are any.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Everything that the paper's study says of an experiment, worked out once."""
+"""What the paper's study says of an experiment, computed once."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def is_study(experiment: ExperimentConfig) -> bool:
 
 
 def study_experiment(data: ExperimentData) -> Study:
-    """Work out claims and controls of an experiment."""
+    """Compute claims and controls of an experiment."""
     general, grid = analyze(data), arrange_modes(data)
     scenarios = study_scenarios(grid, data) if data.experiment.has_scenarios and not grid.lack else None
     feasible = None if scenarios is None else np.flatnonzero(scenarios.feasible).tolist()

@@ -51,7 +51,7 @@ def answer_block(detection: Detection, *, is_complete: bool = True, remark: str 
     shown = distinct(*best, *rules)
     sheet = ranking_sheet(detection, shown, "best", _TITLE)
     if not is_complete:
-        return Block("answer", "What is there", (_records_sentence(detection),), (sheet,))
+        return Block("answer", "Records so far", (_records_sentence(detection),), (sheet,))
     sentences = answer_sentence(detection), _comparison(detection, rules), _counts(detection)
     return Block(
         "answer",

@@ -1,4 +1,4 @@
-"""What could not be stated, and what has to be known of what is."""
+"""What could not be stated, and remarks on what is stated."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST = 30
 
 
 def caveats_block(detection: Detection) -> Block | None:
-    """Remarks on all numbers, then those on single scores; None where there are none.
+    """Remarks on all numbers, then those on single scores; None if there are none.
 
     Equal sentences on several scores are said once.
     """

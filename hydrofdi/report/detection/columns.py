@@ -14,7 +14,7 @@ from hydrofdi.studies.judgement import Detection, Judgement
 
 
 def detection_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]:
-    """Header → value, line by line; None where a number is missing."""
+    """Header → value, line by line; None if a number is missing."""
     for detection in detections:
         yield from _lines(detection)
 

@@ -36,7 +36,7 @@ def report_study(data: ExperimentData) -> DetectionReport:
     Raises
     ------
     ReportError
-        The experiment has no study, or its file does not hold the runs of its study.
+        The experiment has no study, or its file does not contain the runs of its study.
     """
     study = data.experiment.study
     assert study is not None
@@ -68,7 +68,7 @@ def _statuses(data: ExperimentData) -> NDArray[np.str_]:
 
 
 def holes_block(data: ExperimentData) -> Block | None:
-    """How many of the computed runs have no numbers, and why; None where all have."""
+    """How many of the computed runs have no numbers, and why; None if all have."""
     statuses = _statuses(data)
     rows = np.flatnonzero((statuses != "ok") & (statuses != MISSING))
     if not rows.size:

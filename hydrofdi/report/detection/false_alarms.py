@@ -13,7 +13,7 @@ _MOST = 20
 
 
 def false_alarms_block(detection: Detection) -> Block | None:
-    """Rates on the healthy test records, each shift and each confusion; None where nothing was tested."""
+    """Rates on the healthy test records, each shift and each confusion; None if nothing was tested."""
     if not tested(detection, Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION):
         return None
     groups = {

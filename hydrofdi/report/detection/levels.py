@@ -13,7 +13,7 @@ _MOST = 12
 
 
 def levels_block(detection: Detection) -> Block | None:
-    """Detections at each level by the foremost scores; None where no fault was tested."""
+    """Detections at each level by the foremost scores; None if no fault was tested."""
     levels = detection.records.chosen(Kind.FAULT, is_fit=False)
     if not levels:
         return None
@@ -25,7 +25,7 @@ def levels_block(detection: Detection) -> Block | None:
 
     headers = ("Score", *(f"{unit.value(level.severity):.3g}" for level in levels))
     title = f"Detected [%] at each {unit.quantity}" + (f" [{unit.name}]" if unit.name else "")
-    note = f"Bold (in plain text *): {100.0 * asked.probability:g} % or more. JSON and CSV hold all scores."
+    note = f"Bold (in plain text *): {100.0 * asked.probability:g} % or more. All scores are in JSON and CSV."
     sheet = Sheet("levels", title, headers, Rows(shown, row), text_columns=(0,), note=note)
     paragraph = (
         "Points are the tested levels, curves are fitted over the true severity of each record. "

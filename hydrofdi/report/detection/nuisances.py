@@ -22,7 +22,7 @@ RECORD_TO_RECORD, TOGETHER = "record to record", "all together"
 
 @lru_cache(maxsize=1024)
 def nuisances(detection: Detection, score: str) -> Nuisances | None:
-    """The nuisances of a score by its name; None where the study has no records for them."""
+    """The nuisances of a score by its name; None if the study has no records for them."""
     (scored,) = (each.scored for each in detection.judgements if each.scored.name == score)
     return nuisances_of(detection.records, scored, confidence=detection.rules.confidence)
 
@@ -104,7 +104,7 @@ def tested_range(detection: Detection) -> TestedRange | None:
 
 
 def nuisance_records(detection: Detection, judgement: Judgement) -> list[dict[str, Any]]:
-    """The nuisances of a score as plain data; empty where the study has no records for them."""
+    """The nuisances of a score as plain data; empty if the study has no records for them."""
     found, unit = nuisances(detection, judgement.scored.name), severity_unit(detection)
     if found is None:
         return []

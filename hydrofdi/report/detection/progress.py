@@ -1,4 +1,4 @@
-"""How far a study is."""
+"""Progress of a study."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Progress:
         return {"runs_computed": self.n_computed, "runs_planned": self.n_planned}
 
     def block(self) -> Block | None:
-        """What stands on top of the report while runs are missing; None where none is."""
+        """The first section while runs are missing; None if no run is missing."""
         if self.is_complete:
             return None
         sentence = (

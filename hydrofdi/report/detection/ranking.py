@@ -102,7 +102,7 @@ def ranking_note(detection: Detection) -> str:
         f" {FROM_LEVELS}: from the tested levels, without a fitted curve: a level counts as the largest true"
         " severity of its records, which may be above the nominal one; estimates are interpolated."
         f" False alarms: healthy test records, with {confidence} interval, at thresholds for {rate}."
-        " ↑, ↓, ↕: alarms where it rises, falls, or either. !: exceeds its false-alarm rate, because the"
+        " ↑, ↓, ↕: alarm if it rises, falls, or either. !: exceeds its false-alarm rate, because the"
         " lower limit of its rate, on healthy test records or in a shift, is above what the threshold allows;"
         f" ?: too few records to tell.{area} Cost: CPU time per record."
     )

@@ -52,13 +52,13 @@ class DetectionReport:
     before, after : tuple of Block
         Further sections, such as what is missing, and provenance.
     progress : Progress or None
-        How far the sweep is; None where all records are there from the start, as measured ones are.
+        How far the sweep is; None if all records are there from the start, as measured ones are.
     sensors : tuple of Sensor
         Those that are simulated for the scores.
     estimates : tuple of Estimates
-        Estimates against the truth, for each design; empty where the truth is not known.
+        Estimates against the truth, for each design; empty if the truth is not known.
     run_lengths : tuple of RunLengths
-        Control charts of each design; empty where none is asked for.
+        Control charts of each design; empty if none is asked for.
     has_results : bool
         Whether any record can be judged; otherwise the report says only what is missing.
     """
@@ -82,7 +82,7 @@ class DetectionReport:
 
     @property
     def usual_figure(self) -> str:
-        """The figure that is drawn where none is named."""
+        """The figure that is drawn by default."""
         return "ranking"
 
     @property
@@ -94,7 +94,7 @@ class DetectionReport:
         return perfect_sensors(self.sensors, self.detections[0])
 
     def document(self) -> Document:
-        """Its sections."""
+        """The sections of the report."""
         first = self.detections[0]
         missing = (None if self.progress is None else self.progress.block(), *self.before)
         if not self.has_results:

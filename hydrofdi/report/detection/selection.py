@@ -1,4 +1,4 @@
-"""Which of many detectors a reader looks at first."""
+"""Which of many detectors a reader sees first."""
 
 from __future__ import annotations
 

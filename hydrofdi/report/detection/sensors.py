@@ -26,7 +26,7 @@ _SECTIONS = {
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor as it is simulated: its section, and what it adds to the signal, empty where nothing."""
+    """A sensor as it is simulated: its section, and what it adds to the signal, empty if nothing."""
 
     channel: Channel
     section: str
@@ -89,7 +89,7 @@ def perfect_sensors(sensors: Sequence[Sensor], detection: Detection) -> tuple[Se
 
 
 def perfect_sentence(sensors: Sequence[Sensor]) -> str:
-    """That an answer holds for perfect sensors; empty where it does not."""
+    """That an answer holds for perfect sensors; empty if it does not."""
     if not sensors:
         return ""
     symbols, sections = (joined([getattr(each, name) for each in sensors]) for name in ("symbol", "section"))

@@ -1,4 +1,4 @@
-"""Why a score raises false alarms and misses leaks: what moves it while the seal is sound."""
+"""Why a score raises false alarms and misses leaks: what moves it without a leak."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def shown_nuisances(detection: Detection) -> Shown:
 
 
 def why_block(detection: Detection) -> Block | None:
-    """Which nuisance moves which score; None where the study has no records for it."""
+    """Which nuisance moves which score; None if the study has no records for it."""
     shown, tested = shown_nuisances(detection), tested_range(detection)
     if not shown:
         return None

@@ -1,4 +1,4 @@
-"""Severities, rates and sensors as the words of a report."""
+"""Severities, rates and sensors as text in a report."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class SeverityUnit:
         return f"{self.value(severity):.3g} {self.name}".rstrip()
 
     def found(self, severity: DetectableSeverity) -> str:
-        """A severity that is found, or the largest nominal one up to which none is, with two digits."""
+        """A severity that is found, or the largest nominal severity tested if none is, with two digits."""
         is_above = severity.place == "above"
         return two_digits(self.value(min(severity.severity, self.largest) if is_above else severity.severity))
 
@@ -79,7 +79,7 @@ def severity_unit_of(records: StudyRecords) -> SeverityUnit:
 
 
 def sensors(judgement: Judgement) -> str:
-    """What a score needs of a machine, such as ``P1 P2 x u``; a hole where it does not say so."""
+    """What a score needs of a machine, such as ``P1 P2 x u``; a hole if it does not say so."""
     return " ".join(symbols(judgement)) or HOLE
 
 

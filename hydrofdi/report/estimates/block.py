@@ -23,7 +23,7 @@ _ORDER = (
 
 
 def estimates_block(estimates: Estimates) -> Block | None:
-    """How far estimates are from the truth; None where nothing is estimated."""
+    """How far estimates are from the truth; None if nothing is estimated."""
     if not estimates.judgements:
         return None
     level = f"{100.0 * estimates.confidence:g} %"

@@ -37,7 +37,7 @@ _NAMES = {
     "sensitivity", "responses", "figure2", "figure3", "figure4", "spectrum", "mode_plane", "phases",
     "scenarios", "ranking", "answer", "pod", "roc", "det", "false_alarms", "densities", "tornado", "delays",
 }  # fmt: skip
-"""Names of figures in some report; any other name draws the usual one."""
+"""Names of figures in some report; any other name draws the default figure."""
 
 
 def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
@@ -59,7 +59,7 @@ def draw_figure(report: ComposedReport, name: str) -> Figure:
     Raises
     ------
     HydrofdiError
-        The experiment does not hold what the figure shows; the message says why.
+        The experiment does not contain what the figure shows; the message says why.
     """
     figures = report.figures()
     if not figures:
@@ -72,7 +72,7 @@ def draw_figure(report: ComposedReport, name: str) -> Figure:
 
 
 def draw_all(report: ComposedReport, names: Sequence[str]) -> tuple[dict[str, Figure], dict[str, str]]:
-    """The figures of these names that the experiment allows, and for the others the reason why not."""
+    """The figures of these names that the experiment allows, and the reasons why others are missing."""
     drawn: dict[str, Figure] = {}
     holes: dict[str, str] = {}
     for name in names:
@@ -84,7 +84,7 @@ def draw_all(report: ComposedReport, names: Sequence[str]) -> tuple[dict[str, Fi
 
 
 def write_figure(report: ComposedReport, path: Path) -> str:
-    """Draw the figure that a file is named after, else the usual one of the report; returns its caption.
+    """Draw the figure that a file is named after, else the default one of the report; returns its caption.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from hydrofdi.report.sections.changes import BASELINES
 from hydrofdi.report.wording import EXTERNAL_HEADERS, external_cells, flow_text, leakage_label
 
 MOST_LINES = 60
-"""Runs up to which each has a line of its own, and lines of a summary."""
+"""Most runs with a line each, and most lines of a summary."""
 
 _Changes = dict[str, list[Levels]]
 """Kind of baseline → δ of each level [%], line by line."""
@@ -25,7 +25,7 @@ _Changes = dict[str, list[Levels]]
 
 @dataclass(frozen=True)
 class HeatLines:
-    """What stands beside the cells of the heat map, and what is in them.
+    """The columns beside the cells of the heat map, and the cells.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class HeatLines:
     breaks, strong_breaks : tuple of int
         Lines above which a thin or a thick rule stands.
     note : str
-        What a line is; empty where each is a run.
+        What a line is; empty if each is a run.
     """
 
     headers: tuple[str, ...]

@@ -30,7 +30,7 @@ _FRAMED = "Framed: largest positive δ of the row"
 
 
 def draw_sensitivity(analysis: Analysis) -> Figure:
-    """δ of all levels; the sealed control rows stand on top.
+    """δ of all levels; the sealed control rows are on top.
 
     Raises
     ------

@@ -52,7 +52,7 @@ def series(position: int, count: int = 1) -> dict[str, Any]:
     Parameters
     ----------
     position, count : int
-        Place among the series, and how many there are. They are ordered where there are more than eight.
+        Place among the series, and how many there are. They are ordered if there are more than eight.
     """
     if count > len(COLORS):
         return {"color": ordered_color(position, count), "linestyle": LINES[position % len(LINES)]}

@@ -1,1 +1,1 @@
-"""The forms of a report, each a function from what was worked out to text or bytes."""
+"""The forms of a report, each a function from what was computed to text or bytes."""

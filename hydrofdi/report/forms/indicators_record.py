@@ -69,7 +69,7 @@ def _range_record(span: Range) -> list[float | None]:
 
 
 def output_values(study: IndicatorStudy, row: int) -> dict[str, Any]:
-    """``label.output`` → number of a run, or the numbers of an array; None where it has none."""
+    """``label.output`` → number of a run, or the numbers of an array; None if it has none."""
     return {
         study.measured.variable(output.measured): _plain(output.measured.values[row])
         for output in study.outputs

@@ -6,5 +6,5 @@ import math
 
 
 def finite(value: float) -> float | None:
-    """The value, or None where it is NaN or infinite."""
+    """The value, or None if it is NaN or infinite."""
     return value if math.isfinite(value) else None

@@ -9,7 +9,7 @@ from importlib.resources import files
 from hydrofdi.report.document import Block, Cell, Document, Sheet
 
 _SHORT = 16
-"""Rows up to which a table is kept on one printed page."""
+"""Most rows of a table that is kept on one printed page."""
 
 
 def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:
@@ -111,5 +111,5 @@ def _cell(cell: Cell) -> str:
 
 
 def missing_figure(reason: str) -> str:
-    """What stands in place of a figure that could not be drawn."""
+    """The text in place of a figure that could not be drawn."""
     return f'<p class="hole">This figure is missing: {escape(reason)}</p>'

@@ -59,7 +59,7 @@ def _response(found: AxisResponses, response: Response) -> dict[str, Any]:
 
 
 def _ends(axis: Axis, group: Group) -> dict[str, Any]:
-    """The value of a group, or the least and the largest value of a fifth."""
+    """The value of a group, or the smallest and the largest value of a fifth."""
     if not axis.is_in_fifths or axis.numbers is None:
         return {"value": group.value}
     values = axis.numbers[group.rows]

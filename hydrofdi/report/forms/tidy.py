@@ -17,7 +17,7 @@ from hydrofdi.units import convert
 
 
 def tidy_columns(analysis: Analysis) -> dict[str, list[Any]]:
-    """Header → values, one per run and level; None where a number is missing."""
+    """Header → values, one per run and level; None if a number is missing."""
     table, n_level = analysis.table, analysis.table.n_level
     leads, ends = [_row_record(row) for row in table.rows], [_end_record(row) for row in table.rows]
     levels = [record for row in table.rows for record in _level_records(row)]

@@ -18,16 +18,16 @@ LEAST_SHARE = 0.01
 
 @dataclass(frozen=True)
 class Changes:
-    """Changes of all runs against one kind of baseline; each of shape (n_run,), NaN where there is none.
+    """Changes of all runs against one kind of baseline; each of shape (n_run,), NaN if there is none.
 
     Attributes
     ----------
     absolute : ndarray
         In the unit of the number, above zero where it rose.
     percent : ndarray
-        In percent of the size of the healthy value; NaN where that is near zero.
+        In percent of the size of the healthy value; NaN if that is near zero.
     low, high : ndarray
-        Least and largest change of the healthy replicates of the baseline, in the unit of the number.
+        Smallest and largest change of the healthy replicates of the baseline, in the unit of the number.
     """
 
     absolute: Array
@@ -51,7 +51,7 @@ class HealthySpread:
     mean : ndarray
         Mean of its replicates.
     low, high : ndarray
-        Least and largest change of a replicate against the mean of the others, in the unit of the number.
+        Smallest and largest change of a replicate against the mean of the others, in the unit of the number.
     width : ndarray
         Largest less least replicate; zero without replicates.
     count : ndarray of int
@@ -66,9 +66,9 @@ class HealthySpread:
 
 
 def relative_change(healthy: Array, values: Array, width: Array | float = 0.0) -> Array:
-    """Change from a healthy value in percent of its size, above zero where the number rose.
+    """Change from a healthy value in percent of its size, above zero if the number rose.
 
-    NaN where the healthy value is near zero: its size is below 1 % of the largest size over all runs, or
+    NaN if the healthy value is near zero: its size is below 1 % of the largest size over all runs, or
     below the width of its replicates.
     """
     largest = np.nanmax(np.abs(values), initial=0.0)
@@ -96,7 +96,7 @@ def healthy_spread(values: Array, data: ExperimentData) -> HealthySpread:
 def changes(
     values: Array, baseline: NDArray[np.int64], spread: HealthySpread, data: ExperimentData
 ) -> Changes:
-    """Changes against the healthy run of each run, or the mean of its replicates where there are any.
+    """Changes against the healthy run of each run, or the mean of its replicates if there are any.
 
     Parameters
     ----------

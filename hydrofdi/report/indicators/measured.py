@@ -28,7 +28,7 @@ class MeasuredOutput:
     ----------
     output : Output
     values : ndarray, shape (n_run, *dims)
-        In the unit of the output; NaN where a run has none.
+        In the unit of the output; NaN if a run has none.
     """
 
     output: Output
@@ -42,7 +42,7 @@ class MeasuredOutput:
 
     @property
     def shown_unit(self) -> str:
-        """The unit in which a person reads it; ``1`` where it has none."""
+        """The unit in which a person reads it; ``1`` if it has none."""
         known = np.abs(self.means[np.isfinite(self.means)])
         return readable_unit(self.output.unit, float(known.max())) if known.size else self.output.unit
 
@@ -53,7 +53,7 @@ class MeasuredOutput:
 
     @property
     def means(self) -> Array:
-        """The mean over all its dimensions, shape (n_run,); NaN where there is no number."""
+        """The mean over all its dimensions, shape (n_run,); NaN if there is no number."""
         flat = self.values.reshape(len(self.values), -1)
         count = np.isfinite(flat).sum(axis=1)
         with np.errstate(invalid="ignore"):
@@ -72,7 +72,7 @@ class MeasuredIndicator:
     indicator : Indicator
     outputs : tuple of MeasuredOutput
     obstacles : ndarray of str, shape (n_run,), or None
-        Why a run has no number, empty where it has; None where the file does not say.
+        Why a run has no number, empty if it has; None if the file does not say.
     """
 
     label: str

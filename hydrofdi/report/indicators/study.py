@@ -31,7 +31,7 @@ class GroupChange:
     values : Range
         Their numbers, in the unit of the output.
     fixed, matched : Range
-        Changes against either baseline [%]; NaN where the healthy value of a run is near zero.
+        Changes against either baseline [%]; NaN if the healthy value of a run is near zero.
     fixed_absolute, matched_absolute : Range
         The same in the unit of the output.
     fixed_is_healthy, matched_is_healthy : bool
@@ -57,7 +57,7 @@ class OutputStudy:
     ----------
     measured : MeasuredOutput
     healthy : Range
-        Its values in the fixed baselines; the mean of their replicates where there are any.
+        Its values in the fixed baselines; the mean of their replicates if there are any.
     spread : Range
         Changes of the replicates of the fixed baselines, each against the mean of the others, in the unit of
         the output.

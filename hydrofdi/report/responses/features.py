@@ -27,9 +27,9 @@ class Feature:
     name : str
         ``δd1``, or ``label.output`` of an indicator.
     unit : str
-        That people read, such as ``%`` or ``kPa``; empty where it has none.
+        That people read, such as ``%`` or ``kPa``; empty if it has none.
     values : ndarray, shape (n_run,)
-        In `unit`; NaN where a run has none.
+        In `unit`; NaN if a run has none.
     own_unit : str
         In SI, or ``%`` of a change.
     """
@@ -60,7 +60,7 @@ class Feature:
 
 
 def detail_changes(data: ExperimentData, *, matched: bool) -> tuple[Feature, ...]:
-    """δ [%] of the details against one of the two baselines; empty where each run is its own baseline."""
+    """δ [%] of the details against one of the two baselines; empty if each run is its own baseline."""
     against = data.matched_baseline if matched else data.fixed_baseline
     others = (against != names.NO_BASELINE) & (against != np.arange(data.n_run))
     if DWT not in data.experiment.indicators or not others.any():

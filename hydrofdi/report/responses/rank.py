@@ -23,7 +23,7 @@ class RankCorrelation:
     Attributes
     ----------
     value : float
-        −1 … 1; NaN where the feature or the parameter is constant, or where there are too few runs.
+        −1 … 1; NaN if the feature or the parameter is constant, or where there are too few runs.
     low, high : float
         95 % confidence interval.
     chance : float
@@ -54,7 +54,7 @@ def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
     Parameters
     ----------
     parameter, feature : ndarray, shape (n_run,)
-        NaN where there is no number.
+        NaN if there is no number.
     """
     known = np.isfinite(parameter) & np.isfinite(feature)
     n_run = int(known.sum())

@@ -16,7 +16,7 @@ from hydrofdi.store import ExperimentData
 Array = NDArray[np.float64]
 
 MANY_RUNS = 40
-"""Runs of a group from which on its range is that from 5 to 95 %; below, the least and the largest."""
+"""Runs of a group from which on its range is that from 5 to 95 %; below, the smallest and the largest."""
 
 FIXED = "the fixed baseline"
 MATCHED = "the sealed actuator under the same conditions"
@@ -25,12 +25,12 @@ NOTHING = ""
 
 @dataclass(frozen=True)
 class Spread:
-    """A feature over the runs of a group, in its unit; NaN where no run has a number.
+    """A feature over the runs of a group, in its unit; NaN if no run has a number.
 
     Attributes
     ----------
     median, low, high : float
-        Low and high: 5 and 95 % in groups of `MANY_RUNS` or more, else the least and the largest.
+        Low and high: 5 and 95 % in groups of `MANY_RUNS` or more, else the smallest and the largest.
     n_run : int
         Runs that have a number.
     """
@@ -69,7 +69,7 @@ class AxisResponses:
     axis : Axis
         Parameter, header with unit, and groups of runs with their texts.
     against : str
-        What δ is taken against, in words; empty where the features are no changes.
+        What δ is taken against, in words; empty if the features are no changes.
     responses : tuple of Response
     """
 

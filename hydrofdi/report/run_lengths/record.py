@@ -108,6 +108,6 @@ def _delay_record(lengths: RunLengths, delay: LeakDelay) -> dict[str, Any]:
 
 
 def _quantile(name: str, delay: Delay) -> dict[str, float | None]:
-    """In s; None where records end before."""
+    """In s; None if records end before."""
     ends = {f"{name}_s": delay.value, f"{name}_low_s": delay.low, f"{name}_high_s": delay.high}
     return {key: finite(value) for key, value in ends.items()}

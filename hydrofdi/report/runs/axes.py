@@ -54,9 +54,9 @@ class Axis:
     header : str
         What people read, with its unit, such as ``supply.pressure [MPa]``.
     groups : tuple of Group
-        Runs by value in ascending order; by fifths of the values where there are many.
+        Runs by value in ascending order; by fifths of the values if there are many.
     numbers : ndarray, shape (n_run,), or None
-        The values in SI; NaN for runs that belong to no group. None where the values are words.
+        The values in SI; NaN for runs that belong to no group. None if the values are words.
     text : callable
         Value in SI → what people read under the header.
     """
@@ -79,7 +79,7 @@ class Axis:
 
 
 def table_runs(data: ExperimentData) -> NDArray[np.bool_]:
-    """Which runs stand in the table of all runs: the swept and their baselines, replicates left out."""
+    """Which runs the table contains: swept runs and their baselines, without replicates."""
     return np.asarray(data.replicate_of == names.NO_BASELINE)
 
 
@@ -114,7 +114,7 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
     if name == _FLOW:
         return _made(name, "Leakage [L/min]", values, kept, _flow)
     if is_leakage:
-        return _made(name, "K_i [m^3.5/kg^0.5]", values, kept, _coefficient)
+        return _made(name, "Leakage coefficient K_i [m^3.5/kg^0.5]", values, kept, _coefficient)
     shown = shown_parameter(name, values)
     return _made(name, shown.header, values, kept, shown.text)
 

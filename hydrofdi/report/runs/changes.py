@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> tuple[Any, Any]:
     """δ [%] of all runs against the fixed and the matched baseline, each in the shape of the variable `name`.
 
-    NaN where a run failed, or where the RMS of the healthy one is rounding.
+    NaN if a run failed, or where the RMS of the healthy one is rounding.
     """
     rms = data.columns[name]
     column = (-1, *[1] * (rms.ndim - 1))

@@ -10,7 +10,7 @@ from typing import Any
 from hydrofdi.quality.doubts import Doubt, doubts_of
 
 Levels = tuple[float, ...]
-"""One number per wavelet level, d1 first; NaN where a run failed."""
+"""One number per wavelet level, d1 first; NaN if a run failed."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class TableRow:
     status, message : str
         How the run ended.
     verdict : str
-        How far it can be believed; its status where it did not end well.
+        Its reliability; its status where it did not succeed.
     doubt_numbers : dict
         Word of a verdict → the number behind it.
     leaks_out_more : bool
@@ -117,7 +117,7 @@ class TableRow:
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What the numbers of a run that ended well have to be read with."""
+        """What of a run that succeeded."""
         return doubts_of(self.verdict)
 
     @property
@@ -127,7 +127,7 @@ class TableRow:
 
 
 def largest_positive(levels: Sequence[float]) -> int | None:
-    """Position of the largest value above zero; None where there is none."""
+    """Position of the largest value above zero; None if there is none."""
     best = max(
         range(len(levels)), key=lambda level: -math.inf if math.isnan(levels[level]) else levels[level]
     )

@@ -49,14 +49,14 @@ class SensitivityTable:
 
     @cached_property
     def shown_labels(self) -> dict[str, ShownParameter]:
-        """Varied parameters besides leakage and EBM → how a person reads their values."""
+        """Varied parameters besides leakage and EBM → how people read their values."""
         return {
             name: shown_parameter(name, (row.labels[name] for row in self.rows)) for name in self.label_names
         }
 
     @cached_property
     def has_doubts(self) -> bool:
-        """Whether any run that ended well has a verdict other than ``ok``."""
+        """Whether any run that succeeded has a verdict other than ``ok``."""
         return any(row.doubts for row in self.rows)
 
     @cached_property
@@ -71,7 +71,7 @@ class SensitivityTable:
 
     @property
     def modes(self) -> dict[float, tuple[float, float]]:
-        """β [Pa] → least and largest f_h [Hz] of the runs that ended well, in ascending order."""
+        """β [Pa] → smallest and largest f_h [Hz] of the runs that succeeded, in ascending order."""
         found: dict[float, list[float]] = {}
         for row in sorted(self.rows, key=_bulk_modulus):
             if math.isfinite(row.mode_frequency):

@@ -40,9 +40,9 @@ _CIRCLES = (
     "From the undecimated transform of whole periods that agree with the last one, extended periodically."
 )
 _RECORDS = (
-    "The input has no period, so whether a record has settled is not judged, and its start is in it: from"
-    " the undecimated transform of what analysis.discard leaves, less the coefficients that look beyond its"
-    " start."
+    "The input has no period, so settling is not judged and the start of the record is included: from"
+    " the undecimated transform of what analysis.discard leaves, without the coefficients that reach"
+    " beyond its start."
 )
 _NO_PHASE = "It depends neither on the start sample of the record nor on an extension."
 
@@ -99,7 +99,7 @@ def _legend(analysis: Analysis) -> str:
 def _sheets(
     analysis: Analysis, key: str, title: str, baselines: dict[str, Callable[[TableRow], Levels]]
 ) -> tuple[Sheet, ...]:
-    """The table of all runs for each baseline that tells something."""
+    """The table of all runs for each baseline of `Analysis.baselines`."""
     return tuple(
         _sheet(analysis, f"{key}-{name}", f"{title}{baseline_title(analysis.table, name)}", baselines[name])
         for name in analysis.baselines

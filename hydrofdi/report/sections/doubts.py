@@ -1,4 +1,4 @@
-"""Runs whose numbers have to be read with care: their verdicts, and a mark at their rows."""
+"""Runs to read with care: their verdicts, and a mark at their rows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hydrofdi.settings.counting import counted
 
 
 def doubts_block(analysis: Analysis) -> Block | None:
-    """How many runs have which verdict, by which number, and the remedy; None where all are ok."""
+    """How many runs have which verdict, by which number, and the remedy; None if all are ok."""
     rows = analysis.table.rows
     doubtful = [row for row in rows if row.doubts]
     if not doubtful:
@@ -38,7 +38,7 @@ def _percent(share: float) -> str:
 
 
 def doubt_headers(table: SensitivityTable) -> tuple[str, ...]:
-    """The header of the column of marks; nothing where no row has one."""
+    """The header of the column of marks; nothing if no row has one."""
     return ("Verdict",) if table.has_doubts else ()
 
 

@@ -26,7 +26,7 @@ from hydrofdi.units import convert
 
 
 def external_block(analysis: Analysis) -> Block | None:
-    """Does the approximation isolate external leakage; None where the experiment does not vary it."""
+    """Does the approximation isolate external leakage; None if the experiment does not vary it."""
     study = analysis.external
     if study is None:
         return None
@@ -56,7 +56,7 @@ def _legend(study: ExternalStudy) -> str:
 def _window_sentence(study: ExternalStudy) -> str:
     if study.is_settled:
         return "δ and RMS are those of the settled records."
-    return "No record has settled, so δ and RMS hold the start-up transient."
+    return "No record has settled, so δ and RMS contain the start-up transient."
 
 
 def _other_causes(study: ExternalStudy) -> str:
@@ -96,7 +96,7 @@ def _mean_sentence(study: ExternalStudy) -> str:
     if not any(row.status == "ok" for row in study.rows):
         return f"No run has a mean of P_1 to compare {name} with."
     if math.isnan(shares.low):
-        return f"{name} is not stored: these runs were made by an earlier version; sweep into a new folder."
+        return f"{name} is not stored, because an earlier version made these runs; sweep into a new folder."
     return (
         f"The mean of P_1 makes up {100.0 * shares.low:.0f} to {100.0 * shares.high:.0f} % of the square of"
         f" the RMS of {name}: whatever moves the mean pressure moves {name}."
@@ -108,7 +108,7 @@ def _place(state: ExternalState) -> str:
 
 
 def _span(span: Range) -> str:
-    """A range in percent; one number where both ends print alike, a hole where there is none."""
+    """A range in percent; one number where both ends print alike, a hole if there is none."""
     low, high = signed(span.low), signed(span.high)
     return low if low == high else f"{low} … {high}"
 

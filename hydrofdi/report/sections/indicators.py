@@ -69,7 +69,7 @@ def _against(study: IndicatorStudy) -> str:
     healthy = "the mean of the replicates of the healthy run" if study.has_replicates else "the healthy run"
     null = _NULL if study.has_replicates else _NO_NULL
     return (
-        f"Changes are in percent of {healthy}, above zero where the number rose (δ is above zero where it"
+        f"Changes are in percent of {healthy}, above zero if the number rose (δ is above zero if it"
         f" fell). Δ marks a change in the output's own unit, where the healthy value is near zero: below"
         f" {100 * LEAST_SHARE:g} % of the largest size over all runs, or below the spread of its replicates."
         f" {null}"

@@ -11,10 +11,10 @@ from hydrofdi.report.document import Cell, Sheet
 from hydrofdi.report.wording import HOLE, signed
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""What stands for numbers of many runs."""
+"""Quantiles that are shown in place of the numbers of many runs."""
 
 MANY_ROWS = 60
-"""Rows up to which a table is shown whole."""
+"""Most rows of a table that is shown in full."""
 
 
 def quantiles_sheet(
@@ -32,7 +32,7 @@ def quantiles_sheet(
     what : str
         Header of the first column.
     rows : mapping of str to ndarray, shape (n_run,)
-        What stands in the first column → numbers; NaN where a run has none.
+        What stands in the first column → numbers; NaN if a run has none.
     text : callable
         First column and number → what people read.
     """

@@ -26,7 +26,7 @@ def replicates_block(analysis: Analysis, levels: Sequence[int] | None = None) ->
     ----------
     analysis : Analysis
     levels : sequence of int, optional
-        Positions of the levels that the sentences speak of; by default all.
+        Positions of the levels that the sentences are about; by default all.
     """
     study = analysis.replicates
     if study is None:

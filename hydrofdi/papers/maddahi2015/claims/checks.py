@@ -1,7 +1,7 @@
 """What the sentences of the paper come to as numbers: the checks behind each claim.
 
 A check is a number of percentage points, its *margin*: how far a single δ that it looks at could move before
-it turns. It holds where the margin is above zero. Where the margin is a difference of two δ, both may move at
+it turns. It holds if the margin is above zero. Where the margin is a difference of two δ, both may move at
 once, and half of it is enough: that is its *allowance*. q1 < q2 < q3 are the leakages, β0 is the normal EBM.
 """
 
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from hydrofdi.papers.maddahi2015.grid.modes import Mode, ModeGrid
 
 Margin = NDArray[np.float64]
-"""Percentage points, shape (n_scenario,); NaN where a run is missing or failed, or the healthy is still."""
+"""Percentage points, shape (n_scenario,); NaN if a run is missing or failed, or the healthy is still."""
 
 D2, D3 = 1, 2
-"""Positions of the two levels that the sentences speak of."""
+"""Positions of the two levels that the sentences are about."""
 
 
 @dataclass(frozen=True)

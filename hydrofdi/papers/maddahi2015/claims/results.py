@@ -26,7 +26,7 @@ class CheckResult:
 
     @property
     def holds(self) -> bool | None:
-        """Whether it holds; None where that is not to be decided."""
+        """Whether it holds; None if that is not to be decided."""
         return None if self.margin != self.margin else self.margin > 0.0
 
 
@@ -39,7 +39,7 @@ class ClaimResult:
 
     @property
     def reproduced(self) -> bool | None:
-        """Whether all checks hold; None where that is not decided, or there is nothing to check."""
+        """Whether all checks hold; None if that is not decided, or there is nothing to check."""
         outcomes = [check.holds for check in self.checks]
         if False in outcomes:
             return False
@@ -47,13 +47,13 @@ class ClaimResult:
 
     @property
     def margin(self) -> float:
-        """The least margin of the checks that are decided; NaN where there is none."""
+        """The smallest margin of the checks that are decided; NaN if there is none."""
         known = [check.margin for check in self.checks if check.holds is not None]
         return min(known, default=float("nan"))
 
     @property
     def allowance(self) -> float:
-        """The least allowance of the checks that are decided; NaN where there is none."""
+        """The smallest allowance of the checks that are decided; NaN if there is none."""
         known = [check.allowance for check in self.checks if check.holds is not None]
         return min(known, default=float("nan"))
 
@@ -61,7 +61,7 @@ class ClaimResult:
 def evaluate_claims(
     grid: ModeGrid, data: ExperimentData, scenarios: Sequence[int] | None = None
 ) -> tuple[ClaimResult, ...]:
-    """The result of every claim: it is reproduced where it holds in all scenarios that are looked at.
+    """The result of every claim: it is reproduced if it holds in all scenarios that are looked at.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def evaluate_claims(
 
 
 def claim_margins(grid: ModeGrid) -> dict[str, Margin]:
-    """Claim → its margin in every scenario, the least of its checks; NaN where it is not decided."""
+    """Claim → its margin in every scenario, the smallest of its checks; NaN if it is not decided."""
     margins = {claim.id: [check.margin for check in _checks(claim, grid)] for claim in CLAIMS}
     undecided = np.full(len(grid.scenarios), np.nan)
     return {name: np.min(found, axis=0) if found else undecided for name, found in margins.items()}

@@ -14,7 +14,7 @@ def run_position(study: Study, leakage: int, bulk_modulus: int) -> int:
     Raises
     ------
     ReportError
-        The experiment has no such run, or it did not end well.
+        The experiment has no such run, or it did not succeed.
     """
     grid = study.grid
     position = int(grid.positions[0, leakage, bulk_modulus]) if leakage < grid.positions.shape[1] else ABSENT
@@ -22,12 +22,12 @@ def run_position(study: Study, leakage: int, bulk_modulus: int) -> int:
         raise ReportError("the experiment has no run of this leakage and EBM")
     status = study.data.columns[names.STATUS][position]
     if status != "ok":
-        raise ReportError(f"a run of the figure has no numbers: {status}")
+        raise ReportError(f"a run of the figure has no results: {status}")
     return position
 
 
 def shown_leakage(study: Study) -> int:
-    """The smallest leakage, or the sealed actuator where there is no leakage."""
+    """The smallest leakage, or the sealed actuator if there is no leakage."""
     return 1 if study.grid.leakage_flows else 0
 
 

@@ -25,7 +25,7 @@ def draw_mode_plane(study: Study) -> Figure:
     frequency = _picked(columns[names.MODE_FREQUENCY], positions)
     damping = _picked(columns[names.MODE_DAMPING_RATIO], positions)
     if np.isnan(frequency).all():
-        raise ReportError("no run ended well")
+        raise ReportError("no run succeeded")
     figure = Figure(figsize=(7.4, 4.2), layout="constrained")
     axis = figure.subplots()
     axis.plot(frequency, damping, color=RULE, linewidth=1.2, zorder=1)

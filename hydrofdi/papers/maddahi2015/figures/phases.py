@@ -1,4 +1,4 @@
-"""Claims and the sealed alarm over the start phases: one phase is no finding."""
+"""Claims and the sealed alarm over the start phases: one phase is not a finding."""
 
 from __future__ import annotations
 

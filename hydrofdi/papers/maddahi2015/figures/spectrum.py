@@ -20,14 +20,14 @@ from hydrofdi.transforms.spectrum import power_spectrum
 
 
 def draw_spectrum(study: Study) -> Figure:
-    """Spectra of P_1, sealed and with the largest leakage, one line per EBM; none where it is still."""
+    """Spectra of P_1, sealed and with the largest leakage, one line per EBM; none if it is still."""
     grid = study.grid
     leakages = list(dict.fromkeys((0, len(grid.leakage_flows))))
     figure = Figure(figsize=(8.0, 0.8 + 2.6 * len(leakages)), layout="constrained")
     axes = figure.subplots(len(leakages), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     has_spectrum = [_draw_leakage(axis, study, leakage) for axis, leakage in zip(axes, leakages, strict=True)]
     if not any(has_spectrum):
-        raise ReportError("P_1 does not vary, so that it has no spectrum")
+        raise ReportError("P_1 does not vary, so it has no spectrum")
     for axis in axes:
         log_axis(axis.xaxis)
         log_axis(axis.yaxis)

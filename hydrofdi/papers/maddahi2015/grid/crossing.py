@@ -18,14 +18,14 @@ _FEW_CELLS, _CELLS_PER_RUN = 10_000, 4
 
 
 def missing_baseline(data: ExperimentData) -> str:
-    """That the runs of an experiment have no healthy run to be compared with; empty where they have one."""
+    """That the runs of an experiment have no healthy run to be compared with; empty if they have one."""
     if (data.fixed_baseline != names.NO_BASELINE).any():
         return ""
     return "Without a healthy run to compare with, the claims are not evaluated."
 
 
 def missing_grid(experiment: ExperimentConfig, shape: tuple[int, int, int], n_run: int) -> str:
-    """Why an experiment has no grid of modes, as a sentence; empty where it has one.
+    """Why an experiment has no grid of modes, as a sentence; empty if it has one.
 
     Parameters
     ----------

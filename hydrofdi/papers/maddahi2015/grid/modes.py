@@ -36,9 +36,9 @@ class ModeGrid:
     normal : int
         Position of the normal β.
     positions : ndarray of int, shape (n_scenario, 1 + n_leakage, n_bulk_modulus)
-        Rows of the runs in the experiment, the sealed ones first; ``ABSENT`` where there is none.
+        Rows of the runs in the experiment, the sealed ones first; ``ABSENT`` if there is none.
     fixed, matched : ndarray, shape (n_scenario, 1 + n_leakage, n_bulk_modulus, n_level)
-        δ [%] against the fixed and the matched baseline; NaN where a run is absent, failed or missing.
+        δ [%] against the fixed and the matched baseline; NaN if a run is absent, failed or missing.
     lack : str
         Why there are no modes to compare, as a sentence: it then holds a single run.
     """
@@ -84,5 +84,5 @@ class ModeGrid:
 
 
 def gathered(changes: NDArray[np.float64], positions: NDArray[np.int64]) -> NDArray[np.float64]:
-    """δ of runs, shape (n_run, n_level), at the places of a grid; NaN where a run is absent."""
+    """δ of runs, shape (n_run, n_level), at the places of a grid; NaN if a run is absent."""
     return np.where((positions == ABSENT)[..., None], np.nan, changes[positions])

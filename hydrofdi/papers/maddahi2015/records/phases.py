@@ -21,5 +21,5 @@ def phases_record(count: PhaseCount, quantity: str) -> dict[str, Any]:
 
 
 def labels_record(labels: dict[str, Any]) -> dict[str, Any]:
-    """Further varied parameters, where there are any."""
+    """Further varied parameters, if there are any."""
     return {"labels": labels} if labels else {}

@@ -68,7 +68,7 @@ class ScenarioPhases:
 
 
 def scenario_phases(grid: ModeGrid, data: ExperimentData) -> tuple[ScenarioPhases, ScenarioPhases | None]:
-    """All scenarios as configured, and of the settled records; None where no run has settled features.
+    """All scenarios as configured, and of the settled records; None if no run has settled features.
 
     Parameters
     ----------

@@ -36,13 +36,13 @@ class ScenarioStudy:
     ----------
     grid : ModeGrid
     outcomes : tuple of str, length n_scenario
-        ``ok`` where all runs of a scenario ended well, else the status of the first that did not.
+        ``ok`` where all runs of a scenario succeeded, else the status of the first that did not.
     configured : ScenarioPhases
         Claims and sealed alarms of the records as configured.
     settled : ScenarioPhases or None
-        The same of the settled records; None where no run has settled features.
+        The same of the settled records; None if no run has settled features.
     best_levels : ndarray of int, shape (n_scenario, n_mode)
-        Position of the best level of each leaky mode under the matched baseline; −1 where there is none.
+        Position of the best level of each leaky mode under the matched baseline; −1 if there is none.
     doubts : dict
         Word of a verdict → the scenarios with a run that it was given to, shape (n_scenario,).
     draws : ndarray of int, shape (n_scenario,)
@@ -90,7 +90,7 @@ class ScenarioStudy:
 
     @cached_property
     def feasible(self) -> Mask:
-        """Scenarios of which all runs ended well."""
+        """Scenarios of which all runs succeeded."""
         return np.array([outcome == "ok" for outcome in self.outcomes])
 
     @property

@@ -37,12 +37,12 @@ class ValueShare:
 
 
 def value_shares(grid: ModeGrid) -> tuple[ValueShare, ...]:
-    """The scenarios by the values of each parameter; those that vary together taken together."""
+    """The scenarios by the values of each parameter; parameters that vary together count as one."""
     return tuple(share for group in _varying_together(grid) for share in _shares(grid, group))
 
 
 def _varying_together(grid: ModeGrid) -> list[tuple[str, ...]]:
-    """Parameters, those of which one determines the other taken together."""
+    """Parameters, those of which one determines the other count as one."""
     groups: dict[tuple[int, ...], list[str]] = {}
     for name in grid.scenarios[0]:
         order: dict[Any, int] = {}

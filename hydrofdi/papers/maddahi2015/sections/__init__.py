@@ -1,1 +1,1 @@
-"""The sections of the study, each made from what was worked out."""
+"""The sections of the study, each made from what was computed."""

@@ -10,7 +10,7 @@ from hydrofdi.settings.counting import counted
 
 
 def claims_block(study: Study) -> Block:
-    """All claims with their margins, and every check behind them; one sentence where there is no grid."""
+    """All claims with their margins, and every check behind them; one sentence if there is no grid."""
     title = "Claims: the paper's sentences as checks"
     if study.grid.lack:
         guarded = (_guarded_sentence(study),) if study.guarded else ()
@@ -40,7 +40,7 @@ def _sentences(study: Study) -> list[str]:
     if decided:
         least = min(decided, key=lambda result: result.margin)
         sentences.append(
-            f"The least margin of what is reproduced is {least.margin:.2f} percentage points"
+            f"The smallest margin of what is reproduced is {least.margin:.2f} percentage points"
             f" ({least.claim.id})."
         )
     if study.guarded:
@@ -80,8 +80,8 @@ def _claims_sheet(results: tuple[ClaimResult, ...]) -> Sheet:
         rows=tuple(_claim_cells(result) for result in results),
         text_columns=(0, 1, 2),
         note="At the configured start phase. Margin: how far one δ behind a claim could move before its"
-        " result turns; negative where it does not hold. Where it is a difference of two δ, both may move,"
-        " each by half of it. Open: a run is missing or failed, its healthy run stands still, or there is no"
+        " result turns; negative if it does not hold. If it is a difference of two δ, both may move,"
+        " each by half of it. Open: a run is missing or failed, its healthy run does not move, or there is no"
         " such mode.",
     )
 

@@ -1,4 +1,4 @@
-"""The controls that the paper lacks, as sentences and tables."""
+"""The controls that the paper does not have, as sentences and tables."""
 
 from __future__ import annotations
 

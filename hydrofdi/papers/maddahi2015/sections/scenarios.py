@@ -38,7 +38,7 @@ def _doubt_sentences(study: ScenarioStudy) -> list[str]:
 def _feasible_sentence(study: ScenarioStudy) -> str:
     feasible = int(study.feasible.sum())
     reasons = joined([f"{status} in {count}" for status, count in study.obstacles.items()])
-    rest = f"; the others have runs without numbers: {reasons}" if reasons else ""
+    rest = f"; the others have runs without results: {reasons}" if reasons else ""
     return f"{feasible:,} of {counted(study.n_scenario, 'different scenario')} are feasible{rest}."
 
 
@@ -92,7 +92,7 @@ def _phase_cells(study: ScenarioStudy, claims: tuple[str, ...]) -> tuple[Cell, C
 
 
 def _count_cells(study: ScenarioStudy, claims: tuple[str, ...], members: Mask) -> tuple[Cell, Cell]:
-    """How many of these scenarios reproduce claims, and which share; holes where the claims are open."""
+    """How many of these scenarios reproduce claims, and which share; holes if the claims are open."""
     if study.is_open(claims):
         return Cell(HOLE), Cell(HOLE)
     held = study.reproducing(claims)

@@ -17,11 +17,11 @@ from hydrofdi.report.wording import (
 )
 
 _MOST_SIDE_BY_SIDE = 3
-"""EBM up to which the table has the paper's arrangement."""
+"""Most EBM for which the table has the paper's arrangement."""
 
 
 def table2_block(study: Study) -> Block | None:
-    """Table 2 and its sealed control; None where more than leakage and EBM varies, or they form no grid."""
+    """Table 2 and its sealed control; None if more than leakage and EBM varies, or they form no grid."""
     table = study.table
     if table.label_names or study.grid.lack:
         return None

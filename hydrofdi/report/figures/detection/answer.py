@@ -38,7 +38,7 @@ def draw_answer(detection: Detection) -> Any:
         No score finds a leak at the rate of false alarms that is asked for.
     """
     if not (able := answers(detection)):
-        raise ReportError("no score is known to find a leak at the rate of false alarms that is asked for")
+        raise ReportError("no score is shown to find a leak at the false-alarm rate that is set")
     compared = [each for each in wavelet_rules(detection) if each.smallest.get("q90_95") is not None][:1]
     shown, unit = distinct(*able[:_MOST], *compared), severity_unit(detection)
     figure = Figure(figsize=(8.0, 1.9 + 0.5 * len(shown)), layout="constrained")

@@ -34,7 +34,7 @@ def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:
     Raises
     ------
     ReportError
-        None has.
+        No score has a threshold.
     """
     shown = tuple(each for each in foremost(detection, most) if each.threshold is not None)
     shown = shown or tuple(each for each in detection.judgements if each.threshold is not None)[:most]

@@ -26,11 +26,11 @@ def draw_ranking(detection: Detection) -> Any:
     Raises
     ------
     ReportError
-        Of no score a severity can be stated.
+        No score has a severity that can be stated.
     """
     shown = [each for each in foremost(detection, _MOST) if each.smallest]
     if not shown:
-        raise ReportError("of no score a severity can be stated that it finds")
+        raise ReportError("no score has a severity that can be stated")
     marks, unit = sensor_marks(detection, shown), severity_unit(detection)
     figure = Figure(figsize=(8.0, 1.6 + 0.26 * len(shown)), layout="constrained")
     axis = figure.subplots()

@@ -142,7 +142,7 @@ def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, 
 
 
 def _inside(rates: Array) -> Array:
-    """Rates on the axis; none where no record or every record is beyond the threshold."""
+    """Rates on the axis; none if no record or every record is beyond the threshold."""
     return np.where((rates > 0.0) & (rates < 1.0), _x(rates), np.nan)
 
 

@@ -19,6 +19,7 @@ from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.layout.names import STATUS
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
     from matplotlib.figure import Figure
 
@@ -85,6 +86,16 @@ class Results:
     def table(self) -> Table:
         """The numbers that ``hydrofdi report --format csv`` prints; units stand in the names."""
         return Table("row", self._report.columns(), {})
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The `table` as a data frame.
+
+        Raises
+        ------
+        ReportError
+            pandas is not installed.
+        """
+        return self.table.to_pandas()
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The stored runs as records, so that `hydrofdi.measure` and others take results as they are."""

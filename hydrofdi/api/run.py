@@ -13,7 +13,7 @@ from hydrofdi.api.arguments import choice_of
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_table
-from hydrofdi.api.places import path_of
+from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.pipeline.single import SingleRun, simulate_nominal, write_single_run
@@ -23,6 +23,7 @@ from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout.names import TIME
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
     from matplotlib.figure import Figure
 
@@ -111,6 +112,20 @@ class Run:
         told = {"title": self.title, "run_id": self.run_id, "status": self.status}
         told |= {"verdict": self.verdict} | ({"message": self.message} if self.message else {})
         return run_dataset(run_variables(self.experiment), self._single.columns, told)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Signals in SI, shape (n_time, n_signal), titles such as ``time [s]``, ``chamber_1_pressure [Pa]``.
+
+        Raises
+        ------
+        ReportError
+            pandas or xarray is not installed.
+        """
+        signals = {name: each for name, each in self.to_xarray().variables.items() if each.dims == ("time",)}
+        units = {name: each.attrs["units"].replace(" s-1", "/s") for name, each in signals.items()}
+        columns = {f"{name} [{units[name]}]": each.to_numpy() for name, each in signals.items()}
+        frame: pandas.DataFrame = notebook_library("pandas").DataFrame(columns)
+        return frame[["time [s]", *frame.columns.drop("time [s]")]]
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The run as a record, so that `hydrofdi.measure` and others take it as it is."""

@@ -81,19 +81,29 @@ def detectability(
     used: Sequence[PodCurve] = ()
     if not tested.is_grouped and is_described:
         used = curves if has_curve else _with_one_miss_more(curves[0], tested, rules)
-    if not has_curve:
-        notes.remarks.append(_why_from_levels(fit, is_described))
     smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes)
+    if not has_curve:
+        notes.remarks.append(f"{_why_no_curve(fit, is_described)}: {_where_from(smallest, rules)}")
     return Detectability(curves[0], fit, smallest, tuple(_plausible(used, rules.confidence)))
 
 
-def _why_from_levels(fit: LackOfFit, is_described: bool) -> str:
-    why = (
+def _why_no_curve(fit: LackOfFit, is_described: bool) -> str:
+    return (
         "fewer than two tested levels lie on the slope of the curve of detection"
         if is_described
         else f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g})"
     )
-    return f"{why}: results come from the tested levels"
+
+
+def _where_from(smallest: Mapping[str, DetectableSeverity], rules: Rules) -> str:
+    """Where the severities come from without a curve of the records as they are."""
+    of_curve = {name for name, found in smallest.items() if found.source == "curve"}
+    if "q90_95" not in of_curve:
+        return "results come from the tested levels"
+    bound = quantile_name(rules.probability, rules.confidence)
+    if "q90" in of_curve:
+        return f"{bound} and the estimates are those of the curve with one more miss"
+    return f"{bound} is that of the curve with one more miss, the estimates come from the tested levels"
 
 
 def _curves(tested: TestedLevels, outcomes: Array, floor: float, rules: Rules) -> list[PodCurve]:

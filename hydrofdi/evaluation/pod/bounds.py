@@ -26,11 +26,33 @@ def curve_bounds(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.
     -------
     low, high : ndarray, shape (n,)
     """
-    places = curve.axis.place(severity)
-    drop, floor = quantile_of_chi_square(confidence), curve.false_alarm_rate
-    ends = [[_predictor_bound(curve, place, drop, side) for place in places] for side in (-1.0, 1.0)]
-    low, high = (np.exp(log_cumulative(np.array(end), curve.link)) for end in ends)
-    return floor + (1.0 - floor) * low, floor + (1.0 - floor) * high
+    drop = quantile_of_chi_square(confidence)
+    return _bound(curve, severity, drop, -1.0), _bound(curve, severity, drop, 1.0)
+
+
+def lower_bound(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.95) -> Array:
+    """One-sided lower bound of the probability of detection at each severity.
+
+    It reaches p at the severity that `smallest_detectable` states for p with the same confidence.
+
+    Parameters
+    ----------
+    curve : PodCurve
+    severity : array_like, shape (n,)
+    confidence : float
+        From 0.5.
+
+    Returns
+    -------
+    low : ndarray, shape (n,)
+    """
+    return _bound(curve, severity, quantile_of_chi_square(2.0 * confidence - 1.0), -1.0)
+
+
+def _bound(curve: PodCurve, severity: ArrayLike, drop: float, side: float) -> Array:
+    predictors = [_predictor_bound(curve, place, drop, side) for place in curve.axis.place(severity)]
+    rise, floor = np.exp(log_cumulative(np.array(predictors), curve.link)), curve.false_alarm_rate
+    return np.asarray(floor + (1.0 - floor) * rise)
 
 
 def _predictor_bound(curve: PodCurve, place: float, drop: float, side: float) -> float:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.pod.bounds import curve_bounds
+from hydrofdi.evaluation.pod.bounds import lower_bound
 from hydrofdi.evaluation.pod.curve import PodCurve
-from hydrofdi.evaluation.pod.likelihood import log_likelihood
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_unit
 from hydrofdi.report.figures.detection.marks import panels, sensor_marks, titled, with_threshold
@@ -18,8 +17,11 @@ from hydrofdi.report.figures.style import INK, LINES
 from hydrofdi.report.figures.ticks import log_axis
 from hydrofdi.studies.judgement import Detection, Judgement
 
-_MOST, _POINTS, _BOUNDS, _SEVERITIES = 6, 101, 21, 60
-"""Panels; points of a curve and of its bounds; severities that the bounds are taken over."""
+_MOST, _POINTS, _COARSE = 6, 201, 13
+"""Panels; points of a curve, and the first ones of its bound."""
+
+_STEP, _HALVINGS = 0.08, 7
+"""Points of the bound are added until it rises by less from one to the next, in at most so many rounds."""
 
 
 def draw_pod(detection: Detection) -> Any:
@@ -79,24 +81,40 @@ def _draw_bound(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str)
     found, curves = judgement.smallest.get("q90_95"), judgement.bounding
     if not curves or found is None or found.source == "levels" or found.confidence is None:
         return
-    severities = np.unique([*np.geomspace(*curves[0].tally.span, _BOUNDS), found.severity])
-    two_sided = 2.0 * found.confidence - 1.0
-    lows = [curve_bounds(_drawn(curve), severities, confidence=two_sided)[0] for curve in curves]
-    low = 100.0 * np.min(lows, axis=0)
-    axis.plot(_in_unit(severities, unit), low, color=color, linestyle=LINES[1], linewidth=0.8)
+    severities, low = bound_line(curves, found.severity, found.confidence)
+    axis.plot(_in_unit(severities, unit), 100.0 * low, color=color, linestyle=LINES[1], linewidth=0.8)
+
+
+def bound_line(curves: Sequence[PodCurve], found: float, confidence: float) -> tuple[Array, Array]:
+    """The lower bound of all curves that a severity was found from: close points where it rises.
+
+    Parameters
+    ----------
+    curves : sequence of PodCurve
+    found : float
+        The severity that was found, which becomes a point [unit of the severity].
+    confidence : float
+        One-sided.
+
+    Returns
+    -------
+    severity, low : ndarray, shape (n,)
+    """
+
+    def low_at(severities: Array) -> Array:
+        lows = [lower_bound(curve, severities, confidence=confidence) for curve in curves]
+        return np.asarray(np.min(lows, axis=0))
+
+    severities = np.unique([*np.geomspace(*curves[0].tally.span, _COARSE), found])
+    low = low_at(severities)
+    for _ in range(_HALVINGS):
+        wide = np.flatnonzero(np.diff(low) > _STEP)
+        if not wide.size:
+            break
+        middle = np.sqrt(severities[wide] * severities[wide + 1])
+        severities, low = np.insert(severities, wide + 1, middle), np.insert(low, wide + 1, low_at(middle))
+    return severities, low
 
 
 def _in_unit(severities: Array, unit: SeverityUnit) -> list[float]:
     return [unit.value(severity) for severity in severities.tolist()]
-
-
-def _drawn(curve: PodCurve) -> PodCurve:
-    """The curve over fewer severities where there are very many: its bounds then take less time."""
-    counted = curve.tally.pooled(_SEVERITIES)
-    if counted is curve.tally:
-        return curve
-    pooled, own = (
-        log_likelihood(curve.predictor(each.severity), each, curve.false_alarm_rate, curve.link)
-        for each in (counted, curve.tally)
-    )
-    return replace(curve, tally=counted, log_likelihood=curve.log_likelihood + pooled - own)

@@ -78,6 +78,8 @@ def other_conditions(row: TableRow) -> str:
 def row_name(row: TableRow) -> str:
     """A row in words, e.g. ``sealed at 827 MPa, 0.6 L/min out of chamber 1``."""
     mode = mode_name(row.leakage_flow, row.bulk_modulus)
+    if math.isnan(row.leakage_flow):
+        mode = f"{leakage_label(row)} at {mode.partition(' at ')[2]}"
     return ", ".join(filter(None, [mode, other_conditions(row)]))
 
 
@@ -143,10 +145,11 @@ def lead_cells(table: SensitivityTable, row: TableRow) -> list[Cell]:
 
 
 def leakage_label(row: TableRow) -> str:
-    """The leakage level of a row in L/min."""
+    """The leakage level of a row in L/min; its K_i if only that is known, as for a missing run."""
     if row.is_sealed:
         return "sealed"
-    return flow_text(row.leakage_flow)
+    flow = row.leakage_flow
+    return f"K_i {plain(row.leakage_request)}" if math.isnan(flow) else flow_text(flow)
 
 
 def band_sentence(table: SensitivityTable) -> str:

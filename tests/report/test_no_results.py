@@ -56,3 +56,6 @@ def test_the_first_page_lists_a_few_missing_runs_and_full_lists_all(tmp_path):
     assert first.count("not computed yet") == 5
     assert "the first 5 of 9 rows" in first
     assert full.count("not computed yet") == 9
+    for leakage, count in (("sealed", 3), ("K_i 1e-09", 3), ("K_i 1e-08", 3)):
+        listed = [line for line in full.splitlines() if line.strip().startswith(leakage)]
+        assert len(listed) == count, leakage

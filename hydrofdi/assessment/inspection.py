@@ -99,11 +99,11 @@ class Inspection:
         Band of each level [Hz].
     n_sample : int
     n_period : float
-        Periods of the input in the record; NaN where it has none.
+        Periods of the input in the record; NaN if it has none.
     boundary_shares : tuple of float
         Share of each level's coefficients that depend on the extension of the record [-].
     noise : tuple of NoiseOfLevel
-        Noise of the chamber-1 pressure sensor; empty where it has none.
+        Noise of the chamber-1 pressure sensor; empty if it has none.
     folding : tuple of str
         Sentences on inputs and anti-alias filters that are too fast for the sampling.
     n_left_out : int

@@ -39,7 +39,7 @@ class KnownUnknown:
 
 @dataclass(frozen=True)
 class Observability:
-    """What a healthy record tells an estimator; empty where its estimate diverges along it.
+    """What a healthy record tells an estimator; empty if its estimate diverges along it.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Observability:
         Of the Gramian of states and parameters, in units of the deviations beforehand, the largest first:
         along its direction the record alone leaves 1/√s of them.
     condition : float
-        The largest over the smallest; infinite where the record tells nothing of a direction.
+        The largest over the smallest; infinite if the record tells nothing of a direction.
     weakest : str
         The direction of the parameters that is known least behind the record.
     weakest_left : float
@@ -93,7 +93,7 @@ def observability(job: Job) -> tuple[Observability, ...]:
 
 
 def _healthy_record(job: Job) -> RecordBatch | None:
-    """The start of a run without a leak; None where it fails."""
+    """The start of a run without a leak; None if it fails."""
     parameters = job.parameters
     trajectory = simulate_batch([parameters], [0.0])
     if not trajectory.outcomes[0].is_ok:

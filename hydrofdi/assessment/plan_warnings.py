@@ -39,7 +39,7 @@ def plan_warnings(distinct: Distinct, choice: IndicatorChoice = DEFAULT_CHOICE) 
     distinct : callable
         Gives one run for each combination of sections that occurs, such as ``Runs.distinct``.
     choice : IndicatorChoice
-        What is measured: bands matter to wavelets alone.
+        What is measured: bands matter only to wavelets.
     """
     records = dict.fromkeys(
         (period_count(run), run.n_kept, run.wavelet)
@@ -60,7 +60,7 @@ def measures_wavelets(choice: IndicatorChoice) -> bool:
 
 
 def band_warnings(distinct: Distinct) -> list[str]:
-    """A sentence on the EBM whose mode is near the edge of a band; none where there are no such."""
+    """A sentence on the EBM whose mode is near the edge of a band; none if there are no such."""
     modes = {
         (undamped_frequency(run) / (2.0 * math.pi), run.fluid.bulk_modulus): run
         for run in distinct("actuator", "fluid", "record", "wavelet")
@@ -75,7 +75,7 @@ def band_warnings(distinct: Distinct) -> list[str]:
 
 
 def near_edge_warnings(near: Iterable[tuple[float, float]], n_all: int) -> list[str]:
-    """A sentence on modes near the edge of a band; none where there are no such.
+    """A sentence on modes near the edge of a band; none if there are no such.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def _filter_warnings(distinct: Distinct) -> list[str]:
 
 
 def _fast_input(drive: InputConfig, limit: float) -> str:
-    """What is faster than a limit [Hz]; empty where nothing is."""
+    """What is faster than a limit [Hz]; empty if nothing is."""
     if drive.shape == "sweep" and drive.end_frequency > limit:
         return f"input.end_frequency = {drive.end_frequency:g} Hz is"
     highest = drive.harmonics / drive.period
@@ -171,7 +171,7 @@ def record_warnings(n_period: float, boundary: Sequence[float]) -> Iterator[str]
 
 
 def period_count(run: RunParameters) -> float:
-    """Periods of the input in the record; NaN where it has none."""
+    """Periods of the input in the record; NaN if it has none."""
     return run.record.duration / run.input.period if run.input.is_periodic else math.nan
 
 

@@ -28,7 +28,7 @@ class NoiseOfLevel:
         RMS of the detail coefficients of the sensor's noise, as the anti-alias filter leaves it, and of
         quantisation, of the noisiest run [Pa].
     weakest_rms : float
-        Least detail RMS of the pressure itself over the runs that ended well [Pa]; NaN where none did.
+        Least detail RMS of the pressure itself over the runs that ended well [Pa]; NaN if none did.
     """
 
     noise: float
@@ -43,7 +43,7 @@ class NoiseOfLevel:
 def noise_of_levels(
     runs: Iterable[RunRequest], rows: Sequence[Mapping[str, Any]]
 ) -> tuple[NoiseOfLevel, ...]:
-    """Noise and signal of each level, d1 first; empty where no run has a noisy sensor.
+    """Noise and signal of each level, d1 first; empty if no run has a noisy sensor.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ def undamped_frequency(run: RunParameters) -> float:
 
 
 def _decay_limit(part: str, rate: float) -> dict[str, float]:
-    """Longest step for a part that decays with a rate [1/s]; none where it does not."""
+    """Longest step for a part that decays with a rate [1/s]; none if it does not."""
     return {part: largest_stable_step(complex(-rate))} if rate > 0.0 else {}
 
 

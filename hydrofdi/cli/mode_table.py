@@ -101,5 +101,5 @@ def _band_name(level: int, n_level: int) -> str:
 
 
 def cell(value: float, form: str) -> str:
-    """A number; a dash where there is none."""
+    """A number; a dash if there is none."""
     return format(value, form) if math.isfinite(value) else "–"

@@ -112,7 +112,7 @@ def _shares(record: dict[str, Any]) -> str:
 
 
 def _solution_lines(record: dict[str, Any]) -> list[str]:
-    """How often K_i is solved; empty where it is given."""
+    """How often K_i is solved; empty if it is given."""
     flows, conditions, total = record["solutions"].values()
     if not total:
         return []

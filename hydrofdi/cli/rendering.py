@@ -91,7 +91,7 @@ def _height(console: Console, block: Block) -> int:
 
 
 def _more(blocks: list[Block], shown: list[Block]) -> str:
-    """What the first page leaves out; empty where that is nothing."""
+    """What the first page leaves out; empty if that is nothing."""
     hidden = [
         sheet
         for block in blocks

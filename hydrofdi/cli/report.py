@@ -143,7 +143,7 @@ def _print(made: ComposedReport, form: Format, full: bool) -> None:
 
 
 def _check_code(made: ComposedReport) -> int:
-    """0 where all that the experiment file asks for holds, else 1."""
+    """0 if all that the experiment file asks for holds, else 1."""
     from hydrofdi.cli.terminal import tell
 
     checks = made.checks()

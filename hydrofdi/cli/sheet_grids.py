@@ -104,5 +104,5 @@ def _shown_cell(cell: Cell, is_text: bool) -> Text | Folded:
 
 
 def _marked(cell: Cell) -> str:
-    """A cell with a mark that also stands where there is no bold type."""
+    """A cell with a mark that also stands if there is no bold type."""
     return cell.text + (cell.mark if cell.is_strong else " ")

@@ -20,7 +20,7 @@ fraction of a second, after which progress is shown and results are stored."""
 def split_jobs(jobs: Sequence[Job], workers: int) -> list[tuple[Job, ...]]:
     """Batches of jobs that fit into one simulation, balanced over the workers.
 
-    Batches are whole numbers of lane widths where there are enough jobs. Results do not depend on the split.
+    Batches are whole numbers of lane widths if there are enough jobs. Results do not depend on the split.
     """
     batches: list[tuple[Job, ...]] = []
     for group in _compatible_groups(jobs):

@@ -83,7 +83,7 @@ class DaskEngine:
                 yield self._result(item, future)
 
     def cancel(self) -> None:
-        """Forget what is queued; what runs goes on."""
+        """Forget what is queued; running tasks continue."""
         running = {key for keys in self._client.processing().values() for key in keys}
         queued = [key for key in self._items if key not in running]
         for key in queued:

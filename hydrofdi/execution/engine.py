@@ -21,7 +21,7 @@ class TaskFailure:
     message : str
         One sentence.
     log : str
-        Traceback, where there is one.
+        Traceback, if there is one.
     error : BaseException or None
         What the task raised.
     """
@@ -44,7 +44,7 @@ class TaskResult:
 class Engine(Protocol):
     """Runs tasks in its workers. Used as a context: leaving it ends the workers.
 
-    A task that raises, hangs or loses its worker fails alone; the others go on.
+    A task that raises, hangs or loses its worker fails; the others continue.
     """
 
     workers: int
@@ -62,7 +62,7 @@ class Engine(Protocol):
         ...
 
     def cancel(self) -> None:
-        """Forget what is queued; what runs goes on."""
+        """Forget what is queued; running tasks continue."""
         ...
 
     def __enter__(self) -> Self:

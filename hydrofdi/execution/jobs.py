@@ -24,7 +24,7 @@ class Job:
         What is measured of the record.
     record_id : str
     stored : StoredRun or None
-        Where its record is stored with the signals that are measured; None where it is to be simulated.
+        Where its record is stored with the signals that are measured; None if it is to be simulated.
     """
 
     run_id: str

@@ -1,7 +1,7 @@
 """A pool of processes on this machine.
 
 Every worker has a pipe of its own, and nothing is shared between workers: no lock that a killed worker could
-take with it. So a task that raises, hangs or loses its worker fails alone.
+take with it. So only the task that raises, hangs or loses its worker fails.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ class LocalPoolEngine:
                     yield worker.time_out()
 
     def cancel(self) -> None:
-        """Forget what is queued; what runs goes on."""
+        """Forget what is queued; running tasks continue."""
         self._queue.clear()
 
     def _busy(self) -> list[_Worker]:

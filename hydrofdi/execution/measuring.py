@@ -33,7 +33,7 @@ def needed_signals(indicators: Indicators) -> set[str]:
 def measured_columns(
     jobs: Sequence[Job], records: Columns, seconds: Seconds | None = None
 ) -> dict[str, NDArray[Any]]:
-    """What is measured of the records of jobs, one row per job; NaN where a run failed.
+    """What is measured of the records of jobs, one row per job; NaN if a run failed.
 
     Parameters
     ----------

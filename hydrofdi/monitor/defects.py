@@ -11,7 +11,7 @@ from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.records.streams import Chunk, Finding, Piece, State
 
 MINUTE = 60.0
-"""What goes on is summed up as often [s]."""
+"""What continues is summed up as often [s]."""
 
 _WORDS = {
     EventKind.GAP: "gaps",

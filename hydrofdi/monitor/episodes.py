@@ -66,7 +66,7 @@ class Episodes:
         return {"count": count, "quiet": quiet, "span": span}, events
 
     def end(self, state: State) -> tuple[State, list[Event]]:
-        """What goes on at the end of a stream ends with it."""
+        """What continues at the end of a stream ends with it."""
         rows = np.flatnonzero(state["count"]).tolist()
         return self.start(), [_over(row, state["count"], state["span"]) for row in rows]
 

@@ -56,7 +56,7 @@ class Event:
     time : float or None
         On the clock of the stream [s].
     count : int
-        How often. What goes on is said once when it begins. The counts of one kind, those of lines that end
+        How often. What continues is said once when it begins. The counts of one kind, those of lines that end
         an episode left out, add up to all there was.
     is_silent : bool
         Whether it is counted alone, because it was said before.
@@ -79,7 +79,7 @@ class WindowLine:
     Attributes
     ----------
     number : int
-        From 0; it goes on over gaps and restarts, so that a line that comes twice can be told.
+        From 0; it continues over gaps and restarts, so that a line that comes twice can be told.
     start, end : float
         Instants of the first and last sample [s].
     verdict : Verdict

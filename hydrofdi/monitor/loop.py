@@ -126,7 +126,7 @@ class _Monitor:
         self._deliver(reading.chunk, lines)
 
     def _end(self, ending: Ending) -> Ending:
-        """The last lines; what nobody goes on with ends its episodes."""
+        """The last lines; what nobody continues with ends its episodes."""
         lines: list[Line] = [*self._totals.events()]
         if ending is not Ending.STOPPED or self._state_file is None:
             self._state, more = self._watch.end(self._state)

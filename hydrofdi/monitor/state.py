@@ -1,4 +1,4 @@
-"""The file that a monitor goes on from after a restart."""
+"""The file that a monitor continues from after a restart."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ class Stored:
     state : mapping of str to ndarray
         Of the watch.
     position : mapping
-        Where the source goes on.
+        Where the source continues.
     log : mapping
-        Where the log goes on; empty without one.
+        Where the log continues; empty without one.
     """
 
     state: State
@@ -74,7 +74,7 @@ class StateFile:
             yield
 
     def read(self) -> Stored | None:
-        """What was stored; None where nothing was yet.
+        """What was stored; None if nothing was yet.
 
         Raises
         ------

@@ -15,7 +15,7 @@ from hydrofdi.settings.readable import readable_unit
 
 
 def assumed_constants(sources: Sequence[RecordSource], options: Section) -> tuple[str, ...]:
-    """Constants of the plant that nobody gave; none where all records are simulated."""
+    """Constants of the plant that nobody gave; none if all records are simulated."""
     return constants_not_given(options) if any(map(_is_measured, sources)) else ()
 
 

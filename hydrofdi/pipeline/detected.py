@@ -110,7 +110,7 @@ class Tally:
     @property
     def rests_on(self) -> str | None:
         """What the interval of the share takes as independent: ``groups``, ``records``, or ``windows`` of a
-        single record that do not overlap; None where nothing is, as estimates of a single record, or where
+        single record that do not overlap; None if nothing is, as estimates of a single record, or where
         records or groups are too few.
         """
         if self.n_group > 1:
@@ -119,7 +119,7 @@ class Tally:
 
     @property
     def n_group(self) -> int:
-        """Groups of which something was judged; records where nobody stated groups."""
+        """Groups of which something was judged; records if nobody stated groups."""
         return len(set(self._groups))
 
     @property

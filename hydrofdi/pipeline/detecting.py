@@ -28,7 +28,7 @@ class JudgedWindow:
     ----------
     record_id, source, group : str
     line : WindowLine or None
-        That of a monitor which is given the record as a stream; None where the record has no window.
+        That of a monitor which is given the record as a stream; None if the record has no window.
     record_fault : WindowFault or None
         Why it has none.
     """
@@ -46,12 +46,12 @@ class JudgedWindow:
 
     @property
     def is_beyond(self) -> bool:
-        """Whether the score is beyond a limit of the threshold, also where nothing is judged."""
+        """Whether the score is beyond a limit of the threshold, also if nothing is judged."""
         return self.line is not None and bool(self.line.verdict.is_beyond)
 
     @property
     def alarm(self) -> bool | None:
-        """That of the chart where there is one, or of the threshold; None where the window is not judged."""
+        """That of the chart if there is one, or of the threshold; None if the window is not judged."""
         if self.line is None or self.line.verdict.alarm is None or self.line.chart is None:
             return None if self.line is None else self.line.verdict.alarm
         return self.line.chart.alarm

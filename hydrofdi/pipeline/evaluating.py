@@ -100,10 +100,10 @@ class Evaluation:
     detection : Detection
         Scores that stand clear of their healthy control come first.
     healthy_pairs : mapping of str to tuple of HealthyPair
-        Name of a score → every healthy group against every other; empty where there are no two.
+        Name of a score → every healthy group against every other; empty if there are no two.
     left : Left
     conclusion : str
-        What healthy groups say of all scores; empty where there are no two.
+        What healthy groups say of all scores; empty if there are no two.
     """
 
     detection: Detection

@@ -53,7 +53,7 @@ def ranked_by_control(judgements: Sequence[Judgement], pairs: Pairs) -> tuple[Ju
 
 
 def conclusion(judgements: Sequence[Judgement], pairs: Pairs) -> str:
-    """What the control says of all scores, in one sentence; empty where there is none."""
+    """What the control says of all scores, in one sentence; empty if there is none."""
     known = [stands_clear(each, pairs[each.scored.name]) for each in judgements if each.levels]
     known = [each for each in known if each is not None]
     n_not, n_score = known.count(False), len(known)

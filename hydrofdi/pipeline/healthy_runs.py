@@ -62,7 +62,7 @@ def healthy_stored(source: StoredRecords) -> HealthyRuns:
     Raises
     ------
     ReportError
-        Its file does not hold the runs of its study.
+        Its file does not contain the runs of its study.
     """
     data = source.data
     if data.experiment.study is not None:

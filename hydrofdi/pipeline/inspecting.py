@@ -85,15 +85,15 @@ class Explanation:
     calibration : dict or None
         Conditions under which its K_i was solved.
     shard : str
-        Where it is stored, empty where it is not.
+        Where it is stored, empty if it is not.
     provenance : dict or None
         The latest sweep on the folder.
     verdict : str
-        How far it can be believed; empty where it is not stored.
+        How far it can be believed; empty if it is not stored.
     doubts : dict
         Word of the verdict → the number behind it, what it means, and what to do about it.
     remedy : str
-        What to do about a failure; empty where it did not fail.
+        What to do about a failure; empty if it did not fail.
     units : dict
         Dotted parameter → the unit that the experiment is written in.
     changes : dict
@@ -133,7 +133,7 @@ def sweep_status(directory: Path) -> SweepStatus:
     Raises
     ------
     StoreError
-        The folder holds no experiment.
+        The folder contains no experiment.
     """
     plan = _stored_plan(directory)
     results = ShardResults(plan.run_ids, plan.index, plan.failures)
@@ -152,7 +152,7 @@ def verify(directory: Path) -> list[str]:
     Raises
     ------
     StoreError
-        The folder holds no experiment.
+        The folder contains no experiment.
     """
     plan = _stored_plan(directory)
     index = read_index(directory, trust=False)
@@ -184,12 +184,12 @@ def explain(directory: Path, wanted: str, asked: ExperimentConfig | None = None)
     wanted : str
         Beginning of the identity of a run, or its position in the experiment file.
     asked : ExperimentConfig, optional
-        What is asked for now; the latest request of the folder where it is left out.
+        What is asked for now; the latest request of the folder if it is left out.
 
     Raises
     ------
     StoreError
-        The folder holds no experiment, or no such run.
+        The folder contains no experiment, or no such run.
     """
     plan = _stored_plan(directory) if asked is None else plan_sweep(asked, directory)
     position = _find(plan, wanted)
@@ -237,7 +237,7 @@ def recompute(directory: Path, wanted: str) -> tuple[str, list[str]]:
     Raises
     ------
     StoreError
-        The folder holds no experiment, no such run, or the run is not stored.
+        The folder contains no experiment, no such run, or the run is not stored.
     """
     plan = plan_sweep(_request(directory), directory)  # needs its indicators
     position = _find(plan, wanted)

@@ -95,7 +95,7 @@ class SweepPlan:
 
     @property
     def n_simulated(self) -> int:
-        """Number of records that are to be simulated; runs that differ in their analysis alone share one."""
+        """Number of records that are to be simulated; runs that differ only in their analysis share one."""
         return len({self.record_ids[position] for position in self.simulated})
 
     def reasons(self) -> dict[str, int]:
@@ -103,7 +103,7 @@ class SweepPlan:
         return dict(Counter(self.reason(position) for position in self.missing))
 
     def _obstacle(self, record: StoredRun) -> str:
-        """Why a stored record cannot be measured as it is stored; empty where it can."""
+        """Why a stored record cannot be measured as it is stored; empty if it can."""
         store = self.experiment.store
         if not holds_enough(record, store.signals, store.dtype):
             return "stored without the signals or the precision that the request needs"

@@ -72,7 +72,7 @@ def _read_requested(directory: Path) -> ExperimentData:
 
 
 def _read_same(file: Path, directory: Path) -> ExperimentData | None:
-    """The experiment file, where it is sound and holds the latest request of the folder."""
+    """The experiment file, if it is sound and holds the latest request of the folder."""
     try:
         data = read_experiment(file)
     except StoreError:
@@ -81,7 +81,7 @@ def _read_same(file: Path, directory: Path) -> ExperimentData | None:
 
 
 def stored_run_ids(directory: Path, experiment: ExperimentConfig) -> tuple[str, ...] | None:
-    """The identities of all runs in the experiment file; None where it does not hold the latest request."""
+    """The identities of all runs in the experiment file; None if it does not contain the latest request."""
     data = _read_same(experiment_file(directory, experiment), directory)
     return None if data is None else tuple(map(str, data.columns[RUN_ID]))
 

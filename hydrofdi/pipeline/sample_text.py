@@ -28,7 +28,7 @@ class CsvText:
 
 
 class JsonText:
-    """A JSON object per sample: ``time`` and channels under their full names; null where one is missing."""
+    """A JSON object per sample: ``time`` and channels under their full names; null if one is missing."""
 
     def __call__(self, chunk: Chunk) -> str:
         """The lines of a block."""

@@ -162,7 +162,7 @@ class _Simulated:
 
 
 _MOST_SAMPLES_AT_ONCE = 4_000_000
-"""Samples of each channel that records of a batch have together, where they are long: about 0.3 GB."""
+"""Samples of each channel that records of a batch have together, if they are long: about 0.3 GB."""
 
 
 def _alike(runs: Sequence[RunSpec], rows: Sequence[int]) -> list[RunSpec]:

@@ -43,7 +43,7 @@ def open_source(
     ------
     ConfigError
         A YAML file has mistakes, a sampling frequency is given where the source has its own, or settings
-        where nothing is simulated.
+        if nothing is simulated.
     DataError
         The file cannot be a source.
     StoreError

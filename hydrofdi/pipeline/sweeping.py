@@ -166,7 +166,7 @@ def collect(directory: Path) -> Path:
     Raises
     ------
     StoreError
-        The folder holds no experiment, a sweep is at work there, or the file cannot be written.
+        The folder contains no experiment, a sweep is at work there, or the file cannot be written.
     """
     experiment = read_request(directory)
     table = expand_runs(experiment)

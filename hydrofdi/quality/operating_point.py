@@ -40,7 +40,7 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
     Returns
     -------
     HydraulicMode
-        Frequency [Hz], piston centred, and damping ratio [-]; the ratio is infinite where the median drop
+        Frequency [Hz], piston centred, and damping ratio [-]; the ratio is infinite if the median drop
         or, with a leak, the median pressure difference vanishes.
     """
     actuator = parameters.actuator

@@ -1,4 +1,4 @@
-"""What is measured of the chamber-1 pressure where it is known when the record settled."""
+"""What is measured of the chamber-1 pressure if it is known when the record settled."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def pressure_features(
     pressure : ndarray, shape (n_run, n_time)
         As the sensor shows it [Pa].
     settled_from : ndarray, shape (n_run,)
-        Start of the settled periods [s]; NaN where there are none.
+        Start of the settled periods [s]; NaN if there are none.
 
     Returns
     -------

@@ -28,9 +28,9 @@ class RunQuality:
         Share of the samples with a chamber pressure at or below the vapour limit, or above the supply [-].
     settling_change : ndarray
         Largest relative change of the RMS of a detail from the last but one period to the last [-]; NaN where
-        the record does not hold two whole periods.
+        the record does not contain two whole periods.
     settled_from : ndarray
-        Start of the whole periods that agree with the last one [s]; NaN where there are none.
+        Start of the whole periods that agree with the last one [s]; NaN if there are none.
     clipped_share : ndarray
         Share of the samples of P_1 at an end of its sensor's range [-].
     pressure_variation : ndarray

@@ -29,10 +29,10 @@ class Settling:
     ----------
     change : float
         Largest relative change of the RMS of a detail from the last but one period to the last [-]; NaN where
-        the record does not hold two whole periods.
+        the record does not contain two whole periods.
     start : int or None
         First sample of the whole periods that agree with the last one, of which there are two at least; None
-        where there are none.
+        if there are none.
     """
 
     change: float
@@ -53,7 +53,7 @@ def settled_start(run: RunParameters, n_period: int, settled_from: float, n_disc
     n_period : int
         Samples of a period.
     settled_from : float
-        Start of all settled periods [s]; NaN where there are none.
+        Start of all settled periods [s]; NaN if there are none.
     n_discarded : int
         Samples that the analysis leaves out.
     """
@@ -82,7 +82,7 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: NDArray[np.float
 
 
 def samples_per_period(run: RunParameters) -> int | None:
-    """Samples of a period of all that acts on the actuator; None where there is none, or no whole number."""
+    """Samples of a period of all that acts on the actuator; None if there is none, or no whole number."""
     samples = run.input.period * run.record.sampling_frequency
     return round(samples) if run.is_periodic and is_whole(samples) else None
 

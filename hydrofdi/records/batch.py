@@ -27,7 +27,7 @@ class Remark:
     text : str
         The sentence for a person, with its number.
     channel : Channel or None
-        None where it concerns the whole record.
+        None if it concerns the whole record.
     is_unusable : bool
         Whether nothing that needs the channel can be measured.
     """
@@ -64,11 +64,11 @@ class RecordBatch:
     sources : tuple of str, length n_record
         Where each record comes from, for a person: a file, or a results folder.
     groups : tuple of str, length n_record
-        Unit, day, direction: what must not be split over fit and test. Empty where nothing is known.
+        Unit, day, direction: what must not be split over fit and test. Empty if nothing is known.
     start_time : float
         Instant of the first sample [s].
     drive_period : float or None
-        Period of the drive [s]; None where it is not known, or there is none.
+        Period of the drive [s]; None if it is not known, or there is none.
     relative : frozenset of Channel
         Channels without a scale.
     normalized : frozenset of Channel
@@ -138,7 +138,7 @@ class RecordBatch:
 
     @property
     def samples_per_period(self) -> int | None:
-        """Samples in a period of the drive; None where that is no whole number."""
+        """Samples in a period of the drive; None if that is no whole number."""
         samples = 0.0 if self.drive_period is None else self.drive_period * self.sampling_frequency
         return round(samples) if samples > 0.5 and abs(samples - round(samples)) < 1e-6 else None
 

@@ -48,7 +48,7 @@ class Range:
 
     @property
     def mean(self) -> float:
-        """Mean over all finite samples; NaN where there are none."""
+        """Mean over all finite samples; NaN if there are none."""
         return self.total / self.n_sample if self.n_sample else np.nan
 
     @property
@@ -91,7 +91,7 @@ class Finding:
 
 @dataclass
 class Overview:
-    """What a source holds.
+    """What a source contains.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Overview:
     sampling_frequencies : counter of float
         [Hz] → number of records.
     drive_periods : counter of (float or None)
-        [s] → number of records; None where there is none, or none is known.
+        [s] → number of records; None if there is none, or none is known.
     groups, labels : counter of str
     channels : dict of Channel to Range
     findings : dict of str to Finding

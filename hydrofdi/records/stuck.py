@@ -28,7 +28,7 @@ def is_ideal_rail(channel: Channel, value: float) -> bool:
 
 
 def frozen_time(channels: Mapping[Channel, Array], sampling_frequency: float) -> float:
-    """Longest time that the position repeats one sample [s]; 0 where that is short, or the pressures rest.
+    """Longest time that the position repeats one sample [s]; 0 if that is short, or the pressures rest.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def _tell(tally: Tally) -> None:
 
 
 def _share(tally: Tally) -> str:
-    """Alarms of windows that were judged, with the interval where there is one."""
+    """Alarms of windows that were judged, with the interval if there is one."""
     from hydrofdi.detectors.trained.wording import percent, percentage
 
     rate, share = tally.rate, percent(tally.rate.value)

@@ -42,7 +42,7 @@ class _Column:
 def print_scores(console: Console, evaluation: Evaluation, judgements: Sequence[Judgement]) -> None:
     """A table of scores; below each other where the columns do not fit beside each other.
 
-    Names fold where they are long, numbers never; columns without any entry are left out. Scores by which
+    Names fold if they are long, numbers never; columns without any entry are left out. Scores by which
     healthy groups differ as much as faults are marked.
     """
     names = [each.scored.name for each in judgements]
@@ -116,7 +116,7 @@ def _detected_at(place: int, judgement: Judgement) -> str:
 
 
 def _rate(judgement: Judgement, population: Population, rate: Rate, *, digits: int = 0) -> str:
-    """Alarms of all that have a number; the rate as well, where there are enough of them."""
+    """Alarms of all that have a number; the rate as well, if there are enough of them."""
     counted = f"{rate.count} of {rate.total}"
     if population in judgement.counted:
         return counted

@@ -126,7 +126,7 @@ def _readable_unit(column: Column, records: Sequence[RecordMeasures]) -> tuple[s
 
 
 def _two_lines(name: str) -> tuple[str, str]:
-    """A name, broken at an underscore where it is long."""
+    """A name, broken at an underscore if it is long."""
     breaks = [place for place, sign in enumerate(name) if sign == "_"]
     if len(name) <= _LONG_NAME or not breaks:
         return "", name
@@ -135,7 +135,7 @@ def _two_lines(name: str) -> tuple[str, str]:
 
 
 def number_text(value: float) -> str:
-    """A number with four digits, whole where it is large."""
+    """A number with four digits, whole if it is large."""
     if not math.isfinite(value):
         return "–"
     return f"{value:.0f}" if _LARGE <= abs(value) < 1e7 else f"{value:.4g}"

@@ -18,7 +18,7 @@ _MOST_SHOWN = 12
 
 
 def print_overview(overview: Overview) -> None:
-    """What a source holds."""
+    """What a source contains."""
     console = terminal()
     console.print(Text(overview.name, style="bold"))
     console.print(_facts(overview))
@@ -56,7 +56,7 @@ def _facts(overview: Overview) -> Table:
 
 
 def _counts(counted: Mapping[Any, int]) -> str:
-    """What occurs and how often; the number alone where there is one thing."""
+    """What occurs and how often; the number alone if there is one thing."""
     if len(counted) == 1:
         return str(next(iter(counted)))
     shown = [f"{name} ({count:,})" for name, count in list(counted.items())[:_MOST_SHOWN]]

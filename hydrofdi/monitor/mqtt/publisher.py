@@ -41,7 +41,7 @@ class SamplePublisher:
         self._connection.open()
 
     def send(self, chunk: Chunk, timeout: float = 1.0) -> bool:
-        """Queue a block; False where there was no room in `timeout` seconds. It can then be sent again."""
+        """Queue a block; False if there was no room in `timeout` seconds. It can then be sent again."""
         return self._outbox.wait_until(AHEAD - 1, timeout) and self._outbox.put(
             self._topic, payload_of(chunk)
         )
@@ -60,7 +60,7 @@ class SamplePublisher:
 
 
 def payload_of(chunk: Chunk) -> bytes:
-    """Samples as JSON: ``time`` and channels, each in SI and as an array; null where one is missing."""
+    """Samples as JSON: ``time`` and channels, each in SI and as an array; null if one is missing."""
     columns = {"time": chunk.time} | {channel.value: samples for channel, samples in chunk.channels.items()}
     return json.dumps({name: _numbers(samples) for name, samples in columns.items()}).encode()
 

@@ -77,7 +77,7 @@ def doubts(address: MqttAddress, config: MqttConfig) -> Iterator[str]:
 
 @contextmanager
 def _usable(key: str, file: Path) -> Iterator[None]:
-    """Errors of a file as those of its key; never with what the file holds."""
+    """Errors of a file as those of its key; never with what the file contains."""
     try:
         yield
     except ssl.SSLError as error:

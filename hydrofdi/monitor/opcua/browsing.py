@@ -15,7 +15,7 @@ _MOST = 2_000
 
 
 async def nearest_nodes(client: Client, wanted: str) -> str:
-    """What may have been meant, as the end of a sentence; empty where nothing is similar."""
+    """What may have been meant, as the end of a sentence; empty if nothing is similar."""
     found: list[str] = []
     with suppress(OSError, UaError):
         found = await _variables(client)

@@ -24,7 +24,7 @@ class KeyFiles:
 
 
 def key_files(config: OpcUaConfig) -> KeyFiles | None:
-    """The files of a configuration; None where nothing is encrypted.
+    """The files of a configuration; None if nothing is encrypted.
 
     Raises
     ------

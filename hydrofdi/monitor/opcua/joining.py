@@ -68,7 +68,7 @@ class Joiner:
         time : ndarray, shape (n_time,)
             Instants that are whole or have waited enough [s].
         samples : ndarray, shape (n_time, n_channel)
-            In the units of the nodes; NaN where a node has no value.
+            In the units of the nodes; NaN if a node has no value.
         """
         for value in values:
             self._latest[value.channel] = value.time

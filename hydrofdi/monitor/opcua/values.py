@@ -18,7 +18,7 @@ class NoNumberError(Exception):
 
 
 def node_values(data: ua.DataValue, channel: int, period: float, arrival: float) -> list[NodeValue]:
-    """Values of a notification; NaN where the status is not good.
+    """Values of a notification; NaN if the status is not good.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class WindowLog:
 
     @property
     def position(self) -> Position:
-        """Behind all lines: of which file, and its length [bytes], 0 where it was rotated away."""
+        """Behind all lines: of which file, and its length [bytes], 0 if it was rotated away."""
         length = self.path.stat().st_size if self.path.exists() else 0
         return {"path": str(self.path.resolve()), "length": length}
 

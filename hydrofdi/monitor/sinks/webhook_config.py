@@ -71,7 +71,7 @@ def shown_url(url: str) -> str:
 
 
 def bearer_token(config: WebhookConfig) -> str:
-    """The secret; empty where there is none.
+    """The secret; empty if there is none.
 
     Raises
     ------

@@ -62,7 +62,7 @@ class Columns:
     Attributes
     ----------
     time : Column or None
-        None where there is no column of time.
+        None if there is no column of time.
     channels : dict of Channel to Column
     """
 

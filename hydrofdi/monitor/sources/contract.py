@@ -10,7 +10,7 @@ from hydrofdi.monitor.lines import Event
 from hydrofdi.records.streams import Chunk
 
 Position = Mapping[str, Any]
-"""Where a source goes on after a restart: small, and fit for JSON. Empty where it cannot go back."""
+"""Where a source continues after a restart: small, and fit for JSON. Empty if it cannot go back."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class StreamSource(Protocol):
         return False
 
     def confirm(self) -> None:
-        """A state that holds all that `read` gave is stored: a broker may forget it."""
+        """A state that contains all that `read` gave is stored: a broker may forget it."""
         return
 
     def close(self) -> None:

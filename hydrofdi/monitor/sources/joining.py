@@ -10,7 +10,7 @@ from hydrofdi.records.streams import Chunk
 
 
 def joined(chunks: Sequence[Chunk]) -> Chunk:
-    """All samples in one chunk; NaN where one of them has no such channel."""
+    """All samples in one chunk; NaN if one of them has no such channel."""
     if len(chunks) == 1:
         return chunks[0]
     channels = dict.fromkeys(channel for chunk in chunks for channel in chunk.channels)

@@ -33,7 +33,7 @@ _SAID_AGAIN = 60.0
 class MqttSource(StreamSource):
     """A topic, read at quality of service 1 in a session that outlives the monitor.
 
-    The broker keeps every message until a state that holds its samples is stored.
+    The broker keeps every message until a state that contains its samples is stored.
 
     Parameters
     ----------

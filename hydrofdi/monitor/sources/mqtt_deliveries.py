@@ -38,7 +38,7 @@ class Delivery:
     payload : bytes
         Its beginning where it is unfit.
     fault : str
-        Why it is unfit; empty where it is not.
+        Why it is unfit; empty if it is not.
     number : int
         Its packet identifier; 0 at quality of service 0.
     digest : int

@@ -40,7 +40,7 @@ class PayloadReader:
     channels : mapping of Channel to ChannelConfig, optional
         Channel → key; by the names that plain files use where left out.
     time : TimeConfig, optional
-        The key that holds time.
+        The key that contains time.
     clock : SampleClock, optional
         Gives instants to samples without time, which are refused otherwise.
     largest : int

@@ -31,12 +31,12 @@ _DATES = {"timestamp", "datetime", "zeit", "zeitstempel"}
 
 
 def channel_of(table: Table, position: int) -> Channel | None:
-    """The channel that a column is named like; None where its unit is of another dimension."""
+    """The channel that a column is named like; None if its unit is of another dimension."""
     return channel_named(table.titles[position], table.unit(position))
 
 
 def channel_named(title: str, unit: str) -> Channel | None:
-    """The channel that a title means; None where there is none, or the unit is of another dimension."""
+    """The channel that a title means; None if there is none, or the unit is of another dimension."""
     channel = _CHANNELS.get(short_name(title))
     if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
         return channel

@@ -51,7 +51,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     ----------
     config : ChannelConfig
     header : str
-        Unit that the file states; empty where it states none.
+        Unit that the file states; empty if it states none.
     where : str
         File and column, for messages.
 

@@ -35,7 +35,7 @@ class MeasuredRecord:
     recording : Recording
         Its samples and remarks.
     stroke : float
-        Last less first piston position; zero where it is not known.
+        Last less first piston position; zero if it is not known.
     """
 
     record_id: str
@@ -79,7 +79,7 @@ class Forming:
             return list(self._records(path))
 
     def held(self, table: Table, record_id: str) -> MeasuredRecord | RejectedRecord:
-        """The record of a table that no file holds.
+        """The record of a table that no file contains.
 
         Raises
         ------

@@ -28,7 +28,7 @@ def completed(config: MeasuredConfig, files: Sequence[Path]) -> tuple[MeasuredCo
     Parameters
     ----------
     config : MeasuredConfig
-        Without channels; if it states the sampling, that holds.
+        Without channels; a sampling that it states is kept.
     files : sequence of path
         Not empty.
 

@@ -27,10 +27,10 @@ class HeldTable(Table):
     place : str
         What messages call them.
     titles, units : sequence of str
-        Name and unit of each column; the unit is empty where nobody stated it.
+        Name and unit of each column; the unit is empty if nobody stated it.
     columns : sequence of ndarray, shape (n_time,)
     record_id, group, label : str
-        Empty where nothing is known.
+        Empty if nothing is known.
     """
 
     place: str
@@ -42,7 +42,7 @@ class HeldTable(Table):
     label: str = ""
 
     def unit(self, position: int) -> str:
-        """Unit of a column; empty where nobody stated it."""
+        """Unit of a column; empty if nobody stated it."""
         return self.units[position]
 
     def numbers(self, position: int) -> Array:

@@ -28,7 +28,7 @@ def path_pattern(template: str) -> re.Pattern[str]:
 
 
 def names_of_path(place: str, pattern: re.Pattern[str]) -> dict[str, str] | None:
-    """What a path says; None where it does not match."""
+    """What a path says; None if it does not match."""
     match = pattern.search(place)
     if match is None:
         return None

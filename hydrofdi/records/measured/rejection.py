@@ -10,7 +10,7 @@ from hydrofdi.records.batch import Remark
 
 
 class RejectionError(Exception):
-    """No record can be formed; it is listed with the reason, and the others go on.
+    """No record can be formed; it is listed with the reason, and the others continue.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ class Chunk:
     time : ndarray, shape (n_time,)
         Sampling instants on the clock of the source [s].
     channels : mapping of Channel to ndarray, shape (n_time,)
-        In SI; NaN where a sample is missing.
+        In SI; NaN if a sample is missing.
     """
 
     time: Array

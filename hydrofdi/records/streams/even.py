@@ -81,7 +81,7 @@ class EvenStream:
         return self._checked({**state, **beginning}, chunk)
 
     def _is_sound(self, state: State, time: Array) -> bool:
-        """Whether a chunk goes on without any irregularity, as nearly all do."""
+        """Whether a chunk continues without any irregularity, as nearly all do."""
         longest = _GAP * self._period
         if not 0.0 < float(time[0]) - float(state["last"]) <= longest or not np.all(time[1:] > time[:-1]):
             return False
@@ -133,7 +133,7 @@ class EvenStream:
 
 
 def _in_a_row(is_gap: NDArray[np.bool_], n_before: int) -> NDArray[np.intp]:
-    """Gaps one after another, up to each sample; 0 where there is none."""
+    """Gaps one after another, up to each sample; 0 if there is none."""
     counts = n_before + np.cumsum(is_gap)
     in_a_row: NDArray[np.intp] = counts - np.maximum.accumulate(np.where(is_gap, 0, counts))
     return in_a_row

@@ -33,7 +33,7 @@ class Finding:
     text : str
         The sentence for a person, about the first time.
     is_news : bool
-        Whether it did not happen in the minute before; False where it goes on.
+        Whether it did not happen in the minute before; False if it continues.
     """
 
     kind: str
@@ -67,7 +67,7 @@ class Kind:
         return replace(self, places=self.places[self.places >= first])
 
     def findings(self, order: Order, said: float) -> tuple[list[tuple[int, Finding]], float]:
-        """One for what goes on and one for each that is news, by place; and the last instant [s].
+        """One for what continues and one for each that is news, by place; and the last instant [s].
 
         Parameters
         ----------

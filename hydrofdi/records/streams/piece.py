@@ -23,7 +23,7 @@ class Piece:
     time : ndarray, shape (n_time,)
         [s]
     channels : mapping of Channel to ndarray, shape (n_time,)
-        All channels that were asked for, in SI; NaN where a sample is missing.
+        All channels that were asked for, in SI; NaN if a sample is missing.
     begins_anew : bool
         Whether it does not continue the piece before: it is the first one, or a gap came before.
     """
@@ -34,7 +34,7 @@ class Piece:
 
 
 def whole(chunk: Chunk, channels: Sequence[Channel]) -> Piece:
-    """All of a chunk, which goes on without a gap; with the channels that are asked for."""
+    """All of a chunk, which continues without a gap; with the channels that are asked for."""
     return Piece(chunk.time, _rows(chunk, channels), begins_anew=False)
 
 

@@ -32,13 +32,13 @@ class Window:
     Attributes
     ----------
     number : int
-        From 0, in the order of their ends; it goes on after gaps and restarts.
+        From 0, in the order of their ends; it continues after gaps and restarts.
     time : ndarray, shape (n_time,)
         Sampling instants as the source stated them [s].
     channels : mapping of Channel to ndarray, shape (n_time,)
         In SI.
     fault : WindowFault or None
-        What forbids to judge it; None where nothing does so far.
+        What forbids to judge it; None if nothing does so far.
     """
 
     number: int

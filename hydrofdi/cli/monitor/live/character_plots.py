@@ -42,7 +42,7 @@ def draw(low: Array, high: Array, span: tuple[float, float], height: int, *, pla
     height : int
         Lines.
     plain : bool
-        Whether the terminal shows ASCII alone.
+        Whether the terminal shows only ASCII.
     """
     n_row = 4 * height
     rows = np.arange(n_row)[:, None]

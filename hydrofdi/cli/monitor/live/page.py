@@ -19,7 +19,7 @@ class Page:
     width, height : int
         Columns and lines.
     plain : bool
-        Whether it shows ASCII alone.
+        Whether it shows only ASCII.
     """
 
     width: int
@@ -33,7 +33,7 @@ class Page:
 
 
 def heading(text: str, page: Page, aside: str = "") -> Text:
-    """A line that begins a part of the screen; what stands aside gives way where the line is full."""
+    """A line that begins a part of the screen; what is secondary gives way where the line is full."""
     n_free = page.width - len(text) - len(aside) - 1
     if n_free < 1:
         n_free, aside = max(page.width - len(text) - 1, 0), ""

@@ -101,7 +101,7 @@ def _marks(windows: Sequence[WindowLine], n_each: int) -> Text:
 
 
 def _span(values: Array) -> tuple[float, float]:
-    """A range that holds all values, and is never empty."""
+    """A range that contains all values, and is never empty."""
     if not values.size:
         return 0.0, 1.0
     low, high = float(values.min()), float(values.max())

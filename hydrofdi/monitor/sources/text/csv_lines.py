@@ -68,7 +68,7 @@ class CsvLines:
         return self.read(lines[:middle]) + self.read(lines[middle:])
 
     def _block(self, lines: Sequence[str], columns: Columns) -> Chunk | None:
-        """Samples of lines that are rows, all of them; None where one is not."""
+        """Samples of lines that are rows, all of them; None if one is not."""
         try:
             cells, width = self._cells(lines)
             self._check_width(cells, width)

@@ -80,7 +80,7 @@ class FollowedFile:
 
 
 def found_again(path: Path, position: Position) -> FollowedFile | None:
-    """The file of a stored position, under its name or another one beside it; None where it is gone.
+    """The file of a stored position, under its name or another one beside it; None if it is gone.
 
     Raises
     ------

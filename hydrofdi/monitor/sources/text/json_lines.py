@@ -49,7 +49,7 @@ class JsonLines:
         return [together] if together else self._one_by_one(objects)
 
     def _together(self, objects: Sequence[dict[str, Any]]) -> Chunk | None:
-        """Objects of one sample each with the same keys, as one block; None where they are not."""
+        """Objects of one sample each with the same keys, as one block; None if they are not."""
         if len(objects) < 2 or len({tuple(found) for found in objects}) > 1:
             return None
         try:

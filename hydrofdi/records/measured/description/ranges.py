@@ -9,7 +9,7 @@ from hydrofdi.units import parse_quantity
 
 
 def plausible_range(channel: Channel, config: ChannelConfig) -> tuple[float, float] | None:
-    """Lowest and highest plausible value in SI, or in counts; None where none are given.
+    """Lowest and highest plausible value in SI, or in counts; None if none are given.
 
     Raises
     ------

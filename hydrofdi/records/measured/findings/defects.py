@@ -31,7 +31,7 @@ def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Itera
     recording : Recording
     limits : LimitsConfig
     ranges : mapping of Channel to (float, float)
-        Plausible values, where they are known.
+        Plausible values, if they are known.
     """
     if limits.samples is not None and recording.n_time != limits.samples:
         text = f"has {counted(recording.n_time, 'sample')} instead of {limits.samples}"

@@ -60,7 +60,7 @@ def _looked_at(record: MeasuredRecord) -> dict[Channel, float]:
 
 
 def _distances(values: Array) -> Array:
-    """Distances from the median in robust standard deviations; zero where there are few values."""
+    """Distances from the median in robust standard deviations; zero if there are few values."""
     finite = values[np.isfinite(values)]
     if finite.size < _FEWEST:
         return np.zeros(values.size)

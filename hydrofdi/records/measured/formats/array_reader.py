@@ -50,7 +50,7 @@ class Hdf5File:
         return np.where(missing, np.nan, np.asarray(values, dtype=np.float64) * scale + offset)
 
     def unit(self, name: str) -> str:
-        """The attribute ``units`` or ``unit``; empty where there is none."""
+        """The attribute ``units`` or ``unit``; empty if there is none."""
         attributes = self._datasets[name].attrs
         found = next((attributes[key] for key in ("units", "unit") if key in attributes), "")
         return _text(found) if isinstance(found, str | bytes) else ""
@@ -79,7 +79,7 @@ class MatFile:
         return self._arrays[name]
 
     def unit(self, name: str) -> str:
-        """The field of that name of the structure ``units`` beside a variable; empty where there is none."""
+        """The field of that name of the structure ``units`` beside a variable; empty if there is none."""
         return self._units[name]
 
     def close(self) -> None:

@@ -29,9 +29,9 @@ class ArrayTable(Table):
     shapes : mapping of str to tuple of int
         Name → shape, known before the arrays are read. The longer axis of a matrix is time.
     load : callable
-        Name → array, as the file holds it.
+        Name → array, as the file contains it.
     units : callable, optional
-        Name → unit that the file states, empty where it states none.
+        Name → unit that the file states, empty if it states none.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class ArrayTable(Table):
         return np.asarray(values, dtype=np.float64)
 
     def dates(self, position: int) -> Array | None:
-        """Time since the first date of a column [s]; None where it holds none."""
+        """Time since the first date of a column [s]; None if it holds none."""
         values = self._vector(position)
         if values.dtype.kind != "M":
             return None

@@ -37,7 +37,7 @@ def rows_to_keep(widths: Sequence[int], n_column: int, *, is_ended: bool) -> int
 
 
 def bridged(times: Array, rows: Sequence[int]) -> Array:
-    """Instants, those of some rows evenly between their neighbours; NaN where one side has none."""
+    """Instants, those of some rows evenly between their neighbours; NaN if one side has none."""
     if not rows:
         return times
     whole = np.delete(np.arange(times.size), rows)

@@ -56,7 +56,7 @@ class _Reader:
         self._kind, self._seconds = "", SECONDS
 
     def open(self, kind: str, content: Content) -> dict[str, tuple[int, ...]]:
-        """Name → shape of what a file holds."""
+        """Name → shape of what a file contains."""
         data = b"" if isinstance(content, Path) else content.getbuffer()
         path = str(content.absolute()) if isinstance(content, Path) else None
         size = content.stat().st_size if isinstance(content, Path) else len(data)

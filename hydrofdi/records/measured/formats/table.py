@@ -17,7 +17,7 @@ _LONGEST_TITLE = 1000
 
 
 def split_title(title: str) -> tuple[str, str]:
-    """Name and unit of a header such as ``P1 [bar]``; no unit where it has none."""
+    """Name and unit of a header such as ``P1 [bar]``; no unit if it has none."""
     match = _TITLE.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
     if match is None or not match[1] or (match[2] or match[3] or "").isdigit():
         return title.strip(), ""
@@ -82,7 +82,7 @@ class Table(ABC):
         return find_column(self.titles, column, self.place)
 
     def unit(self, position: int) -> str:
-        """Unit that the file states for a column; empty where it states none."""
+        """Unit that the file states for a column; empty if it states none."""
         return split_title(self.titles[position])[1]
 
     @abstractmethod
@@ -96,7 +96,7 @@ class Table(ABC):
         """
 
     def dates(self, position: int) -> Array | None:
-        """Time since the first date of a column [s], shape (n_row,); None where it holds no dates.
+        """Time since the first date of a column [s], shape (n_row,); None if it holds no dates.
 
         Raises
         ------

@@ -70,7 +70,7 @@ class TextTable(Table):
             raise DataError(f"{place}: column {title!r}: {error}{hint}") from None
 
     def dates(self, position: int) -> Array | None:
-        """Time since the first date of a column [s]; None where it holds none."""
+        """Time since the first date of a column [s]; None if it holds none."""
         if self._matrix is not None:
             return None
         cells = self._cells.column(position, self._first_row)

@@ -53,14 +53,14 @@ class Cells:
         return self._rows[number] if self._rows else self._lines[number].split(self._delimiter)
 
     def column(self, position: int, first_row: int) -> list[str]:
-        """Cells of a column from a row on; empty where a row is too short."""
+        """Cells of a column from a row on; empty if a row is too short."""
         if not self._rows:
             return self._flat[first_row * self.width + position :: self.width]
         rows = self._rows[first_row:]
         return [row[position] if position < len(row) else "" for row in rows]
 
     def matrix(self, first_row: int, n_column: int) -> Array | None:
-        """All numbers from a row on, read at once; None where a cell is none, or there are many columns."""
+        """All numbers from a row on, read at once; None if a cell is none, or there are many columns."""
         if self._rows or first_row >= self.n_row or n_column > _MOST_TOGETHER:
             return None
         try:
@@ -85,7 +85,7 @@ class Cells:
         return numbers[-1] - numbers[0] + 1 - len(numbers) if numbers else 0
 
     def widths(self, first_row: int) -> list[int]:
-        """Numbers of cells of the rows from one on; none where all rows have equally many."""
+        """Numbers of cells of the rows from one on; none if all rows have equally many."""
         return [len(row) for row in self._rows[first_row:]]
 
     def empty(self, number: int) -> None:

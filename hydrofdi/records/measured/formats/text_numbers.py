@@ -35,7 +35,7 @@ class CellError(ValueError):
 
 
 def column_numbers(cells: Sequence[str], decimal: str = ".", missing: Collection[str] = ()) -> Array:
-    """The numbers in cells, shape (n_row,); NaN where one is missing.
+    """The numbers in cells, shape (n_row,); NaN if one is missing.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def column_numbers(cells: Sequence[str], decimal: str = ".", missing: Collection
 
 
 def column_dates(cells: Sequence[str], missing: Collection[str] = ()) -> Array:
-    """Time since the first of the dates in cells [s], shape (n_row,); NaN where one is missing.
+    """Time since the first of the dates in cells [s], shape (n_row,); NaN if one is missing.
 
     Raises
     ------

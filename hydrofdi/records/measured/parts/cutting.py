@@ -17,7 +17,7 @@ from hydrofdi.records.measured.sampling import Sampling
 
 
 def part(recording: Recording, first: int, stop: int, start_time: float | None = None) -> Recording:
-    """The samples from `first` to before `stop`; time goes on unless `start_time` is given."""
+    """The samples from `first` to before `stop`; time continues unless `start_time` is given."""
     sampling = recording.sampling
     start = sampling.start + first / sampling.frequency if start_time is None else start_time
     return replace(

@@ -40,7 +40,7 @@ class Stroke:
 
 
 def find_stroke(position: Array) -> Stroke | None:
-    """The stroke in a position; None where it ends where it begins, as far as its noise tells.
+    """The stroke in a position; None if it ends where it begins, as far as its noise tells.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How short the step has to be for the features to stand still."""
+"""How short the step must be for the features to converge."""
 
 from __future__ import annotations
 

@@ -145,7 +145,7 @@ class Inspection:
 
     @property
     def warnings(self) -> list[str]:
-        """What results have to be read with."""
+        """Warnings about the results."""
         return list(dict.fromkeys(_warnings(self)))
 
 

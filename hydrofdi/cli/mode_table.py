@@ -38,7 +38,7 @@ _OTHERS: dict[str, Column] = {
 """Header → column, of all but the EBM."""
 
 _LEADING = 3
-"""Columns that tell runs apart."""
+"""Columns that distinguish runs."""
 
 
 def print_modes(found: Inspection) -> None:

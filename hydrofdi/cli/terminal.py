@@ -62,7 +62,7 @@ class _PipedConsole(Console):
 
 
 def terminal() -> Console:
-    """The console on standard output; where it is no terminal, as wide as ``COLUMNS`` says, or 100."""
+    """The console on standard output; if that is not a terminal, as wide as ``COLUMNS`` says, or 100."""
     stated = os.environ.get("COLUMNS", "")
     width = int(stated) if stated.isdecimal() and int(stated) > 0 else None
     if width is None and not sys.stdout.isatty():

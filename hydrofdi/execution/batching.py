@@ -45,7 +45,7 @@ def _by_record(jobs: Sequence[Job]) -> list[Job]:
 
 
 def batch_shape(job: Job) -> object:
-    """What jobs have to share so that one task can compute them and one shard can hold them."""
+    """What jobs must share so that one task can compute them and one shard can contain them."""
     wavelet = job.analysis.wavelet
     time_axis = job.parameters.record.time_axis
     return time_axis, wavelet.levels, wavelet.phase == "all", job.stored is None

@@ -15,7 +15,7 @@ _OF_ERRORS = {
 
 
 def network_reason(error: OSError) -> str:
-    """What an error of the network means. It never holds what the other side sent."""
+    """What an error of the network means. It never contains what the other side sent."""
     match error:
         case ssl.SSLCertVerificationError():
             return f"its certificate is refused: {error.verify_message}"

@@ -1,4 +1,4 @@
-"""Files that hold a secret: a password, a token, a private key."""
+"""Files that contain a secret: a password, a token, a private key."""
 
 from __future__ import annotations
 

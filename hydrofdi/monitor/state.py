@@ -61,7 +61,7 @@ class StateFile:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold it for this process alone.
+        """Lock it for this process.
 
         Raises
         ------

@@ -53,7 +53,7 @@ class Watch:
         )
 
     def resume(self, state: State, *, may_repeat: bool = True) -> State:
-        """A stored state, fit to go on: samples that come again are left out in silence.
+        """A stored state, fit to continue: samples that come again are left out in silence.
 
         Parameters
         ----------

@@ -31,7 +31,7 @@ class HealthyRuns:
     Attributes
     ----------
     source : RecordSource
-        Them alone.
+        Only these.
     n_left_out : int
         Number of the other runs.
     is_study : bool

@@ -1,4 +1,4 @@
-"""Where experiments lie, and what they were made with."""
+"""Folders of experiments, and the versions that made them."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ _CALIBRATION_ROUNDS = 14
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """What a sweep has to do.
+    """What a sweep will do.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class SweepPlan:
 
     @cached_property
     def measurable(self) -> dict[int, StoredRun]:
-        """Positions of missing runs that need no simulation → where their records lie."""
+        """Positions of missing runs that need no simulation → where their records are stored."""
         records = ((position, self.index.records.get(self.record_ids[position])) for position in self.missing)
         return {
             position: record
@@ -128,7 +128,7 @@ class SweepPlan:
 
     @property
     def free_bytes(self) -> int:
-        """Free space where they will lie."""
+        """Free space at their place."""
         folder = next(path for path in (self.directory, *self.directory.resolve().parents) if path.exists())
         return shutil.disk_usage(folder).free
 

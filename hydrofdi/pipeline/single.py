@@ -1,4 +1,4 @@
-"""One run by itself."""
+"""A single run."""
 
 from __future__ import annotations
 

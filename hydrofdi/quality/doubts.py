@@ -1,4 +1,4 @@
-"""What the numbers of a run may have to be read with: the words of a verdict, in one place."""
+"""Doubts about the numbers of a run: the words of a verdict, in one place."""
 
 from __future__ import annotations
 

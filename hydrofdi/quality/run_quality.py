@@ -36,7 +36,7 @@ class RunQuality:
     pressure_variation : ndarray
         Largest less least P_1, over the supply pressure [-].
     volume_residual, energy_residual : ndarray
-        What the balances lack [-].
+        Relative residuals of the balances [-].
     """
 
     verdict: NDArray[np.object_]

@@ -18,7 +18,7 @@ INFERRED_SAMPLING = "inferred_sampling"
 
 @dataclass(frozen=True)
 class Remark:
-    """What has to be known to read one channel of one record, or the record as a whole.
+    """What a reader of one channel of a record, or of the whole record, needs to know.
 
     Attributes
     ----------

@@ -46,7 +46,7 @@ def instant(text: str) -> Instant:
     Raises
     ------
     ValueError
-        It is none.
+        It is not a date.
     """
     written = text.strip()
     try:

@@ -113,7 +113,7 @@ def test_numbers_that_netcdf_packs_are_unpacked(tmp_path):
 @pytest.mark.parametrize(("values", "sentence"), [
     (BAR + 1j, "P1: contains complex numbers"),
     (np.array([1, 2**53 + 1, 3]), r"P1: contains integers beyond 2\^53"),
-    (np.array([b"a", b"b", b"c"]), "P1: holds .*, not numbers"),
+    (np.array([b"a", b"b", b"c"]), "P1: contains .*, not numbers"),
 ])  # fmt: skip
 def test_what_is_no_real_number_is_refused(tmp_path, suffix, values, sentence):
     values = np.array(["a", "b"]) if suffix == "mat" and values.dtype.kind == "S" else values

@@ -316,7 +316,7 @@ def test_rejected_files_alone_come_in_a_batch_without_records(tmp_path):
     batch = one(tmp_path, run_csv="P1\n1\n", walk_csv="")
     assert (batch.n_record, len(batch.rejected)) == (0, 2)
     assert [record.remark.kind for record in batch.rejected] == ["short", "empty"]
-    assert batch.rejected[0].remark.text == "holds 1 sample"
+    assert batch.rejected[0].remark.text == "contains 1 sample"
 
 
 def test_units_are_those_of_the_first_source_that_has_records(tmp_path):

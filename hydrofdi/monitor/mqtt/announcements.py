@@ -41,7 +41,7 @@ class Announcements:
         self._say(EventKind.CONNECTED, f"connected to {self._address}{remark}")
 
     def lost(self, reason: str) -> None:
-        """There is none, or still none."""
+        """There is no connection, or still none."""
         if reason not in self._reasons:
             self._reasons.add(reason)
             again = "; this continues; the end of it is reported" if self._n_short == _MOST_SAID else ""
@@ -50,7 +50,7 @@ class Announcements:
             )
 
     def steady(self) -> None:
-        """The connection holds."""
+        """The connection is stable."""
         if self._n_short > _MOST_SAID:
             self._n_short = 0
             self._say(EventKind.CONNECTED, f"connected to {self._address}, and the connection is stable")

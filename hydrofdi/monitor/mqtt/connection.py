@@ -1,4 +1,4 @@
-"""A connection to a broker that comes back by itself."""
+"""A connection to a broker that reconnects automatically."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def reason_of_code(code: str) -> str:
 
 
 def reason_of_error(error: Exception) -> str:
-    """What an error of a connection means. It never holds what the other side sent."""
+    """What an error of a connection means. It never contains what the other side sent."""
     match error:
         case ConfigError():
             return str(error)

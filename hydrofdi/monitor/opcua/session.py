@@ -56,7 +56,7 @@ async def session(server: Server) -> AsyncIterator[Client]:
     Raises
     ------
     LostError
-        There is none.
+        There is no session.
     """
     client = Client(server.url, timeout=_TIMEOUT, watchdog_intervall=KEEP_ALIVE)
     client.name = client.description = "hydrofdi"

@@ -1,4 +1,4 @@
-"""What notifications of an OPC UA server hold."""
+"""Values in the notifications of an OPC UA server."""
 
 from __future__ import annotations
 

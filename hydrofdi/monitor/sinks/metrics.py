@@ -17,7 +17,7 @@ class MetricsSink:
     Parameters
     ----------
     address : str
-        ``host:port``; a free port where it is 0. ``[::1]:9464`` for IPv6.
+        ``host:port``; a free port if it is 0. ``[::1]:9464`` for IPv6.
     file : DetectorFile
 
     Raises

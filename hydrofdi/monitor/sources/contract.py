@@ -60,7 +60,7 @@ class StreamSource(Protocol):
 
     @property
     def position(self) -> Position:
-        """Where to go on behind all that `read` gave; nothing where it cannot go back."""
+        """Where to continue after all that `read` gave; nothing if it cannot go back."""
         return {}
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hydrofdi.monitor.lines import Event, EventKind
 
 _MUCH = 10_000
-"""After so many good samples it is said again."""
+"""Number of good samples after which it is reported again."""
 
 
 class Malformed:

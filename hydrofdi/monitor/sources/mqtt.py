@@ -27,7 +27,7 @@ CONFIRM_WITHIN = 1.0
 _MOST_SAMPLES = 65_536
 _MOST_MESSAGES = 1000
 _SAID_AGAIN = 60.0
-"""Losses are said again after so long without any [s]."""
+"""Time without losses after which they are reported again [s]."""
 
 
 class MqttSource(StreamSource):
@@ -78,7 +78,7 @@ class MqttSource(StreamSource):
         return str(self._address)
 
     def open(self, position: Position) -> None:
-        """Begin to connect; the broker knows where to go on.
+        """Begin to connect; the broker knows where to continue.
 
         Raises
         ------

@@ -19,7 +19,7 @@ _KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or
 _SCHEMES = ("mqtt", "mqtts", "opc.tcp")
 _MEANT = {"opc": "opc.tcp", "opcua": "opc.tcp", "tcp": "mqtt", "ssl": "mqtts", "tls": "mqtts"}
 _RECORDS = (".h5", ".hdf5", ".mat", ".npz", ".parquet", ".yaml", ".yml")
-"""Suffixes of files that hold records, but no lines of text."""
+"""Suffixes of files that contain records, but no lines of text."""
 
 
 def open_stream(

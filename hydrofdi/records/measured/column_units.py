@@ -29,7 +29,7 @@ def is_unit(text: str) -> bool:
 
 
 def known_unit(text: str) -> Unit | None:
-    """The unit that a text stands for; None where hydrofdi does not know it."""
+    """The unit that a text stands for; None if hydrofdi does not know it."""
     try:
         return parse_unit(text)
     except ValueError:
@@ -58,7 +58,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     Raises
     ------
     DataError
-        There is none and the name says none, or file and description disagree.
+        Neither header nor name states one, or file and description disagree.
     """
     if config.unit and (config.gain is not None or _may_agree(config.unit, header)):
         return config.unit
@@ -76,7 +76,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
 
 
 def unknown_header_unit(config: ChannelConfig, header: str) -> tuple[Remark, ...]:
-    """A remark where the header's unit is not known, and the description alone says the scale."""
+    """A remark if the header's unit is not known, so that only the description states the scale."""
     is_checked = not header or is_unit(header) or len(_readings(config.unit, header)) == 1
     if is_checked or not config.unit or config.gain is not None or " " in header:
         return ()
@@ -105,7 +105,7 @@ def in_si(values: Array, unit: str, si_unit: str, where: str) -> Array:
 
 
 def factor_to_si(unit: str, si_unit: str, where: str) -> Fraction:
-    """Factor from a unit to SI; one where it is counts.
+    """Factor from a unit to SI; one for counts.
 
     Raises
     ------

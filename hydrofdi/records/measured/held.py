@@ -1,4 +1,4 @@
-"""Records of arrays that are held in memory, read as columns of a measured file are."""
+"""Records of arrays in memory, read like the columns of a measured file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measured files without a description: their columns have to say what they are."""
+"""Measured files without a description: their headers must name channels and units."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
     n_time = _common_length(channels, times)
     if n_time < 2:
-        raise RejectionError("short", f"holds {counted(n_time, 'sample')}")
+        raise RejectionError("short", f"contains {counted(n_time, 'sample')}")
     sampling, remarks = given_sampling(config) if times is None else sampling_of_times(times, config)
     if times is not None and config.resample is not None:
         remarks += folding(sampling, config.resample)

@@ -39,7 +39,7 @@ class Sampling:
 
 
 def counts_samples(values: Array) -> bool:
-    """Whether a column rises by one from sample to sample: a counter, where it has no unit."""
+    """Whether a column rises by one from sample to sample: a counter, if it has no unit."""
     return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
 
 

@@ -64,7 +64,7 @@ class MeasuredSource:
         return bool(self.config.label)
 
     def _judged(self) -> Iterator[MeasuredRecord | RejectedRecord]:
-        """The records, those that differ from their group remarked where that is asked for."""
+        """The records, those that differ from their group remarked if the description asks for it."""
         limit = self.config.limits.outliers
         found = {} if limit is None else outliers(self._records(), limit)
         first: Recording | None = None

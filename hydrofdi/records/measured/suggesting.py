@@ -21,7 +21,7 @@ _SUGGESTED = {
     Channel.PISTON_VELOCITY: "geschwindigkeit, kolbengeschwindigkeit",
     Channel.INPUT_VOLTAGE: "spannung, stellspannung",
 }
-"""Names that a description is suggested for; alone they say too little."""
+"""Names that a description is suggested for; on their own they are not clear enough."""
 _CHANNELS = {
     name.replace(" ", ""): channel for channel, text in _SUGGESTED.items() for name in text.split(", ")
 }

@@ -49,7 +49,7 @@ class CycleWindower(Windower):
 
     @property
     def needs(self) -> tuple[Channel, ...]:
-        """Channels that pieces have to have."""
+        """Channels that pieces need."""
         return tuple(dict.fromkeys((*self.channels, self.drive_channel)))
 
     def start(self) -> State:

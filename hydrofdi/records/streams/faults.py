@@ -1,4 +1,4 @@
-"""Why a window cannot be judged, as far as its samples alone tell."""
+"""Why a window cannot be judged, judging only by its samples."""
 
 from __future__ import annotations
 

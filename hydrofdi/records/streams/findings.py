@@ -12,7 +12,7 @@ from hydrofdi.records.batch import Array
 from hydrofdi.records.streams.order import Order
 
 _QUIET = 60.0
-"""A kind is news again after so long without it [s]."""
+"""Time without a kind of finding after which it is reported again [s]."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Kind:
 
 
 def gap(stamp: float, before: float) -> str:
-    """Samples that lack."""
+    """Missing samples."""
     return f"no samples for {_seconds(stamp - before)} after {_seconds(before)}"
 
 

@@ -35,7 +35,7 @@ class Windower(ABC):
 
     @property
     def needs(self) -> tuple[Channel, ...]:
-        """Channels that pieces have to have."""
+        """Channels that pieces need."""
         return self.channels
 
     @abstractmethod

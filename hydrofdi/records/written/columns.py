@@ -62,7 +62,7 @@ class Selection:
         Raises
         ------
         DataError
-            The record lacks a channel that is asked for.
+            The record does not have a requested channel.
         """
         yield Column("time", "s", batch.time)
         for channel in self.channels or batch.channels:

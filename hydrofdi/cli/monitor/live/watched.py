@@ -18,7 +18,7 @@ _MOST_WINDOWS, _MOST_EVENTS, _MOST_SAMPLES = 600, 50, 50_000
 _SECONDS_WITHOUT_WINDOWS = 10.0
 """Duration that is plotted where estimates are judged."""
 _SILENT_AFTER = 5.0
-"""Least time without samples after which the last condition is no longer that of now [s]."""
+"""Least time without samples after which the last condition is out of date [s]."""
 
 
 class Watched:

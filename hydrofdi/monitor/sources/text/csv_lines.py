@@ -30,7 +30,7 @@ class CsvLines:
     Attributes
     ----------
     header : list of str
-        The lines that have to be known to go on in the middle.
+        The lines that are needed to continue in the middle.
     """
 
     def __init__(

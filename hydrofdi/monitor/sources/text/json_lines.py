@@ -15,12 +15,12 @@ from hydrofdi.records.streams import Chunk
 
 
 class JsonLines:
-    """Lines that each hold one JSON object.
+    """Lines of one JSON object each.
 
     Attributes
     ----------
     header : list of str
-        What has to be known to go on in the middle: nothing.
+        What is needed to continue in the middle: nothing.
     """
 
     def __init__(

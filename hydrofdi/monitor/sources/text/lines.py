@@ -68,7 +68,7 @@ class TextLines:
 
     @property
     def position(self) -> dict[str, Any]:
-        """What has to be known to go on with the unfinished line."""
+        """What is needed to continue with the unfinished line."""
         known: dict[str, Any] = {}
         if self._lines is not None and self._lines.header:
             known["header"] = list(self._lines.header)
@@ -125,7 +125,7 @@ class TextLines:
             raise DataError(f"{self._name}: is not text in UTF-8; is it a binary file, or in UTF-16?")
 
     def _fits(self, line: str) -> bool:
-        """Whether a line is short enough; counts it where it is not."""
+        """Whether a line is short enough; counts it if it is not."""
         fits = len(line.encode()) <= self._largest
         if not fits:
             self._malformed.note(line[:60], f"is longer than {counted(self._largest, 'byte')}")

@@ -18,9 +18,9 @@ from hydrofdi.settings.counting import counted
 _SPIKE = 20.0
 """Ranges of the 1 … 99 % quantiles from the median, from where on a sample is a spike."""
 _PILE = 3
-"""Samples pile up at a limit: so many times more than at the next value, where coarse steps have fewer."""
+"""Samples pile up at a limit: the least ratio to the samples at the next value. Coarse steps have less."""
 Ranges = Mapping[Channel, tuple[float, float]]
-"""Lowest and highest plausible value, as the channel is held."""
+"""Lowest and highest plausible value, in the unit of the channel."""
 
 
 def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Iterator[Remark]:

@@ -61,7 +61,7 @@ class ArrayTable(Table):
         if values.dtype.kind == "c":
             raise DataError(f"{where}: contains complex numbers")
         if values.dtype.kind not in "biuf":
-            raise DataError(f"{where}: holds {values.dtype.name}, not numbers")
+            raise DataError(f"{where}: contains {values.dtype.name}, not numbers")
         return np.asarray(values, dtype=np.float64)
 
     def dates(self, position: int) -> Array | None:
@@ -77,7 +77,7 @@ class ArrayTable(Table):
         values = {_as_text(value) for value in self._vector(position).tolist()}
         if len(values) != 1:
             raise DataError(
-                f"{self.place}: {self.titles[position]}: holds {counted(len(values), 'different value')}"
+                f"{self.place}: {self.titles[position]}: contains {counted(len(values), 'different value')}"
             )
         return values.pop()
 

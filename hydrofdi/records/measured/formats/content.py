@@ -1,4 +1,4 @@
-"""Bytes of a measured file, unpacked where it is packed."""
+"""Bytes of a measured file, decompressed if it is compressed."""
 
 from __future__ import annotations
 

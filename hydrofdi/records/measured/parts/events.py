@@ -22,7 +22,7 @@ def edges(samples: Array, direction: Direction) -> list[int]:
 
 
 def reversals(position: Array) -> list[int]:
-    """Samples at which a position turns; turns smaller than a fifth of its range are none.
+    """Samples at which a position turns; turns smaller than a fifth of its range do not count.
 
     Parameters
     ----------

@@ -104,6 +104,8 @@ def report(
 
 
 def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
+    if html and len(places) == 2 and (other := places[1]).suffix.lower() != ".html":
+        raise ReportError(f"{other}: the name of a page must end in .html")
     pages = [place for place in places if place.suffix.lower() == ".html"]
     folders = [place for place in places if place not in pages]
     if len(pages) > 1 or len(folders) > 1:

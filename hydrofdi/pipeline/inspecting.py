@@ -20,6 +20,7 @@ from hydrofdi.pipeline.results import stored_run_ids
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of
 from hydrofdi.quality.failures import remedy
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.file_kinds import FileKind, other_kind
 from hydrofdi.settings.naming import command
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, StoredRun, read_index
@@ -301,7 +302,8 @@ def _computed(run: RunSpec, run_id: str) -> Columns:
 
 def _request(directory: Path) -> ExperimentConfig:
     if not directory.is_dir():
-        raise StoreError(f"{directory}: no such folder")
+        what = "is a file, not a results folder" if directory.exists() else "no such folder"
+        raise StoreError(other_kind(directory, FileKind.RESULTS) or f"{directory}: {what}")
     return read_request(directory)
 
 

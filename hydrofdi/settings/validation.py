@@ -9,6 +9,7 @@ from typing import Any, TypeVar, get_origin
 from pydantic import BaseModel, ValidationError
 
 from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.file_kinds import FileKind, other_kind
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.settings.naming import setting
 from hydrofdi.settings.ready import ready_hint
@@ -32,8 +33,10 @@ def read_yaml(file: FilePath, kind: str) -> Source:
     Raises
     ------
     ConfigError
-        The file cannot be read, is not YAML, or contains no mapping.
+        The file cannot be read, is clearly of another kind, is not YAML, or contains no mapping.
     """
+    if kind in {*FileKind} and (mistaken := other_kind(file, FileKind(kind))):
+        raise ConfigError(mistaken)
     source = parse_yaml(_read_text(file, kind), str(file))
     if source.mistakes and source.data is None:
         raise ConfigError(source.mistakes)

@@ -40,6 +40,8 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
     StoreError
         It contains another experiment.
     """
+    if directory.exists() and not directory.is_dir():
+        raise StoreError(f"{directory}: is a file, not a folder; give another {setting('out')}")
     if not (directory / REQUEST_FILE).exists():
         return
     held = read_request(directory).name

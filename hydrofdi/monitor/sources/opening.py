@@ -9,6 +9,7 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import StreamSource
+from hydrofdi.settings.file_kinds import FileKind, other_kind
 from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import similar
 
@@ -97,6 +98,8 @@ def _text(
         raise ConfigError(
             f"{text}: is not a text stream; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
         )
+    if text != "-" and (mistaken := other_kind(path, FileKind.DATA)):
+        raise ConfigError(mistaken)
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
     form, largest = config.text, config.limits.payload

@@ -16,7 +16,8 @@ from hydrofdi.records.measured.formats.reading_apart import table_read_apart
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
 from hydrofdi.records.measured.rejection import damage_named
-from hydrofdi.settings.suggestions import listed, nearest
+from hydrofdi.settings.file_kinds import FileKind, other_kind
+from hydrofdi.settings.suggestions import nearest
 
 _KINDS = {
     **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".dat", ".asc"), "text"),
@@ -70,10 +71,12 @@ def kind_of(path: Path, place: str) -> str:
     suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
     if suffix.lower() in _KINDS:
         return _KINDS[suffix.lower()]
-    hint = nearest(suffix, list(_KINDS)) if suffix else listed(list(_KINDS))
+    if mistaken := other_kind(path, FileKind.DATA):
+        raise DataError(mistaken)
+    hint = nearest(suffix, list(_KINDS)) if suffix else ""
     raise DataError(
-        f"{place}: unknown suffix {suffix!r}{hint} (or write 'format: {{kind: text}}' in the YAML"
-        " that describes the file, docs/measured.md)"
+        f"{place}: unknown suffix {suffix!r}{hint}; readable are {', '.join(_KINDS)} (or write"
+        " 'format: {kind: text}' in the YAML that describes the file, docs/measured.md)"
     )
 
 

@@ -83,7 +83,7 @@ def test_generators_of_values(tmp_path, generator, values):
 def test_generators_of_whole_numbers_give_whole_numbers(tmp_path):
     points = swept(tmp_path, "  grid: {measurement.seed: {arange: [0, 4, 1]}}\n")
     assert points == [(0,), (1,), (2,), (3,)]
-    with pytest.raises(ConfigError, match=r"seed.linspace: .*valid integer; found 2.5"):
+    with pytest.raises(ConfigError, match=r"seed.linspace: .*expected an integer; found 2.5"):
         load(tmp_path, "sweep: {grid: {measurement.seed: {linspace: [0, 5, 3]}}}")
 
 

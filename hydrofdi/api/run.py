@@ -122,7 +122,10 @@ class Run:
             pandas or xarray is not installed.
         """
         signals = {name: each for name, each in self.to_xarray().variables.items() if each.dims == ("time",)}
-        units = {name: each.attrs["units"].replace(" s-1", "/s") for name, each in signals.items()}
+        units = {
+            name: each.attrs["units"].replace("m3", "m³").replace(" s-1", "/s")
+            for name, each in signals.items()
+        }
         columns = {f"{name} [{units[name]}]": each.to_numpy() for name, each in signals.items()}
         frame: pandas.DataFrame = notebook_library("pandas").DataFrame(columns)
         return frame[["time [s]", *frame.columns.drop("time [s]")]]

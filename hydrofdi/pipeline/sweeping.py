@@ -136,6 +136,7 @@ def run_sweep(
     for warning in plan.warnings:
         watcher.tell(f"warning: {warning}")
     if not plan.missing and is_current(plan.file, experiment):
+        _clear_away(directory)
         return _summary(plan, 0, start, interrupted=False)
     try:
         with engine if plan.missing else nullcontext():

@@ -59,7 +59,8 @@ def assumption_text(label: str, names: Sequence[str]) -> str:
     are = "is" if len(names) == 1 else "are"
     return (
         f"{label}: {', '.join(names)} {are} not given; the nominal actuator of the paper is assumed, so the"
-        " numbers may be wrong for yours"
+        " numbers may be wrong for yours; give options in YAML, as"
+        f" 'indicators: {{{label.split(',')[0]}: {{{names[0]}: …}}}}'"
     )
 
 

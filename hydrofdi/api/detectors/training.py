@@ -8,19 +8,23 @@ from typing import Any, Literal
 
 from hydrofdi.api.arguments import names_of
 from hydrofdi.api.detectors.detector import Detector
+from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.training import stated_detector
 from hydrofdi.pipeline.training import channels_needed, require_place, train_on
 from hydrofdi.settings.naming import setting
 from hydrofdi.settings.ready import located
+from hydrofdi.settings.yaml_source import plain
 
 
 def train(
     data: Any,
-    indicator: str | PathLike[str] | Mapping[str, Any] | None = None,
+    indicator: Indicators | None = None,
     *,
+    options: Mapping[str, Any] | None = None,
     output: str | None = None,
     direction: Literal["rising", "falling", "both"] | None = None,
     window: str | float | None = None,
@@ -48,9 +52,12 @@ def train(
     ----------
     data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
         Records, as `hydrofdi.measure` takes them.
-    indicator : str, optional
-        What is measured, ``"dwt"`` by default; a label, where `config` has several. A YAML file or a
-        mapping stands for `config`.
+    indicator : str, path, mapping or sequence of str, optional
+        What is measured, ``"dwt"`` by default; a label, where `config` has several. Also in the forms that
+        `hydrofdi.measure` takes, ``{"flow_balance": {"spool": "command"}}``; a YAML file or a mapping with
+        other keys of a detector stands for `config`.
+    options : mapping, optional
+        Options of the indicator, such as ``{"spool": "command"}``.
     output : str, optional
         Which number of the indicator is the score, such as ``"d2"``.
     direction : {"rising", "falling", "both"}, optional
@@ -104,10 +111,11 @@ def train(
     Traceback (most recent call last):
     hydrofdi.evaluation.refusal.NotStatedError: ... needs 99 healthy windows ...
     """
-    if indicator is not None and config is None and _is_config(indicator):
-        indicator, config = None, indicator
+    if indicator is not None and config is None and not _is_name(indicator):
+        config, indicator = _config(indicator), None
     given: dict[tuple[str, ...], tuple[str, Any]] = {
         ("indicator",): ("indicator", indicator),
+        ("options",): ("options", None if options is None else plain(options)),
         ("output",): ("output", output),
         ("direction",): ("direction", direction),
         ("false_alarm_rate",): ("false_alarm_rate", false_alarm_rate),
@@ -132,10 +140,16 @@ def train(
     return detector
 
 
-def _is_config(indicator: str | PathLike[str] | Mapping[str, Any]) -> bool:
-    """Whether it is a file or a mapping, not a name."""
-    return (
-        isinstance(indicator, Mapping)
-        or not isinstance(indicator, str)
-        or located(path_of(indicator)).is_file()
-    )
+def _is_name(indicator: Indicators) -> bool:
+    """Whether it is the name of an indicator, not a file, a mapping or a list."""
+    return isinstance(indicator, str) and not located(path_of(indicator)).is_file()
+
+
+def _config(given: Indicators) -> str | PathLike[str] | Mapping[str, Any]:
+    """The configuration of a detector; labels with options, and lists of names, are its ``indicators``."""
+    if isinstance(given, str | PathLike):
+        return given
+    keys = {"indicators", "extends", *DetectorConfig.model_fields}
+    if isinstance(given, Mapping) and not keys.isdisjoint(given):
+        return given
+    return {"indicators": given}

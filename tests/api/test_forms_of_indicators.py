@@ -1,0 +1,51 @@
+"""An indicator with options is said in the same way to `measure`, `evaluate` and `train`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from hydrofdi.errors import ConfigError
+
+HEALTHY = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((120, 500))
+SAID = {"sampling_frequency": "1 kHz"}
+WANTED = {"output": "d2", "direction": "both", "false_alarm_rate": "5 %", **SAID}
+OPTIONS = {"name": "db4"}
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        ({"dwt": OPTIONS}, {}),
+        ({"mine": {"kind": "dwt", **OPTIONS}}, {}),
+        ({"indicator": "dwt", "options": OPTIONS}, {}),
+        ("dwt", {"options": OPTIONS}),
+        (None, {"config": {"indicators": {"dwt": OPTIONS}}}),
+    ],
+)
+def test_every_form_trains_the_same_detector(form) -> None:
+    indicator, more = form
+    wanted = hydrofdi.train(HEALTHY, config={"indicator": "dwt", "options": OPTIONS}, **WANTED)
+    found = hydrofdi.train(HEALTHY, indicator, **more, **WANTED)
+    assert found.file.limits == wanted.file.limits
+    assert found.file.limits != hydrofdi.train(HEALTHY, "dwt", **WANTED).file.limits
+
+
+def test_what_measure_takes_train_takes() -> None:
+    for form in ({"dwt": OPTIONS}, ["dwt"], "dwt"):
+        assert "dwt.d2" in hydrofdi.measure(HEALTHY, form, **SAID).units
+        assert hydrofdi.train(HEALTHY, form, **WANTED).file.config.indicator == "dwt"
+
+
+def test_mistakes_in_options_name_them() -> None:
+    for form, more in (({"dwt": {"levls": 3}}, {}), ("dwt", {"options": {"levls": 3}})):
+        with pytest.raises(ConfigError, match="levls: unknown key; did you mean 'levels'"):
+            hydrofdi.train(HEALTHY, form, **more, **WANTED)
+
+
+def test_a_remark_on_constants_says_where_they_are_given() -> None:
+    from hydrofdi.pipeline.assumed_plant import assumption_text
+
+    text = assumption_text("flow_balance", ["flow_gain", "spool_gain"])
+    assert "'indicators: {flow_balance: {flow_gain: …}}'" in text

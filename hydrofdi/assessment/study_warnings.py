@@ -14,7 +14,6 @@ from hydrofdi.config.study.alike import records_alike
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.config.sweeps.distributions import quantiles
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.scoring import EXTRA, has_extra
 from hydrofdi.studies.judged import rules_of
 from hydrofdi.studies.left_out import asks_for_extra
@@ -25,7 +24,8 @@ def study_warnings(experiment: ExperimentConfig) -> list[str]:
     """A sentence on each number of records that is too small, on charts, equal records and the extra."""
     if experiment.study is None:
         return []
-    sentences = list(_count_warnings(experiment.study, rules_of(experiment.detection)))
+    rules = rules_of(experiment.detection)
+    sentences = [*_fit_warnings(experiment, rules), *_count_warnings(experiment.study, rules)]
     sentences += _shifts_inside(experiment.study)
     sentences += online_warnings(experiment)
     sentences += records_alike(experiment)
@@ -34,15 +34,35 @@ def study_warnings(experiment: ExperimentConfig) -> list[str]:
     return sentences
 
 
+def _fit_warnings(experiment: ExperimentConfig, rules: Rules) -> Iterator[str]:
+    """A sentence on healthy fit records that are too few for thresholds on one side, or on both."""
+    assert experiment.study is not None
+    n_fit, of_both = experiment.study.healthy.fit, two_sided_scores(experiment)
+    one, both = (rules.records_for_threshold(each) for each in (Direction.RISING, Direction.BOTH))
+    on_both = f"scores that may alarm on both sides, such as {of_both[0]}" if of_both else ""
+    rule = f"for {100.0 * rules.false_alarm_rate:g} % false alarms, {rules.threshold} needs"
+    if n_fit < one:
+        more = f", and {both} for {on_both}" if on_both and both > one else ""
+        yield f"study.healthy.fit = {n_fit} sets no threshold: {rule} {one} records{more}"
+    elif on_both and n_fit < both:
+        yield f"study.healthy.fit = {n_fit} sets no threshold for {on_both}: {rule} {both} records"
+
+
+def two_sided_scores(experiment: ExperimentConfig) -> list[str]:
+    """Scores of the indicators whose definition does not say in which direction a fault moves them."""
+    judged = experiment.detection.indicators
+    return [
+        f"{label}.{output.name}"
+        for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items()
+        if not judged or label in judged
+        for output in indicator.outputs
+        if output.is_score and output.direction in (None, Direction.BOTH)
+    ]
+
+
 def _count_warnings(study: StudyConfig, rules: Rules) -> Iterator[str]:
     healthy, faults = study.healthy, study.faults
     rate, confidence = f"{100.0 * rules.false_alarm_rate:g} %", f"{100.0 * rules.confidence:g} %"
-    needed = _records_for_threshold(rules)
-    if healthy.fit < needed:
-        yield (
-            f"study.healthy.fit = {healthy.fit} sets no threshold: for {rate} false alarms, {rules.threshold}"
-            f" needs {needed} records"
-        )
     if healthy.test < rules.records_for_false_alarms:
         yield (
             f"study.healthy.test = {healthy.test} shows no rate of false alarms: {rate} needs"
@@ -82,12 +102,3 @@ def _usual_range(distribution: dict[Any, list[Any]]) -> tuple[float, float]:
     """Where all but one in a hundred draws lie; not a number if they are not numbers."""
     low, high = quantiles(distribution, np.array([0.005, 0.995]))
     return (float(low), float(high)) if isinstance(low, int | float) else (np.nan, np.nan)
-
-
-def _records_for_threshold(rules: Rules) -> int:
-    """Healthy records that a threshold on one side needs."""
-    try:
-        rules.set_threshold(np.zeros(1), Direction.RISING)
-    except NotStatedError as refusal:
-        return refusal.records_needed or 0
-    return 0

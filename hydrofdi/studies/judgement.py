@@ -99,11 +99,19 @@ class Judgement:
         """
         if self.threshold is None:
             return None
-        tested = {each: rate for each, rate in self.false_alarms.items() if each.kind is not Kind.CONFUSION}
-        if any(rate.low > self.threshold.interval[1] for rate in tested.values()):
+        tested = {each for each in self.false_alarms if each.kind is not Kind.CONFUSION}
+        if tested & set(self.exceeded):
             return False
-        is_known = any(each.kind is Kind.HEALTHY for each in tested) and not tested.keys() & self.counted
+        is_known = any(each.kind is Kind.HEALTHY for each in tested) and not tested & self.counted.keys()
         return True if is_known else None
+
+    @property
+    def exceeded(self) -> tuple[Population, ...]:
+        """Populations without the fault in which more alarm than the threshold allows."""
+        if self.threshold is None:
+            return ()
+        allowed = self.threshold.interval[1]
+        return tuple(each for each, rate in self.false_alarms.items() if rate.low > allowed)
 
     @property
     def middle_area(self) -> float:

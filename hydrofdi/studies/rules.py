@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.pod.likelihood import Link
+from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import share_between_0_and_1
 from hydrofdi.evaluation.tail import tail_threshold
 from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
@@ -77,6 +79,14 @@ class Rules:
                 return tolerance_threshold(healthy, rate, direction=direction, confidence=confidence)
             case ThresholdKind.TAIL:
                 return tail_threshold(healthy, rate, direction=direction, confidence=confidence)
+
+    def records_for_threshold(self, direction: Direction) -> int:
+        """Number of healthy fit records that a threshold in this direction needs; 0 if one is enough."""
+        try:
+            self.set_threshold(np.zeros(1), direction)
+        except NotStatedError as refusal:
+            return refusal.records_needed or 0
+        return 0
 
     @property
     def records_for_false_alarms(self) -> int:

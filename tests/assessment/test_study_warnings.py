@@ -35,16 +35,26 @@ def loaded(tmp_path):
 def test_too_few_healthy_records_are_warned_of_with_the_number_needed(loaded, threshold, needed):
     (warning,) = study_warnings(loaded(needed - 1, threshold=threshold))
     assert f"{threshold} needs {needed} records" in warning
+    assert not any(f"needs {needed} records" in text for text in study_warnings(loaded(needed)))
+
+
+@pytest.mark.parametrize(("threshold", "needed"), [("quantile", 199), ("tolerance", 473)])
+def test_scores_that_alarm_on_both_sides_need_more_healthy_records(loaded, threshold, needed):
+    (warning,) = study_warnings(loaded(20, threshold=threshold))
+    assert f", and {needed} for scores that may alarm on both sides, such as pressure_" in warning
+    (warning,) = study_warnings(loaded(needed - 1, threshold=threshold))
+    assert "sets no threshold for scores that may alarm on both sides, such as pressure_" in warning
+    assert f"{threshold} needs {needed} records" in warning
     assert not study_warnings(loaded(needed, threshold=threshold))
 
 
 def test_too_few_records_of_shifts_are_warned_of_with_the_number_needed(loaded):
     shifts = "study.shifts={rough: {friction.viscous: 80}}"
-    (warning,) = study_warnings(loaded(99, settings=[shifts, "study.healthy.shift=298"]))
+    (warning,) = study_warnings(loaded(199, settings=[shifts, "study.healthy.shift=298"]))
     assert "study.healthy.shift = 298 shows no rate" in warning
     assert "1 % needs 299 records of each" in warning
     for enough in ([shifts], [shifts, "study.healthy.shift=299"], ["study.healthy.shift=298"]):
-        assert not study_warnings(loaded(99, settings=enough))
+        assert not study_warnings(loaded(199, settings=enough))
 
 
 @pytest.mark.parametrize(("changes", "is_inside"), [
@@ -55,18 +65,18 @@ def test_too_few_records_of_shifts_are_warned_of_with_the_number_needed(loaded):
     ("friction.viscous: 80", False),
 ])  # fmt: skip
 def test_a_shift_inside_the_population_is_warned_of(loaded, changes, is_inside):
-    warnings = study_warnings(loaded(99, settings=[f"study.shifts={{warm: {{{changes}}}}}"]))
+    warnings = study_warnings(loaded(199, settings=[f"study.shifts={{warm: {{{changes}}}}}"]))
     found = [each for each in warnings if each.startswith("study.shifts.warm: fluid.bulk_modulus = ")]
     assert len(found) == is_inside
 
 
 def test_plans_warn_of_too_few_leaks(loaded, tmp_path):
-    plan = plan_sweep(loaded(99, each=28), tmp_path / "out")
+    plan = plan_sweep(loaded(199, each=28), tmp_path / "out")
     assert any("study.faults.each = 28" in text and "29" in text for text in plan.warnings)
 
 
 def test_without_the_extra_plans_warn_and_reports_judge_the_other_scores(loaded, tmp_path, monkeypatch):
-    experiment = loaded(99, settings=["detection.usual_scores=true", "study.healthy.test=20"])
+    experiment = loaded(199, settings=["detection.usual_scores=true", "study.healthy.test=20"])
     run_sweep(experiment, tmp_path / "out", InProcessEngine())
     versions = dict(_versions(make_report(read_results(tmp_path / "out"))))
     assert "scikit-learn" in versions
@@ -76,7 +86,7 @@ def test_without_the_extra_plans_warn_and_reports_judge_the_other_scores(loaded,
     names = [each.scored.name for each in report.detections[0].judgements]
     assert names
     assert all(name.startswith("pressure_statistics.") for name in names)
-    (remark,) = [text for text in report.detections[0].remarks if "left out" in text]
+    (remark,) = [text for text in report.detections[0].remarks if "omitted because" in text]
     assert "mahalanobis(P1)" in remark
     assert "scikit-learn" not in dict(_versions(report))
 

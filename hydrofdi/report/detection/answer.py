@@ -8,10 +8,18 @@ from dataclasses import replace
 
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.ranking import ranking_note, ranking_sheet
+from hydrofdi.report.detection.reasons import (
+    exceeded_in,
+    missing_thresholds,
+    unfound,
+    why_nothing,
+    why_unsure,
+)
 from hydrofdi.report.detection.selection import (
     answers,
     best_of_sensors,
     distinct,
+    first_of_sensors,
     tested,
     wavelet_rules,
 )
@@ -47,16 +55,21 @@ _KINDS = {
 
 def answer_block(detection: Detection, *, is_complete: bool = True, remark: str = "") -> Block:
     """What is found with which sensors, from how many records; while runs are missing, the table alone."""
-    best, rules = best_of_sensors(detection), wavelet_rules(detection)
-    shown = distinct(*best, *rules)
+    rules = wavelet_rules(detection)
+    shown = distinct(*first_of_sensors(detection), *rules)
     sheet = ranking_sheet(detection, shown, "best", _TITLE)
     if not is_complete:
         return Block("answer", "Records so far", (_records_sentence(detection),), (sheet,))
-    sentences = answer_sentence(detection), _comparison(detection, rules), _counts(detection)
+    answer, lacking = answer_sentence(detection), missing_thresholds(detection)
+    lacking = f"{capitalized(lacking)}." if lacking and lacking not in answer else ""
+    sentences = (
+        answer, *unfound(detection), remark, lacking, _comparison(detection, rules), _counts(detection),
+        _among_many(detection),
+    )  # fmt: skip
     return Block(
         "answer",
         "What is found",
-        tuple(filter(None, (sentences[0], remark, *sentences[1:], _among_many(detection)))),
+        tuple(filter(None, sentences)),
         (replace(sheet, note=ranking_note(detection)),),
         ("answer", "ranking") if answers(detection) else ("ranking",),
     )
@@ -74,10 +87,10 @@ def answer_sentence(detection: Detection) -> str:
     unsure = [each for each in detection.judgements if _has_bound(each)]
     if not found and unsure and not best:
         first = f"{_with(unsure[0])} {found_sentence(unsure[0].smallest['q90_95'], unit)}"
-        return f"{capitalized(first)} {terms}, but {_why_unsure(detection)}."
+        return f"{capitalized(first)} {terms}, but {why_unsure(detection)}."
     if not found:
         keeping = " that kept to its false-alarm rate" if unsure else ""
-        return f"Nothing is found {terms}: {_why_nothing(detection, best)}{keeping}."
+        return f"Nothing is found {terms}: {why_nothing(detection)}{keeping}."
     parts = [
         f"{_with(each)} {found_sentence(each.smallest['q90_95'], unit)}"
         f"{' ' + terms if first else ''}"
@@ -111,48 +124,19 @@ def _with(judgement: Judgement) -> str:
     return f"with {sensors_in_words(judgement)}, {judgement.scored.name}"
 
 
-def _why_nothing(detection: Detection, best: Sequence[Judgement]) -> str:
-    if best:
-        bound, unit = best[0].smallest["q90_95"], severity_unit(detection)
-        return f"no {unit.quantity} up to {unit.found(bound)} {unit.name}".rstrip() + " with any score"
-    if not any(judgement.threshold for judgement in detection.judgements):
-        return "no score has a threshold"
-    if any(judgement.keeps_its_rate for judgement in detection.judgements):
-        return "no severity can be stated"
-    return _why_unsure(detection)
-
-
-def _why_unsure(detection: Detection) -> str:
-    """Why no score is known to keep its false-alarm rate."""
-    if all(judgement.keeps_its_rate is False for judgement in detection.judgements):
-        return "every score exceeds its false-alarm rate"
-    return _too_few_to_know(detection)
-
-
-def _too_few_to_know(detection: Detection) -> str:
-    """Which records without a fault are too few for a rate of false alarms, and how many are needed."""
-    few = {
-        population.name: judgement.false_alarms[population].total
-        for judgement in detection.judgements
-        for population in judgement.counted
-        if population.kind in (Kind.HEALTHY, Kind.SHIFT) and population in judgement.false_alarms
-    }
-    needed = f"{counted(detection.rules.records_for_false_alarms, 'record')} of each are needed"
-    if not few:
-        return f"no healthy test records show a false-alarm rate; {needed}"
-    there = joined([f"{total:,} of '{name}'" for name, total in few.items()])
-    return f"there are too few fault-free records to state a false-alarm rate: {there}; {needed}"
-
-
 def _comparison(detection: Detection, rules: Sequence[Judgement]) -> str:
     """What the RMS of one detail and the largest change of the details find."""
     unit = severity_unit(detection)
     found = [
-        f"{each.scored.name} {found_sentence(each.smallest.get('q90_95'), unit)}"
-        f"{' (and exceeds its false-alarm rate)' if each.keeps_its_rate is False else ''}"
+        f"{each.scored.name} {found_sentence(each.smallest.get('q90_95'), unit)}{_exceeds(each)}"
         for each in rules
     ]
-    return f"Wavelet rules for comparison: {'; '.join(found)}." if found else ""
+    return f"For comparison, the usual wavelet rules: {'; '.join(found)}." if found else ""
+
+
+def _exceeds(judgement: Judgement) -> str:
+    names = joined([f"'{name}'" for name in exceeded_in(judgement)])
+    return f" (and exceeds its false-alarm rate in {names})" if names else ""
 
 
 def _among_many(detection: Detection) -> str:

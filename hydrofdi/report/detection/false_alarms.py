@@ -43,9 +43,7 @@ def _sheet(detection: Detection, key: str, title: str, kinds: tuple[Kind, ...]) 
 
 
 def _cell(judgement: Judgement, population: Population) -> Cell:
-    rate, threshold = judgement.false_alarms.get(population), judgement.threshold
-    beyond = rate is not None and threshold is not None and rate.low > threshold.interval[1]
-    return rate_cell(judgement, population, is_strong=beyond)
+    return rate_cell(judgement, population, is_strong=population in judgement.exceeded)
 
 
 def _note(detection: Detection, n_shown: int) -> str:

@@ -20,6 +20,24 @@ def best_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
     return tuple(best.values())
 
 
+def of_sensors(detection: Detection) -> dict[frozenset[str], list[Judgement]]:
+    """Each set of sensors → its scores; sets and scores in the order of the ranking."""
+    scores: dict[frozenset[str], list[Judgement]] = {}
+    for judgement in detection.judgements:
+        scores.setdefault(frozenset(judgement.scored.channels), []).append(judgement)
+    return scores
+
+
+def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
+    """The best score with each set of sensors, whether or not it is known to keep its false-alarm rate.
+
+    Those that are known to keep it and have a q90/95 come first.
+    """
+    others = (scores[0] for scores in of_sensors(detection).values())
+    best = {frozenset(each.scored.channels): each for each in (*others, *best_of_sensors(detection))}
+    return tuple(each for each in detection.judgements if each in best.values())
+
+
 def worth_its_sensors(detection: Detection, judgement: Judgement) -> bool:
     """Whether no other finds as small faults with fewer sensors; so of scores without named sensors."""
     return not judgement.scored.channels or judgement.scored.name in detection.pareto

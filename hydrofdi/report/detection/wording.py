@@ -130,7 +130,7 @@ def found_cell(found: DetectableSeverity | None, unit: SeverityUnit) -> Cell:
 def found_sentence(found: DetectableSeverity | None, unit: SeverityUnit) -> str:
     """The same in a sentence: ``finds 0.012 L/min``, ``detects no leak up to 1 L/min``."""
     if found is None:
-        return "has no severity that can be stated"
+        return "cannot be judged"
     number = f"{unit.found(found)} {unit.name}".rstrip()
     words = {"below": f"finds {number} or less", "within": f"finds {number}"}
     return words.get(found.place, f"detects no leak up to {number}")

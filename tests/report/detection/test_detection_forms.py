@@ -101,8 +101,8 @@ def alarming(records):
     ("chosen", "answer"),
     [
         ({"scores": hopeless}, "no leakage up to 1 L/min with any score."),
-        ({"n_healthy": 20}, "no score has a threshold."),
-        ({"severities": ()}, "no severity can be stated."),
+        ({"n_healthy": 20}, "20 healthy records set it, 199 are needed; set study.healthy.fit to 199."),
+        ({"severities": ()}, "no leaking record is tested; set study.faults."),
     ],
 )
 def test_where_nothing_is_found_the_answer_says_why(chosen, answer):
@@ -126,7 +126,7 @@ def test_what_is_found_at_an_unknown_false_alarm_rate_is_said_with_its_reservati
 def test_what_is_found_at_an_exceeded_false_alarm_rate_is_said_with_its_reservation():
     sentence = answer_sentence(judged(scores=alarming))
     assert sentence.startswith("With P1 and u, noise finds ")
-    assert sentence.endswith("but every score exceeds its false-alarm rate.")
+    assert "but every score exceeds its false-alarm rate (in 'stiffer' and 'much stiffer')" in sentence
 
 
 def test_what_is_asked_is_said_in_its_own_numbers():

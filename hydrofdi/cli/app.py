@@ -170,5 +170,5 @@ def _show_warnings() -> None:
 
 def _complain(message: str) -> int:
     for line in message.splitlines():
-        print(f"hydrofdi: {line}", file=sys.stderr)
+        print(line if line.startswith("  ") else f"hydrofdi: {line}", file=sys.stderr)
     return USER_ERROR

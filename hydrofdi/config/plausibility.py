@@ -8,7 +8,7 @@ from typing import Any
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.request import parameter_names, parameter_quantity
 from hydrofdi.config.sections.csv_input import parse_rows
-from hydrofdi.config.shown_values import shown_value
+from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.settings.counting import counted
@@ -28,7 +28,12 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
     values: dict[str, dict[Any, None]] = {}
     for name, value in _stated_values(experiment, with_sweep):
         values.setdefault(name, {})[value] = None
-    sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
+    with shown_in(experiment.units):
+        sentences = [
+            sentence
+            for name in values
+            for sentence in _sentences(name, values[name], experiment.units.get(name))
+        ]
     sentences += _friction_sentences(*(max(values[f"friction.{part}"]) for part in ("breakaway", "coulomb")))
     longest = max(value for value in values["record.duration"] if isinstance(value, float))
     for file in values["input.file"]:
@@ -76,7 +81,8 @@ def block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
         yield from block_values(part)
 
 
-def _sentences(name: str, stated: Iterable[Any]) -> Iterator[str]:
+def _sentences(name: str, stated: Iterable[Any], unit: str | None = None) -> Iterator[str]:
+    """What is strange about the values of a parameter, some of which are written in a unit."""
     quantity = parameter_quantity(name)
     if quantity is None or quantity.usual is None:
         return
@@ -86,13 +92,24 @@ def _sentences(name: str, stated: Iterable[Any]) -> Iterator[str]:
     above = sorted((value for value in values if abs(value) > high), key=abs, reverse=True)
     for side, found in (("below", below), ("above", above)):
         if found:
-            yield _sentence(name, quantity, side, found)
+            number = found[0] / parse_quantity(f"1 {unit}", quantity.unit) if unit else 0.0
+            has_unit = _is_usual_number(number)
+            may_group = has_unit and abs(number) >= 1.0 and low <= abs(found[0]) * 1000.0 <= high
+            hint = "; is the point in it a thousands separator? Leave it out" if may_group else ""
+            yield _sentence(name, quantity, side, found, has_unit=has_unit) + hint
 
 
-def _sentence(name: str, quantity: SI, side: str, found: list[float]) -> str:
+def _is_usual_number(number: float) -> bool:
+    """Whether people write a number of this size before a unit, so that it hardly is a number in SI."""
+    return 0.01 <= abs(number) < 1e6
+
+
+def _sentence(name: str, quantity: SI, side: str, found: list[float], *, has_unit: bool) -> str:
     others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
     value, reason = f"{found[0]:g}", ""
-    if quantity.unit != "1":
+    if has_unit:
+        value = shown_value(name, found[0])
+    elif quantity.unit != "1":
         value = f"{value} {quantity.unit.replace('*', '·')}"
         reason = "; a number without a unit is in SI"
     low, high = (bound.replace("*", "·") for bound in quantity.usual or ())

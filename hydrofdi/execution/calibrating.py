@@ -18,6 +18,8 @@ from hydrofdi.units import convert
 
 _MOST_CONDITIONS = 8 * WIDTH
 _SHOWN_MISTAKES = 10
+_MOST_USUAL = 1000.0
+"""A leakage flow beyond it [L/min] is most often a number without its unit."""
 
 
 def leakage_coefficients(
@@ -132,6 +134,8 @@ def _unreachable_sentence(condition: RunParameters, varied: Sequence[str], most:
     flow = convert(condition.leakage.internal_flow or 0.0, "L/min")
     place = shown_values({name: condition.value(name) for name in varied})
     sentence = f"no K_i gives a mean leakage of {flow:.4g} L/min{' at ' if place else ''}{place}"
+    if flow > _MOST_USUAL:
+        sentence += "; a number without a unit is in m³/s"
     if most is None:
         return sentence
     return f"{sentence}; the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min"

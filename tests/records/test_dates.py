@@ -1,5 +1,7 @@
 """Dates with times of day as the time of measured files."""
 
+from textwrap import dedent
+
 import numpy as np
 import pytest
 
@@ -59,7 +61,7 @@ def test_the_rate_that_is_given_wins_over_dates(tmp_path):
     (text_of("01/31/2026 12:00:00.{:03}"), "is not a date and time such as 2026-01-31T12:00:00.25Z"),
     (text_of(FORMS[0]) + "soon;7\n", r"run.csv:8: column 'time': 'soon' is not a date"),
     (text_of(FORMS[0]) + "2026-01-31T12:00:00.024;7\n", "some dates have a zone and others have none"),
-    (text_of(FORMS[0]).replace(" [bar]", ""), "'P1' has no unit; .*, time: {column: 'time'}"),
+    (text_of(FORMS[0]).replace(" [bar]", ""), "(?s)'P1' has no unit; .*time: {column: 'time'}"),
 ])  # fmt: skip
 def test_other_times_are_refused_with_a_remedy(tmp_path, text, sentence):
     with pytest.raises(DataError, match=sentence):
@@ -114,13 +116,30 @@ def test_a_suggestion_knows_usual_german_names(tmp_path):
     text += "0;1;2;3;4;5\n0.5;1;2;3;4;5\n"
     with pytest.raises(DataError) as raised:
         plain(tmp_path, text)
-    assert str(raised.value).endswith(
-        "{files: 'run.csv', time: {column: 'Zeit', unit: s}, channels: {"
-        "chamber_1_pressure: {column: 'Druck A', unit: bar},"
-        " chamber_2_pressure: {column: 'Druck B', unit: bar},"
-        " piston_position: {column: 'Weg', unit: mm}, input_voltage: {column: 'Spannung', unit: mV}}}"
+    _, _, block = str(raised.value).partition("describe it in a YAML:\n")
+    assert (
+        dedent(block)
+        == """\
+files: 'run.csv'
+time: {column: 'Zeit', unit: s}
+channels:
+  chamber_1_pressure: {column: 'Druck A', unit: bar}
+  chamber_2_pressure: {column: 'Druck B', unit: bar}
+  piston_position: {column: 'Weg', unit: mm}
+  input_voltage: {column: 'Spannung', unit: mV}"""
     )
     description = tmp_path / "measured.yaml"
-    description.write_text(str(raised.value).partition("YAML: ")[2], encoding="utf-8")
+    description.write_text(block, encoding="utf-8")
     (batch,) = measured_source(description).batches()
     assert batch.sampling_frequency == 2.0
+
+
+def test_a_suggestion_for_numbers_with_commas_can_be_pasted(tmp_path):
+    text = "Zeit [s];p A [bar];Ventil [V]\n0,000;105,983;0,001\n0,001;105,9;0,01\n0,002;105,8;0,1\n"
+    with pytest.raises(DataError) as raised:
+        plain(tmp_path, text)
+    description = tmp_path / "measured.yaml"
+    description.write_text(str(raised.value).partition("YAML:\n")[2], encoding="utf-8")
+    (batch,) = measured_source(description).batches()
+    assert batch[P1].tolist() == [[10598300.0, 10590000.0, 10580000.0]]
+    assert "input_voltage" in batch.channels

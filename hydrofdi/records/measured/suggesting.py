@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import indent
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.channels import Channel
@@ -19,7 +20,7 @@ _SUGGESTED = {
     Channel.RETURN_PRESSURE: "druck t, pressure t, tankdruck",
     Channel.PISTON_POSITION: "weg, hub, kolbenweg, kolbenposition",
     Channel.PISTON_VELOCITY: "geschwindigkeit, kolbengeschwindigkeit",
-    Channel.INPUT_VOLTAGE: "spannung, stellspannung",
+    Channel.INPUT_VOLTAGE: "spannung, stellspannung, ventil, ventilspannung, valve, command",
 }
 """Names that a description is suggested for; on their own they are not clear enough."""
 _CHANNELS = {
@@ -28,17 +29,16 @@ _CHANNELS = {
 
 
 def refusal(file: Path, what: str, table: Table) -> DataError:
-    """What is missing, and the description that would say it."""
+    """What is missing, and the description that would say it, in lines to paste."""
     channels: dict[Channel, str] = {}
     for position in range(len(table.titles)):
         if channel := _channel(table, position):
             channels.setdefault(channel, _column(table, position, channel.unit))
     columns = channels or {Channel.CHAMBER_1_PRESSURE: "{column: '…', unit: …}"}
-    listed = ", ".join(f"{channel}: {column}" for channel, column in columns.items())
-    return DataError(
-        f"{file}: {what}; describe it in a YAML: {{files: {file.name!r}, {_sampling(table)},"
-        f" channels: {{{listed}}}}}"
-    )
+    form = ["format: {decimal: ','}"] if table.has_decimal_commas else []
+    keys = [f"files: {file.name!r}", *form, _sampling(table), "channels:"]
+    lines = [*keys, *(f"  {channel}: {column}" for channel, column in columns.items())]
+    return DataError(f"{file}: {what}; describe it in a YAML:\n" + indent("\n".join(lines), "    "))
 
 
 def _sampling(table: Table) -> str:

@@ -71,6 +71,11 @@ class Table(ABC):
     titles: Sequence[str]
     remarks: tuple[Remark, ...] = ()
 
+    @property
+    def has_decimal_commas(self) -> bool:
+        """Whether numbers seem to be written with a comma, which the description does not say."""
+        return False
+
     def find(self, column: str) -> int:
         """Position of a column.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import cached_property
 
@@ -23,6 +24,7 @@ from hydrofdi.records.measured.formats.text_numbers import (
     is_number,
 )
 
+_COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 _NEWEST = 1000
 """Rows that the last one is compared with."""
 
@@ -46,6 +48,12 @@ class TextTable(Table):
         self._check_widths()
         self._broken: list[int] = []
         self.remarks = tuple(self._irregularities(is_ended=text.endswith(("\n", "\r"))))
+
+    @property
+    def has_decimal_commas(self) -> bool:
+        """Whether cells of the first row are numbers with a comma, which the description does not say."""
+        cells = self._cells.row(self._first_row) if self._form.decimal == "." else []
+        return any(_COMMA_NUMBER.fullmatch(cell.strip()) for cell in cells)
 
     def unit(self, position: int) -> str:
         """Unit in the row of units, or in the header."""

@@ -165,7 +165,7 @@ def inspect(
     >>> import hydrofdi, numpy
     >>> hydrofdi.inspect({"P1 [bar]": numpy.linspace(50.0, 51.0, 500)}, sampling_frequency="1 kHz")
     the mapping: 1 record at 1000 Hz
-      chamber_1_pressure [Pa]: 5e+06 … 5.1e+06
+      chamber_1_pressure [bar]: 50 … 51
     """
     said = Said(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):

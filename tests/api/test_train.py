@@ -115,7 +115,7 @@ def test_results_and_runs_are_records(tmp_path):
     [
         ({"direction": "up"}, "direction: 'up' is unknown"),
         ({}, "direction: choose the direction"),
-        ({"window": "2 km"}, "window: window.duration: '2 km' has the wrong unit"),
+        ({"window": "2 km"}, "window: '2 km' has the wrong unit"),
         ({"indicator": "dwtt"}, "did you mean 'dwt'?"),
         ({**WANTED, "false_alarm_rate": 0.001}, "a higher false_alarm_rate"),
         ({**WANTED, "healthy": "sound"}, "healthy: no record has the label 'sound'"),

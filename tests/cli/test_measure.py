@@ -187,7 +187,7 @@ MISTAKES: list[tuple[dict[str, str | bytes], tuple[str, ...], str]] = [
     ({"a.yaml": "name: x\n"}, ("a.yaml", "--sampling-frequency", "1kHz"), "a.yaml states its own"),
     ({"a.yaml": "name: x\n"}, ("a.yaml", "--out", "x.xlsx"), "name it .csv, .json or .parquet"),
     ({"a.yaml": "name: x\n"}, ("a.yaml", "--format", "parquet"), "needs --out FILE"),
-    ({}, (str(MUSEUM / "kept"),), "set store: {signals: pressures}"),
+    ({}, (str(MUSEUM / "kept"),), "set store: {signals: all}"),
     ({}, (str(next((MUSEUM / "kept" / "shards").iterdir())),), "is a shard; name the folder"),
     ({}, (str(MUSEUM.parent / "format_1" / "kept.h5"),), "has format version 1"),
     ({"i.yaml": "dwt: {}\n"}, (str(MUSEUM / "run.h5"), "--indicators", "i.yaml"), "has no 'indicators:'"),

@@ -100,7 +100,7 @@ def test_samples_without_time_are_counted_where_that_is_wanted():
         ({"time": 1, "P1 [bar]": 10**400}, "'P1 [bar]': a number is too large"),
         ({"time": [1, 2], "P1 [bar]": [1, 2], "P2 [bar]": [1]}, "different numbers of samples"),
         ({"time": [1, 2, 3], "P1 [bar]": [1, 2]}, "has 3 times for 2 samples"),
-        ({"time": 1, "P1 [bar]": [1, 2]}, "has 1 times for 2 samples; a block needs all times"),
+        ({"time": 1, "P1 [bar]": [1, 2]}, "has 1 time for 2 samples; a block needs all times"),
         ({"time": 1, "sampling_frequency": 0, "P1 [bar]": [1, 2]}, "'sampling_frequency' must be"),
         ({"time": "2026-01-31T12:00:00", "P1 [bar]": 1}, "'time': the time has no zone"),
         ({"time": "noon", "P1 [bar]": 1}, "'time': 'noon' is not a date and time such as 2026"),

@@ -58,7 +58,7 @@ def test_samples_are_read_again_to_the_bit(experiment, form):
     times, channels = records(experiment)[1]
     assert np.array_equal(chunk.time, times)
     assert_same(chunk, channels)
-    assert done.stderr == f"played {times.size:,} samples\n"
+    assert done.stderr.splitlines()[1:] == [f"played {times.size:,} samples"]
 
 
 def test_records_follow_each_other_with_a_gap(experiment):
@@ -121,7 +121,7 @@ def test_nothing_comes_before_it_is_due():
 def test_what_can_be_fixed_is_said_in_a_line(experiment, arguments, said):
     done = run("replay", experiment, *arguments, check=2)
     assert said in done.stderr
-    assert done.stderr.count("\n") == 1
+    assert len([line for line in done.stderr.splitlines() if "simulating" not in line]) == 1
     assert done.stdout == ""
 
 
@@ -155,7 +155,7 @@ def test_a_reader_that_leaves_ends_it(experiment):
         assert process.stdout.readline().startswith("time [s],P1 [Pa]")
         process.stdout.close()
         assert process.wait(60) == 0
-        assert process.stderr.read() == ""
+        assert process.stderr.read().endswith("simulating 2 records\n")
         process.stderr.close()
 
 
@@ -164,7 +164,7 @@ def test_an_interrupt_ends_it(experiment):
         assert process.stdout.readline().startswith("time [s],P1 [Pa]")
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60)
-    assert (process.returncode, errors.split(" after ")[0]) == (0, "stopped")
+    assert (process.returncode, errors.splitlines()[-1].split(" after ")[0]) == (0, "stopped")
 
 
 @needs_mosquitto

@@ -209,7 +209,7 @@ def test_settings_come_from_a_file_and_options_win(hydrofdi, tmp_path):
     assert refused.returncode == 2
     lines = refused.stderr.splitlines()
     assert "hydrofdi: wrong.yaml:2: indicatr: unknown key; did you mean 'indicator'?" in lines
-    assert any(line.startswith("hydrofdi: --every: window.every: ") for line in lines)
+    assert any(line.startswith("hydrofdi: --every: '1 bar' has the wrong unit") for line in lines)
     (tmp_path / "wrong.yaml").write_text("indicator: dwt\noutput: d9\nchart: {chart: cusm}\n")
     lines = hydrofdi("train", "run.csv", "--config", "wrong.yaml", "--out", "x.json").stderr.splitlines()
     assert "hydrofdi: wrong.yaml:3: chart.chart: there is no chart 'cusm'; did you mean 'cusum'?" in lines
@@ -284,4 +284,4 @@ def test_a_rate_that_nobody_can_show_is_refused_in_a_short_sentence(hydrofdi, tm
     write_record(tmp_path / "run.csv", 1)
     refused = hydrofdi("train", "run.csv", *TRAIN, "--false-alarm-rate", "1e-300")
     assert refused.returncode == 2
-    assert "false_alarm_rate: must be at least 1e-09; found 1e-300" in refused.stderr
+    assert "--false-alarm-rate: must be at least 1e-09; found 1e-300" in refused.stderr

@@ -25,12 +25,14 @@ def status(directory: Directory, json: Json = False) -> int:
 
     from hydrofdi.api.folders import status as look
     from hydrofdi.cli.terminal import print_json, write_out
+    from hydrofdi.quality.doubts import doubt_lines
 
     state = look(directory)
     if json:
         print_json(asdict(state))
     else:
         write_out(f"{state}\n")
+        write_out("".join(f"{line}\n" for line in doubt_lines(state.verdicts)))
         if state.earlier:
             write_out(
                 f"stored by an earlier version of the physics: {counted(state.earlier, 'run')};"

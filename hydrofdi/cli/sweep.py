@@ -94,7 +94,7 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     """What a sweep did, and the verdicts on its runs."""
     from dataclasses import asdict
 
-    from hydrofdi.quality.doubts import DOUBTS
+    from hydrofdi.quality.doubts import doubt_lines
     from hydrofdi.quality.failures import remedy
     from hydrofdi.settings.readable import shown_seconds
 
@@ -106,8 +106,8 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
         f" computed{measured}, {summary.skipped:,} stored"
         f" before, {summary.failed:,} failed, in {shown_seconds(summary.seconds)}"
     )
-    for word, count in summary.verdicts.items():
-        tell(f"{count:,} {word}: {DOUBTS[word].remedy}")
+    for line in doubt_lines(summary.verdicts):
+        tell(line)
     for status, count in summary.statuses.items():
         if told := remedy(status):
             tell(f"{count:,} {status}: {told}")

@@ -17,7 +17,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.changes import changes_since
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.results import stored_run_ids
-from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of
+from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of
 from hydrofdi.quality.failures import remedy
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.file_kinds import FileKind, other_kind
@@ -27,7 +27,7 @@ from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.layout.names import MESSAGE, RUN, VERDICT, Variable, stored_variables
 from hydrofdi.store.layout.outputs import output_variables
-from hydrofdi.store.reading import read_statuses
+from hydrofdi.store.reading import read_statuses, read_verdicts
 from hydrofdi.store.request import read_request
 from hydrofdi.store.results import ShardResults
 from hydrofdi.store.shard import held_names, read_variables
@@ -40,6 +40,7 @@ class SweepStatus:
     """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result.
 
     `earlier` runs are stored by an earlier version of the physics; reports read them, a sweep does not.
+    `verdicts` counts the runs of the experiment file that are not ``ok``, word by word.
     `damaged` says of each shard that cannot be read what is wrong with it; its runs are missing.
     """
 
@@ -50,6 +51,7 @@ class SweepStatus:
     statuses: dict[str, int]
     damaged: list[str]
     earlier: int = 0
+    verdicts: dict[str, int] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         details = ", ".join(f"{count:,} {name}" for name, count in sorted(self.statuses.items()))
@@ -144,7 +146,18 @@ def sweep_status(directory: Path) -> SweepStatus:
     damaged = list(plan.index.damaged.values())
     planned = len(plan.run_ids)
     earlier = plan.index.n_run_of_earlier_physics
-    return SweepStatus(planned, planned - missing, failed, missing, dict(statuses), damaged, earlier)
+    verdicts = _verdicts(plan.file)
+    return SweepStatus(
+        planned, planned - missing, failed, missing, dict(statuses), damaged, earlier, verdicts
+    )
+
+
+def _verdicts(file: Path) -> dict[str, int]:
+    """Number of runs of an experiment file with each verdict but ``ok``; empty without a readable file."""
+    try:
+        return doubt_counts(read_verdicts(file))
+    except StoreError:
+        return {}
 
 
 def verify(directory: Path) -> list[str]:

@@ -34,7 +34,7 @@ from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.pipeline.places import experiment_file, library_versions
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.watching import COEFFICIENTS, RUNS, Nobody, Watcher
-from hydrofdi.quality.doubts import doubts_of
+from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.counting import counted
 from hydrofdi.simulation import run_identities
 from hydrofdi.store import (
@@ -327,7 +327,6 @@ def _interrupted(plan: SweepPlan, completed: int) -> SweepInterrupted:
 
 def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool) -> SweepSummary:
     statuses = Counter(read_statuses(plan.file))
-    verdicts = Counter(doubt.word for verdict in read_verdicts(plan.file) for doubt in doubts_of(verdict))
     return SweepSummary(
         planned=len(plan.run_ids),
         completed=completed,
@@ -339,7 +338,7 @@ def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool
         interrupted=interrupted,
         faults=_faults(plan.file),
         statuses={status: count for status, count in statuses.items() if status != "ok"},
-        verdicts=dict(verdicts),
+        verdicts=doubt_counts(read_verdicts(plan.file)),
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from hydrofdi.quality.settling import SETTLED_CHANGE
@@ -78,3 +79,13 @@ SOUND = "ok"
 def doubts_of(verdict: str) -> tuple[Doubt, ...]:
     """The doubts that a verdict names; none for the status of a run that failed."""
     return tuple(DOUBTS[word] for word in verdict.split(", ") if word in DOUBTS)
+
+
+def doubt_counts(verdicts: Iterable[str]) -> dict[str, int]:
+    """Word of a doubt → number of the verdicts that name it."""
+    return dict(Counter(doubt.word for verdict in verdicts for doubt in doubts_of(verdict)))
+
+
+def doubt_lines(counts: Mapping[str, int]) -> list[str]:
+    """A line on each doubt: number of runs, its word, and the remedy."""
+    return [f"{count:,} {word}: {DOUBTS[word].remedy}" for word, count in counts.items()]

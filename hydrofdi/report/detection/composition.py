@@ -16,6 +16,7 @@ from hydrofdi.report.detection.varied import varied
 from hydrofdi.report.document import Block
 from hydrofdi.report.sections.holes import remarks_block
 from hydrofdi.report.sections.provenance import provenance_block
+from hydrofdi.report.sections.study_verdicts import verdicts_block
 from hydrofdi.scoring import has_extra
 from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
@@ -53,6 +54,7 @@ def report_study(data: ExperimentData) -> DetectionReport:
         estimates=judge_estimates(data),
         run_lengths=judge_run_lengths(data),
         has_results=bool((_statuses(data) == "ok").any()),
+        doubts=verdicts_block(data),
     )
 
 

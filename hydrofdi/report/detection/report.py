@@ -61,6 +61,8 @@ class DetectionReport:
         Control charts of each design; empty if none is asked for.
     has_results : bool
         Whether any record can be judged; otherwise the report says only what is missing.
+    doubts : Block or None
+        Verdicts on the records, such as unsettled; None if all are ok.
     """
 
     name: str
@@ -74,6 +76,7 @@ class DetectionReport:
     estimates: tuple[Estimates, ...] = ()
     run_lengths: tuple[RunLengths, ...] = ()
     has_results: bool = True
+    doubts: Block | None = None
 
     @property
     def is_complete(self) -> bool:
@@ -102,6 +105,7 @@ class DetectionReport:
         blocks = (
             *missing,
             answer_block(first, is_complete=self.is_complete, remark=perfect_sentence(self._perfect)),
+            self.doubts,
             *details(populations_block(first, self.varied, self.sensors), ranking_block(first)),
             false_alarms_block(first),
             run_lengths_block(self.run_lengths[0]) if self._has_charts and self.is_complete else None,

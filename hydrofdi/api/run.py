@@ -90,7 +90,7 @@ class Run:
         from hydrofdi.config.plausibility import unusual_values
 
         doubts = unusual_values(self.experiment, with_sweep=False) + idle_parameters(self.experiment)
-        return (*doubts, *self.plan_warnings)
+        return (*doubts, *self.plan_warnings, *self.saturation)
 
     @property
     def plan_warnings(self) -> list[str]:
@@ -98,6 +98,17 @@ class Run:
         from hydrofdi.assessment import plan_warnings
 
         return plan_warnings(lambda *_: [self._single.run.request], self._single.run.choice)
+
+    @property
+    def saturation(self) -> list[str]:
+        """A sentence if the controller is at its voltage limit for much of the record."""
+        from hydrofdi.quality.saturation import saturation_warning
+
+        voltages = self._single.columns.get("input_voltage")
+        if voltages is None or self.status != "ok":
+            return []
+        sentence = saturation_warning(self._single.run.parameters, voltages[0])
+        return [sentence] if sentence else []
 
     def to_xarray(self) -> xarray.Dataset:
         """Signals over time and all features, with units and long names as attributes.

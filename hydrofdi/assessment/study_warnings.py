@@ -27,11 +27,23 @@ def study_warnings(experiment: ExperimentConfig) -> list[str]:
     rules = rules_of(experiment.detection)
     sentences = [*_fit_warnings(experiment, rules), *_count_warnings(experiment.study, rules)]
     sentences += _shifts_inside(experiment.study)
+    sentences += _free_supply_sensors(experiment)
     sentences += online_warnings(experiment)
     sentences += records_alike(experiment)
     if asks_for_extra(experiment.detection) and not has_extra():
         sentences.append(f"the report will leave out scores that need the extra: {EXTRA}")
     return sentences
+
+
+def _free_supply_sensors(experiment: ExperimentConfig) -> Iterator[str]:
+    """A sentence on indicators that read the simulated supply pressure because nobody says otherwise."""
+    made = experiment.indicator_choice.made(experiment.wavelet)
+    labels = [label for label, each in made.items() if getattr(each.options, "supply", "") == "auto"]
+    if labels and experiment.supply_sensor.is_default and not experiment.detection.sensors:
+        yield (
+            f"{', '.join(labels)}: 'supply: auto' reads the simulated supply pressure, without noise, as no"
+            " supply_sensor is set; write 'supply: sum' or 'nominal' if your machine has no such sensor"
+        )
 
 
 def _fit_warnings(experiment: ExperimentConfig, rules: Rules) -> Iterator[str]:

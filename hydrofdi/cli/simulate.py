@@ -74,7 +74,7 @@ def _simulate(
 
         save_figure(run.plot(), figure)
         tell(f"drew {figure}")
-    for warning in run.plan_warnings:
+    for warning in (*run.plan_warnings, *run.saturation):
         tell(f"warning: {warning}")
     if json:
         print_json(run.to_dict())

@@ -101,7 +101,7 @@ def _prepare(own: Source, file: FilePath) -> None:
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Mappings are merged, but values of parameters are not; ``null`` takes an inherited parameter away."""
+    """Mappings are merged, but values of parameters are not; ``null`` removes what is inherited."""
     replaced = {
         other for pair in _EXCLUSIVE for key, other in (pair, pair[::-1]) if key in over and other not in over
     }
@@ -109,7 +109,7 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     for key, value in over.items():
         is_axis = key in parameter_names()
         both = isinstance(value, dict) and isinstance(merged.get(key), dict) and not is_axis
-        if value is None and is_axis and key in merged:
+        if value is None and key in merged and (is_axis or isinstance(merged[key], dict)):
             del merged[key]
             continue
         merged[key] = _merged(merged[key], value) if both else value

@@ -15,9 +15,12 @@ Merge = Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]]
 
 
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Both mappings merged, also within; the second wins where they differ."""
+    """Both mappings merged, also within; the second wins, and its ``null`` removes a mapping."""
     whole = dict(base)
     for key, value in over.items():
+        if value is None and isinstance(whole.get(key), dict):
+            del whole[key]
+            continue
         both = isinstance(value, dict) and isinstance(whole.get(key), dict)
         whole[key] = merged(whole[key], value) if both else value
     return whole

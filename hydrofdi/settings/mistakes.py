@@ -18,11 +18,12 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
             section, name = ("", *map(str, error["loc"]))[-2:]
             return f"unknown key{nearest(name, known, elsewhere, section)}"
         case "greater_than":
-            return f"must be greater than {context['gt']:g}; found {found}"
+            return f"must be greater than {context['gt']:g}; found {_number(found)}"
         case "greater_than_equal":
-            return f"must be at least {context['ge']:g}; found {found}"
+            return f"must be at least {context['ge']:g}; found {_number(found)}"
         case "less_than_equal":
-            return f"must be at most {context['le']:g}; found {found}"
+            most = context["le"]
+            return f"must be at most {most:g}; found {_number(found)}{_percent_hint(found, most)}"
         case "finite_number":
             return f"must be a finite number; found {found}"
         case "literal_error":
@@ -54,6 +55,16 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
             found_text = f"; found {found!r}" if str(context["error"]).startswith("expected") else ""
             return f"{context['error']}{found_text}"
     return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {found!r}"
+
+
+def _number(found: Any) -> str:
+    return f"{found:g}" if isinstance(found, float) else str(found)
+
+
+def _percent_hint(found: Any, most: float) -> str:
+    """A share above one is most often a number of percent."""
+    is_percent = isinstance(found, int | float) and most <= 1.0 < found < 100.0
+    return f"; write '{found:g} %' if it is in percent" if is_percent else ""
 
 
 def _quoted(text: str) -> list[str]:

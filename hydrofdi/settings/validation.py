@@ -16,6 +16,9 @@ from hydrofdi.settings.ready import ready_hint
 from hydrofdi.settings.synonyms import meant
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
 
+_OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than_equal"}
+"""Mistakes in numbers, which are shown as they are written."""
+
 Model = TypeVar("Model", bound=BaseModel)
 
 _KEY = re.compile(r"\b[a-z][a-z_0-9]*\.[a-z][a-z_0-9]*\b")
@@ -64,10 +67,22 @@ def validated(model: type[Model], source: Source) -> Model:
 
 def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
     path = _path(error)
+    if error["type"] in _OUT_OF_RANGE and isinstance(stated := _stated(source.data, path), str):
+        error = {**error, "input": stated}
     message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model))
     if error["type"] in ("model_type", "model_attributes_type") and path:
         message += _section_hint(source, path, _section_at(model, path), error["input"])
     return source.mistake(path, message) if path else _placed(source, message)
+
+
+def _stated(data: Any, path: Path) -> Any:
+    """The value at a path as it is written, such as ``-21 MPa``; None if the path leads nowhere."""
+    for part in path:
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return data
 
 
 def _section_hint(source: Source, path: Path, section: Any, found: Any) -> str:

@@ -33,7 +33,7 @@ def test_a_share_of_a_number_without_unit_is_relative_as_well():
     [
         ("fluid.bulk_modulus", "+x %", "study.shifts.other.fluid.bulk_modulus: "),
         ("fluid.bulk_modulus", "+0 %", "+0 % changes nothing"),
-        ("fluid.bulk_modulus", "-100 %", "must be greater than 0; found 0.0"),
+        ("fluid.bulk_modulus", "-100 %", "must be greater than 0; found 0"),
         ("supply.return_pressure", "+5 %", "supply.return_pressure has 0; state the value itself"),
         ("control.law", "+5 %", "control.law has no number; state the value itself"),
         ("fluid.bulk_modulos", "+5 %", "no parameter 'fluid.bulk_modulos'; did you mean"),

@@ -56,7 +56,18 @@ def _populations_sheet(detection: Detection, varied: Varied) -> Sheet:
         tuple(row[:n_column] for row in rows),
         group_breaks([_GROUPS.get(each.kind) for each in populations]),
         (0, 1, 5)[: n_column - 3],
-        f"True mean: mean {unit.quantity} over each record, averaged over the records.",
+        _note(detection),
+    )
+
+
+def _note(detection: Detection) -> str:
+    unit = severity_unit(detection)
+    first = f"True mean: mean {unit.quantity} over each record, averaged over the records."
+    if unit.name != "L/min":
+        return first
+    return (
+        f"{first} With 'calibration: {{at: nominal}}' it differs from the nominal {unit.quantity}: K_i is"
+        " solved once for the nominal machine, and drawn parameters and loads change the flow."
     )
 
 

@@ -62,8 +62,8 @@ def _captions(detection: Detection) -> dict[str, str]:
         "det": f"Misses against false alarms over all thresholds, for each tested {quantity}, {on_axes}",
         "false_alarms": f"Alarms of records whose seal is sound, with {confidence} intervals; {ends}; open:"
         " too few records for a rate",
-        "densities": "Scores of healthy, shifted and leaking records, each scaled to its own largest density,"
-        " those beyond the axis in its last bin; vertical lines: thresholds",
+        "densities": "Scores of healthy, shifted and leaking records, each scaled to its own largest density;"
+        " arrows: the share beyond the axis; vertical lines: thresholds",
         "tornado": f"What each nuisance alone does to a healthy score, expressed as the {quantity} that "
         "would do"
         " the same. Right: what a healthy record in twenty looks like; left: what another one hides. Lines:"

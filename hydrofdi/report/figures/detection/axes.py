@@ -10,7 +10,7 @@ from hydrofdi.evaluation.scores import Array
 
 _TICKS = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
-_PERCENT = (0.0, 1.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)
+_PERCENT = (0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)
 
 
 def deviates(rates: Array, least: float) -> Array:
@@ -35,9 +35,21 @@ def normal_deviate_axis(axis: Any, least: float) -> None:
     axis.axes.set(**{f"{axis.axis_name}lim": (low - 0.08, high + 0.08)})
 
 
-def root_percent_axis(axes: Any) -> None:
-    """A horizontal axis of percent on which 1 % and 50 % can both be read: its scale is the square root."""
+def root_percent_axis(axes: Any, highest: float) -> None:
+    """A horizontal axis of percent, whose scale is the square root, so that small rates can be read.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    highest : float
+        Largest value that is drawn [%].
+    """
+    end = min(1.15 * highest, 100.0)
+    ticks = [0.0]
+    for tick in _PERCENT:
+        if tick <= end and np.sqrt(tick) - np.sqrt(ticks[-1]) > 0.1 * np.sqrt(end):
+            ticks.append(tick)
     axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0.0)), np.square))
-    axes.set_xlim(0.0, 100.0)
-    axes.set_xticks(_PERCENT, [f"{tick:g}" for tick in _PERCENT])
+    axes.set_xlim(0.0, end)
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()

@@ -16,7 +16,7 @@ from hydrofdi.settings.readable import readable_unit
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.units import convert
 
-_MOST, _EDGE = 6, 0.5
+_MOST, _MOST_LEVELS, _EDGE = 6, 7, 0.5
 _MOST_BINS, _WIDEST = 60, 3.0
 """Bins of many records, and how many times as wide as the healthy scores a panel may be."""
 
@@ -49,7 +49,7 @@ def draw_densities(detection: Detection) -> Any:
 
 def _populations(detection: Detection) -> tuple[Population, ...]:
     """Healthy, shifted and confused ones, and some of the leaking ones."""
-    sound, chosen = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION), chosen_levels(detection, 4)
+    sound, chosen = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION), chosen_levels(detection, _MOST_LEVELS)
     populations = detection.records.populations
     return tuple(each for each in populations if each.kind in sound or each in chosen)
 
@@ -63,17 +63,31 @@ def _draw_one(
     unit = readable_unit(judgement.scored.unit, float(np.abs(edges).max()))
     scale = 1.0 if unit == judgement.scored.unit else convert(1.0, unit)
     for row, (population, own) in enumerate(zip(populations, scores, strict=True)):
-        counts, _ = np.histogram(np.clip(own, edges[0], edges[-1]), edges)
+        counts, _ = np.histogram(own, edges)
         if counts.any():
             ridge, color = row - 0.95 * counts / counts.max(), _COLORS[population.kind]
             axis.stairs(ridge, edges * scale, baseline=row, fill=True, color=color, alpha=0.35)
             axis.stairs(ridge, edges * scale, baseline=row, color=color, linewidth=0.7)
+        _draw_beyond(axis, row, own, edges)
     for limit in _limits(judgement):
         axis.axvline(limit * scale, color=INK, linewidth=0.9)
     axis.set_xlim(edges[0] * scale, edges[-1] * scale)
     axis.set_xlabel("score" if unit == "1" else f"score [{unit}]", fontsize=8)
     axis.locator_params(axis="x", nbins=4)
     axis.ticklabel_format(axis="x", useOffset=False)
+
+
+def _draw_beyond(axis: Any, row: int, own: Array, edges: Array) -> None:
+    """Shares of the scores beyond either end of the axis, as numbers with an arrow."""
+    for is_beyond, place, side, text in (
+        (own < edges[0], 0.01, "left", "← {:.0f} %"),
+        (own > edges[-1], 0.99, "right", "{:.0f} % →"),
+    ):
+        if own.size and 100.0 * is_beyond.mean() >= 2.0 * _EDGE:
+            axis.text(
+                place, row - 0.15, text.format(100.0 * is_beyond.mean()), ha=side, fontsize=7,
+                transform=axis.get_yaxis_transform(),
+            )  # fmt: skip
 
 
 def _label(population: Population) -> str:

@@ -31,8 +31,10 @@ def draw_false_alarms(detection: Detection) -> Any:
     marks = sensor_marks(detection, shown)
     height = 0.8 + 0.24 * len(populations)
     figure, axes = panels(len(shown), 3, width=3.0, height=height, sharex=True, sharey=True)
+    rates = [rate for each in shown for one, rate in each.false_alarms.items() if one in populations]
+    highest = max([2.0 * detection.rules.false_alarm_rate, *(rate.high for rate in rates if rate.total)])
     for axis, judgement in zip(axes, shown, strict=True):
-        root_percent_axis(axis)
+        root_percent_axis(axis, 100.0 * highest)
         for row, population in enumerate(populations):
             _draw_rate(axis, row, judgement, population, marks[sensors(judgement)])
         axis.axvline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.9)

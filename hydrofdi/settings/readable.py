@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from hydrofdi.units import convert
+
 _READABLE = {
     "Pa": (("MPa", 1e6), ("kPa", 1e3)),
     "m^3/s": (("L/min", 0.0),),
@@ -24,6 +26,12 @@ def readable_unit(own: str, largest: float) -> str:
     if units and largest == 0.0:
         return units[-1][0]
     return next((unit for unit, least in units if largest >= least), own)
+
+
+def shown_quantity(value: float, own: str) -> str:
+    """A value in SI with a unit that suits it, such as ``8.6 MPa``."""
+    unit = readable_unit(own, abs(value))
+    return f"{convert(value, unit) if unit != own else value:.4g} {unit}"
 
 
 def shown_bytes(count: int) -> str:

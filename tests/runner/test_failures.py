@@ -91,7 +91,7 @@ def test_the_first_interrupt_stores_what_runs_and_the_sweep_goes_on_later(long_s
     os.kill(process.pid, signal.SIGINT)
     _, reported = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert "the same command goes on" in reported
+    assert "the same command continues from there" in reported
     status = run_json("status", out)
     assert 0 < status["done"] < status["planned"]
     assert nobody_left(process.pid)

@@ -123,7 +123,7 @@ def test_only_the_channels_asked_for_are_read(small_sweep: SimpleNamespace) -> N
 
 
 def test_an_experiment_without_signals_says_which_setting_keeps_them() -> None:
-    with pytest.raises(StoreError, match=r"store: \{signals: pressures\}"):
+    with pytest.raises(StoreError, match=r"store: \{signals: all\}"):
         list(stored(MUSEUM / "format_2_physics_2" / "kept").batches())
 
 

@@ -14,6 +14,7 @@ from hydrofdi.config.sections.record import RecordConfig, is_whole
 from hydrofdi.config.sections.sensor import MeasurementConfig
 from hydrofdi.config.sections.supply import SupplyConfig
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.transforms.configuration import WaveletConfig
 
 MOST_OF_STEP_RATE = 0.05
@@ -52,8 +53,9 @@ def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
     start = 0.5 * (supply.pressure + supply.return_pressure)
     if fluid.vapour_pressure >= start:
         raise ValueError(
-            f"fluid.vapour_pressure = {fluid.vapour_pressure:g} Pa must be below the {start:g} Pa at which"
-            " the chambers start, the mean of supply and return pressure"
+            f"fluid.vapour_pressure = {shown_quantity(fluid.vapour_pressure, 'Pa')} must be below the"
+            f" {shown_quantity(start, 'Pa')} at which the chambers start, the mean of supply and return"
+            " pressure"
         )
 
 

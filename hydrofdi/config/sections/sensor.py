@@ -9,6 +9,7 @@ from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 from pydantic import Field, model_validator
 
 from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.readable import shown_quantity
 
 Value = TypeVar("Value")
 Deviation = TypeVar("Deviation")
@@ -76,7 +77,8 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
                 part.unit for part in type(self).model_fields["bias"].metadata if isinstance(part, SI)
             )
             raise ValueError(
-                f"lowest = {self.lowest:g} {unit} must be below highest = {self.highest:g} {unit}"
+                f"lowest = {shown_quantity(self.lowest, unit)} must be below"
+                f" highest = {shown_quantity(self.highest, unit)}"
             )
         return self
 

@@ -77,7 +77,7 @@ class RecordBatch:
         What was found in each record.
     rejected : tuple of RejectedRecord
         Records that came with these and cannot be measured at all.
-    units : mapping of Channel to str
+    units : mapping of Channel to frozenset of str
         Units in which the files state the channels, as people read them there.
     labels : tuple of str or None
         What is known of each record, such as its condition; None unless a study asked for it.
@@ -94,7 +94,7 @@ class RecordBatch:
     normalized: frozenset[Channel] = frozenset()
     remarks: tuple[tuple[Remark, ...], ...] = ()
     rejected: tuple[RejectedRecord, ...] = ()
-    units: Mapping[Channel, str] = field(default_factory=dict)
+    units: Mapping[Channel, frozenset[str]] = field(default_factory=dict)
     labels: tuple[str, ...] | None = field(default=None)
 
     def __post_init__(self) -> None:

@@ -143,7 +143,7 @@ class Overview:
         for channel, samples in batch.channels.items():
             found = self.channels.setdefault(channel, Range(batch.unit(channel)))
             found.add(samples)
-            found.units |= {unit for each, unit in batch.units.items() if each is channel}
+            found.units |= batch.units.get(channel, frozenset())
         for record_id, remarks in zip(batch.record_ids, batch.remarks, strict=True):
             for remark in {remark.kind: remark for remark in reversed(remarks)}.values():
                 self.findings.setdefault(remark.kind, Finding()).add(record_id, remark)

@@ -47,8 +47,7 @@ def batched(
 
 
 def _shape(record: MeasuredRecord) -> Hashable:
-    recording = record.recording
-    return recording.n_time, recording.sampling, recording.relative, tuple(recording.units.items())
+    return record.recording.n_time, record.recording.sampling, record.recording.relative
 
 
 def _is_full(records: list[MeasuredRecord], most_samples: int) -> bool:
@@ -80,6 +79,9 @@ def _batch(
         normalized=first.normalized,
         remarks=tuple(record.recording.remarks for record in records),
         rejected=tuple(rejected),
-        units=first.units,
+        units={
+            channel: frozenset(record.recording.units[channel] for record in records)
+            for channel in first.units
+        },
         labels=tuple(record.label for record in records) if labels else None,
     )

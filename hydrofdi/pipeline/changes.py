@@ -34,7 +34,7 @@ def changes_since(directory: Path, asked: ExperimentConfig) -> dict[str, tuple[A
     return {
         key: (before.get(key), now.get(key))
         for key in dict.fromkeys([*before, *now])
-        if before.get(key) != now.get(key)
+        if before.get(key) != now.get(key) and not key.startswith("units: ")
     }
 
 

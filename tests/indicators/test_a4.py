@@ -29,7 +29,7 @@ def test_another_level_is_another_approximation():
 
 
 def test_a_record_that_is_too_short_is_refused():
-    assert "levels of db8, not 4" in measured(batch({P1: np.ones(200), P2: np.ones(200)}), "a4")[1][0]
+    assert "too few for level 4 of db8" in measured(batch({P1: np.ones(200), P2: np.ones(200)}), "a4")[1][0]
 
 
 def test_one_chamber_is_not_enough():

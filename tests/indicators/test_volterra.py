@@ -47,7 +47,7 @@ def test_it_needs_the_channels_of_its_signal_alone():
     for signal, channel in (("position_rate", X), ("load_pressure", P2), ("pressure", P1)):
         left = {each: samples for each, samples in records.channels.items() if each is not channel}
         obstacles = measured(batch(left), "volterra", signal=signal)[1]
-        assert obstacles[0] == f"has no {channel.value}"
+        assert obstacles[0].startswith(f"has no {channel.value}")
     assert measured(batch({U: records[U], X: records[X]}), "volterra")[1] == (None,) * 3
 
 

@@ -76,10 +76,8 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
             unit = next(
                 part.unit for part in type(self).model_fields["bias"].metadata if isinstance(part, SI)
             )
-            raise ValueError(
-                f"lowest = {shown_quantity(self.lowest, unit)} must be below"
-                f" highest = {shown_quantity(self.highest, unit)}"
-            )
+            lowest, highest = (shown_quantity(end, unit) for end in (self.lower_end, self.upper_end))
+            raise ValueError(f"lowest = {lowest} must be below highest = {highest}")
         return self
 
     @cached_property

@@ -1,4 +1,4 @@
-"""A report in the units that its experiment is written in."""
+"""A report in the units of its experiment file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrofdi.report.document import Document
 
 @dataclass(frozen=True)
 class ReportInUnits:
-    """A report whose sections and figures show parameters in given units; programs get what they always get.
+    """A report whose sections and figures show parameters in given units; data for programs are unchanged.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class ReportInUnits:
             return {name: self._shown(kind) for name, kind in self.report.figures().items()}
 
     def checks(self) -> dict[str, bool | None]:
-        """Sentence on each check → whether it holds; None: not decided."""
+        """Sentence on each check → whether it holds; None if undecided."""
         return self.report.checks()
 
     def _shown(self, kind: FigureKind) -> FigureKind:

@@ -1,4 +1,4 @@
-"""The least and the largest of some numbers."""
+"""Smallest and largest of some numbers."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Range:
-    """The least and the largest of some numbers; NaN if there is none."""
+    """Smallest and largest of some numbers; NaN if there is none."""
 
     low: float
     high: float
 
 
 def range_of(values: Iterable[float]) -> Range:
-    """The range of the numbers that are there."""
+    """The range of the finite numbers."""
     known = [value for value in values if not math.isnan(value)]
     return Range(min(known, default=math.nan), max(known, default=math.nan))

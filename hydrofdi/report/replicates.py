@@ -1,4 +1,4 @@
-"""Is a δ more than healthy actuators differ by? Rows against independent healthy replicates.
+"""Comparison of rows with independent healthy replicates: is a δ larger than between healthy actuators?
 
 A sealed run is its own matched baseline, so that its δ is zero by construction. Against the mean of
 replicates, each with its own noise and its own draw of what varies without a fault, it need not be; and the δ
@@ -50,7 +50,7 @@ class HealthyRange:
 
     @property
     def low(self) -> Array:
-        """The least δ of each level [%]."""
+        """The smallest δ of each level [%]."""
         low: Array = self.deltas.min(axis=0)
         return low
 
@@ -108,7 +108,7 @@ class ReplicateStudy:
     def alarms(self, level: int) -> Share:
         """Replicates in which a level has the largest positive δ against the mean of the others.
 
-        Those of one healthy run share their mean, so that they depend on each other a little.
+        Replicates of one healthy run share their mean, so they depend on each other slightly.
         """
         deltas = np.concatenate([healthy.deltas for healthy in self.ranges])
         alarms = np.array([largest_positive(levels) == level for levels in deltas.tolist()])

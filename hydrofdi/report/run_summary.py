@@ -32,7 +32,7 @@ class RunSummary:
     extremes, residuals : dict
         Name as in the experiment file → value.
     verdict : str
-        How far the run can be believed.
+        Reliability of the run.
     mode_frequency, mode_damping_ratio : float
         f_h [Hz] and ζ [-].
     """

@@ -1,4 +1,4 @@
-"""The lines of the heat map: a run each, or of many runs the medians for each value of what varies."""
+"""Lines of the heat map: one run each, or, for many runs, medians for each value of a varied parameter."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hydrofdi.report.sections.changes import BASELINES
 from hydrofdi.report.wording import EXTERNAL_HEADERS, external_cells, flow_text, leakage_label
 
 MOST_LINES = 60
-"""Most runs with a line each, and most lines of a summary."""
+"""Largest number of runs with one line each, and of lines of a summary."""
 
 _Changes = dict[str, list[Levels]]
 """Kind of baseline → δ of each level [%], line by line."""
@@ -36,9 +36,9 @@ class HeatLines:
     changes : dict
         Kind of baseline → δ of each level [%], line by line.
     breaks, strong_breaks : tuple of int
-        Lines above which a thin or a thick rule stands.
+        Lines with a thin or a thick rule above them.
     note : str
-        What a line is; empty if each is a run.
+        Meaning of a line; empty if each line is a run.
     """
 
     headers: tuple[str, ...]
@@ -51,7 +51,7 @@ class HeatLines:
 
 @dataclass(frozen=True)
 class _Column:
-    """What varies: its header, the value of each row and its text, and the text of any value."""
+    """Varied parameter: its header, the value of each row and its text, and the text of any value."""
 
     header: str
     values: list[Any]
@@ -60,7 +60,7 @@ class _Column:
 
 
 def heat_lines(table: SensitivityTable, baselines: Sequence[str]) -> HeatLines:
-    """The rows of a table as they are; of more than `MOST_LINES`, the medians for each value.
+    """One line per row of a table; for more than `MOST_LINES` rows, medians for each value.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def heat_lines(table: SensitivityTable, baselines: Sequence[str]) -> HeatLines:
 
 
 def _columns(table: SensitivityTable) -> list[_Column]:
-    """Leakage, and what else is not the same in all rows."""
+    """Leakage, and the other columns that differ between rows."""
     rows = table.rows
     flows = [row.leakage_flow for row in rows]
     columns = [_Column("leakage [L/min]", flows, list(map(leakage_label, rows)), flow_text)]
@@ -138,7 +138,7 @@ def _medians(rows: Sequence[TableRow], columns: Sequence[_Column], of_runs: _Cha
 
 
 def _groups(column: _Column, among: Any) -> list[tuple[str, Any]]:
-    """Text → which rows: those of each value, or of each fifth of many values."""
+    """Text → its rows: the rows with each value, or in each fifth of many values."""
     texts, values = np.array(column.texts, dtype=object), column.values
     distinct = list(dict.fromkeys(text for text, is_in in zip(texts, among, strict=True) if is_in))
     if len(distinct) > MOST_VALUES and all(isinstance(value, int | float) for value in values):
@@ -156,7 +156,7 @@ def _groups(column: _Column, among: Any) -> list[tuple[str, Any]]:
 
 
 def _foremost(parts: list[list[tuple[str, Any]]], changes: dict[str, Any]) -> list[int]:
-    """Places of the columns that fit, those whose values move δ most; leakage comes first."""
+    """Positions of the columns that fit: leakage first, then those with the largest effect on δ."""
     reach = [max(_reach(part, of_all) for of_all in changes.values()) for part in parts]
     kept, n_line = [0], len(parts[0])
     for place in sorted(range(1, len(parts)), key=lambda place: -reach[place]):
@@ -166,7 +166,7 @@ def _foremost(parts: list[list[tuple[str, Any]]], changes: dict[str, Any]) -> li
 
 
 def _reach(part: list[tuple[str, Any]], of_all: Any) -> float:
-    """How far the medians of a column lie apart, at the level where it is most [percentage points]."""
+    """Largest range of the medians of a column over all levels [percentage points]."""
     medians = np.array([_median(of_all[chosen]) for _, chosen in part])
     spread = np.ptp(medians, axis=0)
     return float(np.max(spread[np.isfinite(spread)], initial=0.0))

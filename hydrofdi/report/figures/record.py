@@ -1,4 +1,4 @@
-"""One record at a glance: its channels over time, their spectra, and the details of one of them."""
+"""One record at a glance: channels over time, their spectra, and the details of one channel."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def draw_record(record: RecordBatch) -> Figure:
     Raises
     ------
     ReportError
-        It has no channel with finite samples only.
+        No channel has only finite samples.
     """
     whole = [channel for channel, samples in record.channels.items() if np.isfinite(samples[0]).all()]
     if not whole or record.n_time < 2:
@@ -60,7 +60,7 @@ def _title(record: RecordBatch) -> str:
 
 
 def _panels(record: RecordBatch) -> list[list[Channel]]:
-    """Channels that share a panel: all pressures of the same unit, the others by themselves."""
+    """Channels of each panel: pressures with the same unit share a panel, each other channel has its own."""
     pressures = [channel for channel in record.channels if channel.is_pressure]
     scaled = [channel for channel in pressures if channel not in record.relative]
     counts = [channel for channel in pressures if channel in record.relative]
@@ -69,7 +69,7 @@ def _panels(record: RecordBatch) -> list[list[Channel]]:
 
 
 def _levels(n_time: int) -> int:
-    """Levels of db8 that a record is long enough for, up to five."""
+    """Number of db8 levels that the length of the record allows, at most five."""
     return max(0, min(_MOST_LEVELS, int(np.log2(n_time / (_TAPS - 1)))))
 
 
@@ -146,7 +146,7 @@ def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels
 
 
 def _legend(axis: Any, n_column: int) -> None:
-    """Names of the lines above the panel, where they hide nothing."""
+    """Legend above the panel, where it hides no line."""
     axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=n_column, borderaxespad=0.2)
 
 

@@ -1,4 +1,4 @@
-"""What each feature does over each parameter that varies: small panels of medians and ranges."""
+"""Response of each feature to each varied parameter: small panels of medians and ranges."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LABEL, _LETTERS = 7.5, 18
 """Size of the labels of features [pt], and the letters of it that a panel has room for."""
 
 _DECADES = 30.0
-"""Ratio of the values of an axis from which on it is logarithmic."""
+"""An axis is logarithmic if the ratio of its values is at least this."""
 
 
 def draw_responses(analysis: Analysis) -> Figure:
@@ -80,7 +80,7 @@ def _named(axes: Sequence[AxisResponses], name: str) -> list[Response]:
 
 
 def _reach(response: Response) -> float:
-    """How far the medians lie apart, as a share of the spread of the feature over all runs."""
+    """Range of the medians, as a share of the spread of the feature over all runs."""
     medians = np.array([spread.median for spread in response.over])
     known, values = medians[np.isfinite(medians)], response.feature.values
     whole = values[np.isfinite(values)]

@@ -1,4 +1,4 @@
-"""Heat map of δ over what varies and level, against each baseline."""
+"""Heat map of δ over varied parameters and levels, against each baseline."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def draw_sensitivity(analysis: Analysis) -> Figure:
 
 
 def _limit(lines: HeatLines) -> float:
-    """End of the colour scale that most changes lie within."""
+    """End of the colour scale that contains most changes."""
     values = np.abs(np.concatenate([np.ravel(levels) for levels in lines.changes.values()]))
     values = values[np.isfinite(values)]
     largest = float(np.quantile(values, 0.95)) if values.size else 0.0
@@ -121,7 +121,7 @@ def _column_widths(lines: HeatLines) -> list[int]:
 
 
 def _broken(header: str) -> str:
-    """A header on lines of its own: section, parameter, unit."""
+    """A header on separate lines: section, parameter, unit."""
     return header.replace(".", ".\n").replace(" [", "\n[")
 
 

@@ -27,7 +27,7 @@ _MOVING_PANELS = (
     (names.VALVE_SUPPLY_PRESSURE, "$P_s$ [MPa]", "MPa"),
     (names.LOAD_FORCE, "$F_L$ [N]", "N"),
 )
-"""Shown where an option of the model makes them move."""
+"""Shown if an option of the model makes them vary."""
 
 Panels = tuple[tuple[str, str, str], ...]
 
@@ -36,7 +36,7 @@ Line = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
-    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time, and what else moves.
+    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time, and other signals that vary.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def stroke_axes(figure: Figure, n_column: int) -> list[Any]:
 
 
 def draw_reference(axis: Any, time: NDArray[np.float64], reference: NDArray[np.float64], color: str) -> None:
-    """The position that a controller is to follow; nothing in open loop."""
+    """The reference position of the controller; nothing in open loop."""
     if np.isfinite(reference).any():
         axis.plot(time, 1e3 * reference, color=color, linewidth=0.7, linestyle="--", label="reference")
         axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)

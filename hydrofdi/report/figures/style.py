@@ -1,4 +1,4 @@
-"""How figures look, and how they become files whose bytes depend on the data alone."""
+"""Style of figures, and their files, whose bytes depend only on the data."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
 """Markers of the first, second, … series, so that they differ without colour."""
 
 INK, RULE, PAPER = "#1b1b1f", "#d9d9de", "#fefefe"
-"""Text and axes, grid lines, and the ground; the page swaps these for its own in the dark."""
+"""Colours of text and axes, grid lines, and background; the page replaces them in dark mode."""
 
 _DASHES = ((5, 1.5), (1, 1.2), (6, 1.5, 1, 1.5), (10, 2), (5, 1, 1, 1, 1, 1), (3, 3), (1, 3))
 

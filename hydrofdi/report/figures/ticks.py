@@ -19,7 +19,7 @@ def plain_number(value: float) -> str:
 
 
 def log_axis(axis: Any) -> None:
-    """A logarithmic axis with as many plain numbers as fit: 0.1, 0.2, 0.5, 1, or decades where it is long.
+    """A logarithmic axis with as many plain numbers as fit: 0.1, 0.2, 0.5, 1, or decades if it is long.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""The forms of a report, each a function from what was computed to text or bytes."""
+"""The forms of a report, each a function from computed results to text or bytes."""

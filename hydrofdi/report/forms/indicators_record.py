@@ -83,7 +83,7 @@ def _plain(values: Any) -> Any:
 def output_columns(study: IndicatorStudy, row: int) -> dict[str, float | str | None]:
     """Header with unit → number of a run, and its changes; each number of an array by itself.
 
-    Where a run of the experiment could not be measured, ``label.obstacle`` says why.
+    If a run of the experiment could not be measured, ``label.obstacle`` gives the reason.
     """
     columns: dict[str, float | str | None] = {}
     for output in study.outputs:
@@ -103,7 +103,7 @@ def output_columns(study: IndicatorStudy, row: int) -> dict[str, float | str | N
 def _change_columns(
     name: str, unit: str, changes: Changes, row: int, has_replicates: bool
 ) -> dict[str, float | str | None]:
-    """A change in both units; with replicates also the healthy range, and 1 where the change is within it."""
+    """A change in both units; with replicates also the healthy range, and 1 if the change is within it."""
     columns: dict[str, float | str | None] = {
         f"{name} [%]": finite(float(changes.percent[row])),
         f"{name}{unit}": finite(float(changes.absolute[row])),

@@ -1,4 +1,4 @@
-"""SVG figures as parts of a page: own ids, the page's colours, a name for those who do not see them."""
+"""SVG figures as parts of a page: own ids, the page's colours, and a name for screen readers."""
 
 from __future__ import annotations
 

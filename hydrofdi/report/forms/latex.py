@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from hydrofdi.report.document import Cell, Document, Sheet
 
 _LEFT_OUT = ("provenance", "signals")
-"""Sections that no paper prints."""
+"""Sections that are left out of LaTeX."""
 
 _ESCAPES = {
     "\\": r"\textbackslash{}", "%": r"\%", "_": r"\_", "&": r"\&", "#": r"\#", "$": r"\$",

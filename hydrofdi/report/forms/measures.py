@@ -19,7 +19,7 @@ from hydrofdi.report.forms.numbers import finite
 
 _LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"
 _ROW_GROUP = 10_000
-"""Records of Parquet that are in memory at a time."""
+"""Number of records in memory while Parquet is written."""
 
 
 def headers(columns: Sequence[Column]) -> list[str]:
@@ -102,7 +102,7 @@ def _record(columns: Sequence[Column], record: RecordMeasures) -> dict[str, Any]
 
 
 def _plain(record: RecordMeasures, column: Column) -> Any:
-    """Numbers of an output, in lists where it has dimensions."""
+    """Numbers of an output, in lists if it has dimensions."""
     if column.name not in record.values:
         return None
     return _nested(np.asarray(record.values[column.name]).tolist())

@@ -1,4 +1,4 @@
-"""A report as one self-contained HTML page: no script, nothing from elsewhere."""
+"""A report as one self-contained HTML page without scripts or external files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from importlib.resources import files
 from hydrofdi.report.document import Block, Cell, Document, Sheet
 
 _SHORT = 16
-"""Most rows of a table that is kept on one printed page."""
+"""Largest number of rows of a table that stays on one printed page."""
 
 
 def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:

@@ -19,7 +19,7 @@ from hydrofdi.units import convert
 
 
 def general_record(analysis: Analysis, *, with_rows: bool = True) -> dict[str, Any]:
-    """What is said of any experiment, with or without its rows; numbers that do not exist are None."""
+    """Data of every experiment, with or without its rows; missing numbers are None."""
     rows = analysis.table.rows if with_rows else ()
     replicates = analysis.replicates
     return (
@@ -101,7 +101,7 @@ def _external_record(study: ExternalStudy | None) -> dict[str, Any]:
 
 
 def _measured_record(analysis: Analysis, row: int) -> dict[str, Any]:
-    """What the indicators measured of a run."""
+    """Values that the indicators measured for a run."""
     if not analysis.indicators:
         return {}
     values: dict[str, Any] = {}

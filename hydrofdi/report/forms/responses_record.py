@@ -1,4 +1,4 @@
-"""What was varied, and how features respond, as plain data for JSON."""
+"""Varied parameters and responses of features as plain data for JSON."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def responses_record(study: ResponseStudy) -> dict[str, Any]:
 
 
 def _varied(axis: Axis) -> dict[str, Any]:
-    """A parameter: its values with their runs, or quantiles where they are many."""
+    """A parameter: its values with their runs, or quantiles if there are many values."""
     counts = [int(group.rows.sum()) for group in axis.groups]
     named = {"name": axis.name, "unit": _unit(axis)}
     if not axis.is_in_fifths or axis.numbers is None:

@@ -56,7 +56,7 @@ def _si_header(name: str) -> str:
 
 
 def _measured_record(analysis: Analysis, row: TableRow) -> dict[str, Any]:
-    """What the indicators measured of a run, and its changes."""
+    """Values that the indicators measured for a run, and their changes."""
     record: dict[str, Any] = {}
     for study in analysis.indicators:
         record |= output_columns(study, row.position)
@@ -89,7 +89,7 @@ def _level_records(row: TableRow) -> Iterator[dict[str, Any]]:
 
 
 def render_csv(columns: Mapping[str, Sequence[Any]]) -> str:
-    """Columns as CSV; numbers in their shortest exact form, an empty field where one is missing."""
+    """Columns as CSV; numbers in their shortest exact form, an empty field if a number is missing."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

@@ -1,1 +1,1 @@
-"""Indicators over the runs of an experiment: changes over what varies, beside those of healthy runs."""
+"""Indicators over the runs of an experiment: changes over varied parameters, compared with healthy runs."""

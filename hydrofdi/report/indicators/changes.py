@@ -1,4 +1,4 @@
-"""Changes of a number against healthy runs, beside those of healthy replicates."""
+"""Changes of a number against healthy runs, compared with those of healthy replicates."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Changes:
 
 @dataclass(frozen=True)
 class HealthySpread:
-    """What healthy actuators differ by: of each run that has replicates, else NaN; each of shape (n_run,).
+    """Spread of the healthy replicates of each run, shape (n_run,); NaN for runs without replicates.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class HealthySpread:
     low, high : ndarray
         Smallest and largest change of a replicate against the mean of the others, in the unit of the number.
     width : ndarray
-        Largest less least replicate; zero without replicates.
+        Largest minus smallest replicate; zero without replicates.
     count : ndarray of int
         Replicates with a number.
     """

@@ -36,7 +36,7 @@ class MeasuredOutput:
 
     @property
     def title(self) -> str:
-        """Its name, and what its mean is taken over."""
+        """Its name, and the dimensions of its mean."""
         over = " and ".join(self.output.dims)
         return f"{self.output.name} (mean over {over})" if over else self.output.name
 
@@ -72,7 +72,7 @@ class MeasuredIndicator:
     indicator : Indicator
     outputs : tuple of MeasuredOutput
     obstacles : ndarray of str, shape (n_run,), or None
-        Why a run has no number, empty if it has; None if the file does not say.
+        Reason why a run has no number, empty if it has one; None if the file has no reasons.
     """
 
     label: str
@@ -85,7 +85,7 @@ class MeasuredIndicator:
         return f"{self.label}.{output.output.name}"
 
     def obstacle(self, row: int) -> str:
-        """Why a run has no number; in general words where the file does not say."""
+        """Reason why a run has no number; a general one if the file has none."""
         return str("" if self.obstacles is None else self.obstacles[row]) or self.indicator.absence
 
     @property
@@ -96,7 +96,7 @@ class MeasuredIndicator:
 
 
 def measured_indicators(data: ExperimentData) -> tuple[MeasuredIndicator, ...]:
-    """The indicators of an experiment beside that of the details, as far as they are stored."""
+    """The stored indicators of an experiment, except that of the details."""
     measured = (
         measured_indicator(label, indicator, data.columns)
         for label, indicator in data.experiment.indicator_choice.made(data.experiment.wavelet).items()

@@ -1,4 +1,4 @@
-"""What an indicator says of an experiment."""
+"""Values and changes of each indicator over an experiment."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class OutputStudy:
     replicates : HealthySpread
         Of each healthy run.
     n_healthy : int
-        Runs that they are taken from: the fixed baselines, or their replicates, as far as they have a number.
+        Number of fixed baselines, or of their replicates, that have a number.
     n_run : int
         Runs that have a number.
     fixed, matched : Changes
@@ -93,11 +93,11 @@ class IndicatorStudy:
     measured : MeasuredIndicator
     outputs : tuple of OutputStudy
     axes : tuple of Axis
-        Those over which any output differs.
+        Axes over which any output differs.
     idle_axes : tuple of Axis
         The others.
     n_run : int
-        Runs of the table; replicates are none of them.
+        Runs of the table, without replicates.
     unmeasured : dict of int to str
         Row of a run without any number → why.
     has_replicates : bool
@@ -120,7 +120,7 @@ class IndicatorStudy:
 
 
 def study_indicators(data: ExperimentData) -> tuple[IndicatorStudy, ...]:
-    """All indicators of an experiment but that of the details."""
+    """All indicators of an experiment except that of the details."""
     found = measured_indicators(data)
     kept, axes = table_runs(data), varied_axes(data, swept_runs(data)) if found else ()
     return tuple(study_indicator(measured, data, kept, axes) for measured in found)
@@ -189,7 +189,7 @@ def _group_change(group: Group, values: NDArray[np.float64], fixed: Changes, mat
 
 
 def _percent_range(changes: Changes, rows: NDArray[np.bool_]) -> Range:
-    """The range in percent, where every change has one."""
+    """The range in percent, if every change has a percentage."""
     known = rows & np.isfinite(changes.absolute)
     percent = changes.percent[known].tolist()
     return range_of(percent if np.isfinite(percent).all() else [])
@@ -201,7 +201,7 @@ def _all_healthy(changes: Changes, rows: NDArray[np.bool_]) -> bool:
 
 
 def _unmeasured(measured: MeasuredIndicator, data: ExperimentData, kept: NDArray[np.bool_]) -> dict[int, str]:
-    """Why runs have no number: how they ended, or what the indicator lacks in their records."""
+    """Reasons why runs have no number: how they ended, or what is missing in their records."""
     reasons = {}
     for row in np.flatnonzero(kept & ~measured.has_number).tolist():
         status = str(data.columns[names.STATUS][row])

@@ -1,4 +1,4 @@
-"""Responses: what each feature does over the values of each parameter that varies.
+"""Responses of each feature to the values of each varied parameter.
 
 `study_responses` makes a `ResponseStudy`, which `Analysis.responses` holds: for each axis an `AxisResponses`
 with one `Response` per feature, which has median, low and high for each group of runs on that axis.

@@ -27,11 +27,11 @@ class Feature:
     name : str
         ``δd1``, or ``label.output`` of an indicator.
     unit : str
-        That people read, such as ``%`` or ``kPa``; empty if it has none.
+        Unit for people, such as ``%`` or ``kPa``; empty if it has none.
     values : ndarray, shape (n_run,)
         In `unit`; NaN if a run has none.
     own_unit : str
-        In SI, or ``%`` of a change.
+        SI unit, or ``%`` of a change.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Feature:
 
     @property
     def is_detail(self) -> bool:
-        """Whether it is made from the details of P_1, not by a further indicator."""
+        """Whether it comes from the details of P_1 and not from a further indicator."""
         return self.is_change or self.name.startswith(_SIZE)
 
     @property
@@ -78,7 +78,7 @@ def detail_sizes(data: ExperimentData) -> tuple[Feature, ...]:
 
 
 def indicator_features(data: ExperimentData) -> Iterator[Feature]:
-    """Outputs of the further indicators but their standard errors, where any two runs differ in them."""
+    """Outputs of the further indicators, except standard errors, that differ between any two runs."""
     for measured in measured_indicators(data):
         for output in (each for each in measured.outputs if not each.output.name.endswith("_error")):
             means, unit = output.means, output.shown_unit

@@ -1,4 +1,4 @@
-"""Rank correlation of a feature with a parameter, with its interval and what chance alone gives."""
+"""Rank correlation of a feature with a parameter, with its interval and the value expected by chance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hydrofdi.report.intervals import Z_95
 Array = NDArray[np.float64]
 
 LEAST_RUNS = 10
-"""Runs below which no rank correlation is stated: its interval would not hold."""
+"""Smallest number of runs for a rank correlation; below, its interval would not cover."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,13 @@ class RankCorrelation:
     Attributes
     ----------
     value : float
-        −1 … 1; NaN if the feature or the parameter is constant, or where there are too few runs.
+        −1 … 1; NaN if the feature or the parameter is constant, or if there are too few runs.
     low, high : float
         95 % confidence interval.
     chance : float
-        What abs(ρ) stays below in 95 % of cases where the feature does not depend on the parameter.
+        Bound of abs(ρ) in 95 % of cases if the feature does not depend on the parameter.
     n_run : int
-        Runs that it is taken from.
+        Number of runs used.
     """
 
     value: float
@@ -40,7 +40,7 @@ class RankCorrelation:
 
     @property
     def is_clear(self) -> bool:
-        """Whether it is more than chance gives."""
+        """Whether it is larger than expected by chance."""
         return abs(self.value) > self.chance
 
 

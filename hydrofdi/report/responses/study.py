@@ -16,7 +16,7 @@ from hydrofdi.store import ExperimentData
 Array = NDArray[np.float64]
 
 MANY_RUNS = 40
-"""Runs of a group from which on its range is that from 5 to 95 %; below, the smallest and the largest."""
+"""Groups of at least this many runs show the range from 5 to 95 %, others the smallest and the largest."""
 
 FIXED = "the fixed baseline"
 MATCHED = "the sealed actuator under the same conditions"
@@ -52,7 +52,7 @@ class Response:
     over : tuple of Spread
         One for each group of the axis.
     rank : RankCorrelation or None
-        With the parameter, where that has many values.
+        With the parameter, if it has many values.
     """
 
     feature: Feature
@@ -69,7 +69,7 @@ class AxisResponses:
     axis : Axis
         Parameter, header with unit, and groups of runs with their texts.
     against : str
-        What δ is taken against, in words; empty if the features are no changes.
+        Baseline of δ in words; empty if the features are not changes.
     responses : tuple of Response
     """
 
@@ -85,14 +85,14 @@ class AxisResponses:
 
 @dataclass(frozen=True)
 class ResponseStudy:
-    """What the runs that an experiment asks for say; baselines that were added are left out.
+    """Responses over the runs that an experiment requests; added baselines are left out.
 
     Attributes
     ----------
     axes : tuple of AxisResponses
         One for each parameter that varies, in the order of the file.
     runs : ndarray of bool, shape (n_run,)
-        The runs that it is taken from.
+        The runs used.
     """
 
     axes: tuple[AxisResponses, ...]
@@ -133,7 +133,7 @@ def _rank(axis: Axis, feature: Feature) -> RankCorrelation | None:
 
 
 def spread(values: Array) -> Spread:
-    """Median and range of the numbers that are there."""
+    """Median and range of the finite numbers."""
     known = values[np.isfinite(values)]
     if not known.size:
         return Spread(math.nan, math.nan, math.nan, 0)

@@ -1,1 +1,1 @@
-"""What control charts say of a study, as a section, plain data and columns."""
+"""Results of the control charts of a study, as a section, plain data and columns."""

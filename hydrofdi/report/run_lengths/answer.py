@@ -1,4 +1,4 @@
-"""The answer on delays in plain English, with what healthy test records show of it."""
+"""The answer on delays in plain English, with the evidence of healthy test records."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _finds_half(delay: LeakDelay) -> bool:
 
 
 def _is_exceeded(chart: ChartJudgement) -> bool:
-    """Whether healthy test records are shown to alarm more often than the limit is set for."""
+    """Whether healthy test records are shown to alarm more often than the limit allows."""
     return any(chart.keeps(each) is False for each in _healthy(chart))
 
 
@@ -86,7 +86,7 @@ def _times(chart: ChartJudgement) -> str:
 
 
 def _measured(chart: ChartJudgement) -> str:
-    """How often healthy test records alarm, and what that shows of the limit."""
+    """How often healthy test records alarm, and whether the limit keeps its rate."""
     healthy = _healthy(chart)
     if not healthy:
         return f"No healthy test records show how often {chart.label} alarms while healthy."

@@ -1,4 +1,4 @@
-"""The section on control charts: when a leak that sets in is found, and how often health raises an alarm."""
+"""The section on control charts: delays of detection, and alarms on healthy actuators."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ORDER = (
 
 
 def run_lengths_block(lengths: RunLengths) -> Block:
-    """What is found after how long, at which time between false alarms."""
+    """Delays of detection for each time between false alarms."""
     sheets = (_delays_sheet(lengths), _false_alarms_sheet(lengths))
     has_delays = any(chart.delays for chart in lengths.charts)
     return Block(
@@ -33,7 +33,7 @@ def run_lengths_block(lengths: RunLengths) -> Block:
 
 
 def _refusals(lengths: RunLengths) -> Iterator[str]:
-    """What is not stated, and why; once for all charts that share it."""
+    """Refused statements with their reasons, once for all charts that share a reason."""
     charts: dict[tuple[float, str], list[str]] = {}
     for chart in lengths.charts:
         for refusal in chart.refusals:

@@ -27,7 +27,7 @@ def time_text(duration: float) -> str:
 def mean_time_text(found: AlarmLimit) -> str:
     """A mean time between alarms with its interval in the same unit, such as ``31 min (12–110)``.
 
-    Without an alarm it is the lower end of the interval, ``> 20 min``.
+    Without an alarm, the lower end of the interval: ``> 20 min``.
     """
     if math.isinf(found.mean_time):
         unit = _unit(found.low)
@@ -66,7 +66,7 @@ def delay_cell(delay: Delay, watched: float) -> Cell:
 def between_alarms_cell(chart: ChartJudgement, population: Population) -> Cell:
     """The mean time between false alarms with its interval.
 
-    Strong: shown to be shorter than the limit is set for; ``?``: too short a time to tell.
+    Strong: shown to be shorter than the limit requires; ``?``: too few hours to tell.
     """
     found, keeps = chart.false_alarms.get(population), chart.keeps(population)
     if found is None:

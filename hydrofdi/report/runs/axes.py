@@ -1,4 +1,4 @@
-"""The runs of an experiment by the values of what varies."""
+"""The runs of an experiment, grouped by the values of varied parameters."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def table_runs(data: ExperimentData) -> NDArray[np.bool_]:
 
 
 def swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
-    """Which runs the experiment itself asks for; the others were added as healthy baselines or replicates."""
+    """Runs that the experiment requests; the others were added as healthy baselines or replicates."""
     return np.asarray(table_runs(data) & (np.arange(data.n_run) < _count_swept(data.experiment)))
 
 

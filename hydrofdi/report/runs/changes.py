@@ -13,13 +13,13 @@ from hydrofdi.store.layout import names
 from hydrofdi.transforms.change import percentage_change
 
 ROUNDING = 1e-9
-"""A healthy RMS below this share of the record's largest pressure is rounding: no δ is taken against it."""
+"""A healthy RMS below this share of the record's largest pressure is rounding error and gives no δ."""
 
 
 def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> tuple[Any, Any]:
     """δ [%] of all runs against the fixed and the matched baseline, each in the shape of the variable `name`.
 
-    NaN if a run failed, or where the RMS of the healthy one is rounding.
+    NaN if a run failed, or if the RMS of the healthy run is rounding error.
     """
     rms = data.columns[name]
     column = (-1, *[1] * (rms.ndim - 1))
@@ -33,7 +33,7 @@ def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> tupl
 
 
 def normal_bulk_modulus(data: ExperimentData) -> float:
-    """β of the fixed baseline [Pa]; of the baseline's conditions where no run is healthy."""
+    """β of the fixed baseline [Pa]; of the baseline's conditions if no run is healthy."""
     row = data.fixed_baseline[0]
     if row == names.NO_BASELINE:
         return float(data.experiment.baseline["fluid.bulk_modulus"])
@@ -43,7 +43,7 @@ def normal_bulk_modulus(data: ExperimentData) -> float:
 def leaks_out_more(data: ExperimentData) -> NDArray[np.bool_]:
     """Whether the chambers of each run leak more than those of its healthy run; scenarios count as they are.
 
-    Modes are of internal leakage and EBM; what leaks out besides is another fault.
+    Modes are combinations of internal leakage and EBM; additional external leakage is another fault.
     """
     coefficients = np.array(external_coefficients(data))
     healthy = coefficients[np.maximum(data.matched_baseline, 0)]

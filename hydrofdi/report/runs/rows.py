@@ -49,7 +49,7 @@ class TableRow:
     labels : dict
         Further varied parameters → their values in SI.
     leakage_request : float
-        Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that was asked for; 0 for a sealed actuator.
+        Mean flow [m³/s] or K_i [m^3.5/kg^0.5] that was requested; 0 for a sealed actuator.
     leakage_flow : float
         Leakage level of the row [m³/s]: the mean flow that K_i was solved for, or the flow of the run.
     mean_leakage_flow : float
@@ -71,7 +71,7 @@ class TableRow:
     status, message : str
         How the run ended.
     verdict : str
-        Its reliability; its status where it did not succeed.
+        Its reliability; its status if it did not succeed.
     doubt_numbers : dict
         Word of a verdict → the number behind it.
     leaks_out_more : bool

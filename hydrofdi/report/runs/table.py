@@ -1,4 +1,4 @@
-"""The table of all runs, and what it is read against."""
+"""The table of all runs, with its baseline."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.report.runs.rows import TableRow
 
 EXTERNAL = "leakage.external_coefficient"
-"""How the parameters of external leakage begin."""
+"""Prefix of the parameters of external leakage."""
 
 
 @dataclass(frozen=True)
 class SensitivityTable:
-    """All rows, sealed ones first, and what they are read against.
+    """All rows, sealed rows first, with their baseline.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ class PressureBalanceOptions(BalanceOptions):
     @field_validator("load_stiffness", mode="before")
     @classmethod
     def _there_is_a_spring(cls, given: Any) -> Any:
-        """The stiffness as given; none or zero is told what it means."""
+        """The stiffness as given; zero raises the reason."""
         if given is not None and SI("N/m").parse(given) == 0.0:
             raise ValueError(
                 "is 0, but this balance takes the position from the force of a spring: it needs a spring load"

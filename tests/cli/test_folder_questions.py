@@ -23,7 +23,7 @@ def test_why_names_indicators_their_options_and_identities(tmp_path: Path) -> No
 
 def test_status_says_that_an_earlier_version_stored_the_runs() -> None:
     assert run_json("status", _KEPT)["earlier"] == 8
-    assert "8 runs were stored by an earlier version" in run("status", _KEPT).stdout
+    assert "stored by an earlier version of the physics: 8 runs" in run("status", _KEPT).stdout
 
 
 def test_collect_says_what_it_built(tmp_path: Path) -> None:

@@ -177,4 +177,6 @@ class RecordBatch:
     def blinded(self) -> RecordBatch:
         """The same samples with nothing that names or describes the records, which are numbered."""
         numbers = tuple(map(str, range(self.n_record)))
-        return replace(self, record_ids=numbers, sources=(), groups=(), remarks=(), rejected=(), labels=None)
+        return replace(
+            self, record_ids=numbers, sources=(), groups=(), remarks=(), rejected=(), units={}, labels=None
+        )

@@ -21,7 +21,7 @@ _ESCAPES = {
 
 
 def render_latex(document: Document) -> str:
-    """The tables of a report; ``\\input`` them where ``\\usepackage{booktabs}`` is in force."""
+    """The tables of a report; ``\\input`` them into a document with ``\\usepackage{booktabs}``."""
     lines = [f"% {document.title}: made by hydrofdi; needs \\usepackage{{booktabs}}", ""]
     for block in document.blocks:
         if block.key in _LEFT_OUT:

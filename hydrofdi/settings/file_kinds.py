@@ -26,7 +26,7 @@ class FileKind(StrEnum):
 _USE = {
     FileKind.EXPERIMENT: "'hydrofdi sweep {path}' runs it",
     FileKind.MEASURED: "'hydrofdi inspect {path}' and 'hydrofdi measure {path}' read it",
-    FileKind.MONITOR: "'hydrofdi monitor DETECTOR SOURCE --config {path}' reads it",
+    FileKind.MONITOR: "it belongs to 'hydrofdi monitor'",
     FileKind.DETECTOR: "'hydrofdi detect {path} RECORDS' judges records with it",
     FileKind.HDF5: "'hydrofdi inspect {path}' reads it",
     FileKind.RESULTS: "'hydrofdi report {path}' shows it",

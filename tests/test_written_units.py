@@ -96,6 +96,25 @@ def test_plan_and_report_speak_in_the_units_of_the_file(press):
     assert "[µm]" not in text
 
 
+STUDY = """
+name: study
+record: {duration: 4 s}
+supply: {pressure: 160 bar}
+store: {signals: none}
+study:
+  population: {over: {supply.pressure: {uniform: ±5 %}}}
+  healthy: {fit: 4, test: 4}
+  faults: {leakage.internal_flow: [1 L/min], each: 2}
+"""
+
+
+def test_the_report_of_a_study_has_the_units_of_its_file(tmp_path):
+    study = sweep_in(tmp_path, STUDY)
+    text = run("report", study.directory, "--full", cwd=tmp_path).stdout
+    assert "152 … 168 bar" in text
+    assert "MPa" not in text.partition("Configuration")[0].replace("at 8 MPa", "").replace("551 MPa", "")
+
+
 def test_programs_read_the_same_columns_whatever_the_unit(press):
     rows = json.loads(run("report", press.directory, "--json", cwd=press.folder).stdout)["rows"]
     assert {row["bulk_modulus_MPa"] for row in rows} == {800.0, 1200.0}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from hydrofdi.config.shown_values import shown_in
 from hydrofdi.papers.maddahi2015 import StudyReport, is_study
 from hydrofdi.report import Report, analyze
 from hydrofdi.report.contract import ComposedReport
@@ -14,7 +15,9 @@ def make_report(data: ExperimentData) -> ReportInUnits:
 
     People read it in the units that the experiment is written in.
     """
-    return ReportInUnits(_report(data), data.experiment.units)
+    units = data.experiment.units
+    with shown_in(units):
+        return ReportInUnits(_report(data), units)
 
 
 def _report(data: ExperimentData) -> ComposedReport:

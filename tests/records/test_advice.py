@@ -1,6 +1,6 @@
 """What the messages advise leads to right numbers, never to a scale that nobody stated."""
 
-import re
+from textwrap import dedent
 
 import pytest
 
@@ -49,14 +49,14 @@ def plain(folder, text):
 def test_a_suggestion_that_is_copied_as_it_is_gives_no_numbers(tmp_path, text):
     with pytest.raises(DataError) as raised:
         plain(tmp_path, text)
-    (suggestion,) = re.findall(r"YAML: (.*)", str(raised.value))
-    (tmp_path / "m.yaml").write_text(suggestion, encoding="utf-8")
+    _, suggestion = str(raised.value).split("YAML:\n")
+    (tmp_path / "m.yaml").write_text(dedent(suggestion), encoding="utf-8")
     with pytest.raises((ConfigError, DataError)):
         list(measured_source(tmp_path / "m.yaml").batches())
 
 
 def test_a_suggestion_names_the_column_of_time(tmp_path):
-    with pytest.raises(DataError, match=r"time: {column: 'time', unit: s}, .*column: 'P1', unit: bar}"):
+    with pytest.raises(DataError, match=r"(?s)time: {column: 'time', unit: s}\n.*column: 'P1', unit: bar}"):
         plain(tmp_path, "time [sec],P1 [Bar]\n0,1\n1,2\n")
 
 

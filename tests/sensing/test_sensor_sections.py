@@ -14,7 +14,7 @@ from hydrofdi.errors import ConfigError
     [
         ("pressure_1_sensor.bits=12", "bits needs a range to divide; give lowest and highest"),
         ("pressure_1_sensor={bits: 12, lowest: 0}", "bits needs a range to divide"),
-        ("spool_sensor={lowest: 2 mm, highest: 1 mm}", "lowest = 0.002 m must be below highest = 0.001 m"),
+        ("spool_sensor={lowest: 2 mm, highest: 1 mm}", "lowest = 2 mm must be below highest = 1 mm"),
         ("spool_sensor={lowest: 1 mm, highest: 1 mm}", "must be below"),
         ("voltage_sensor.order=first", "a sensor of first order needs a bandwidth"),
         ("voltage_sensor.bandwidth=100 Hz", "an ideal sensor has no bandwidth; set order to first or second"),

@@ -48,14 +48,15 @@ def provenance_block(data: ExperimentData) -> Block:
 def _settings(data: ExperimentData) -> tuple[Settings, Settings]:
     """The settings that differ from their defaults, and the others; without what is empty.
 
-    The configuration is as it is written in the file: parameters of later versions are not in it.
+    The configuration is as it is written in the file: parameters of later versions are not in it. Its values
+    have the units that it states, which are left out.
     """
     configuration = without_contents(data.configuration or _plain(data.experiment))
     usual = dict(_flat(_plain(ExperimentConfig(name=data.experiment.name))))
     stated: Settings = {}
     others: Settings = {}
     for key, content in _flat(configuration):
-        if content not in (None, "", [], {}):
+        if content not in (None, "", [], {}) and key[0] != "units":
             is_usual = key in usual and usual[key] == content and key != ("name", "")
             (others if is_usual else stated)[key] = content
     return stated, others

@@ -219,3 +219,60 @@ def test_a_needed_channel_in_a_unit_of_something_else_is_refused_at_once():
         reader(needed=[Channel.CHAMBER_1_PRESSURE]).read(text)
     chunk, _ = reader(needed=[Channel.CHAMBER_2_PRESSURE]).read(text)
     assert set(samples(chunk)) == {"time", "P2"}
+
+
+DATES = "2026-02-05T06:00:00.000Z,80\n2026-02-05T06:00:00.5Z,81\n"
+DATED = {
+    "plain": ("Zeitstempel,P1 [bar]\n" + DATES, {}),
+    "timestamp": ("timestamp,P1 [bar]\n" + DATES, {}),
+    "units in a row": ("Zeitstempel,P1\n-,bar\n" + DATES, {}),
+    "no unit above the dates": ("t,P1\n,bar\n" + DATES, {}),
+    "configured": (
+        "Datum;P1 [bar]\n" + DATES.replace(",", ";").replace(".", ","),
+        {"delimiter": ";", "decimal": ",", "time": {"column": "Datum"}},
+    ),
+    "a number in between": ("Zeitstempel,P1 [bar]\n" + DATES.replace("\n", "\n7,80\n", 1), {}),
+    "JSON": (
+        '{"Zeitstempel": "2026-02-05T06:00:00Z", "P1 [bar]": 80}\n'
+        '{"Zeitstempel": ["2026-02-05T06:00:00.5Z"], "P1 [bar]": [81]}\n',
+        {},
+    ),
+    "JSON, a unit that dates do not need": (
+        '{"time [ms]": "2026-02-05T06:00:00Z", "P1 [bar]": 80}\n'
+        '{"time [ms]": "2026-02-05T06:00:00.5Z", "P1 [bar]": 81}\n',
+        {},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", DATED)
+def test_dates_need_no_unit_and_are_found_by_the_names_of_files(form):
+    text, options = DATED[form]
+    chunk, events = read_in_pieces(reader(**options), text.encode())
+    assert samples(chunk) == {"time": [1770271200.0, 1770271200.5], "P1": [8e6, 8.1e6]}
+    assert sum(event.count for event in events) == ("between" in form)
+
+
+@pytest.mark.parametrize("title", ["time [s]", "Time [ms]"])
+def test_a_time_in_numbers_comes_before_dates(title):
+    chunk, _ = read_in_pieces(reader(), f"Zeitstempel,{title},P1 [Pa]\n2026-02-05T06:00:00Z,0,1\n".encode())
+    assert chunk.time.tolist() == [0.0]
+
+
+def test_numbers_under_the_name_of_a_date_still_need_a_unit():
+    with pytest.raises(DataError, match="'Zeitstempel': has no unit"):
+        reader(time={"column": "Zeitstempel"}).read(b"Zeitstempel,P1 [Pa]\n1,2\n")
+
+
+def test_a_sampling_frequency_replaces_dates_that_nobody_named():
+    lines = reader(sampling_frequency="2 Hz")
+    chunk, _ = read_in_pieces(lines, b"Zeitstempel,P1 [Pa]\n05.02.2026 06:00:00,1\n05.02.2026 06:00:00,2\n")
+    assert chunk.time.tolist() == [0.0, 0.5]
+
+
+def test_dates_continue_in_the_middle():
+    header, *rows = ("Zeitstempel,P1\n-,bar\n" + DATES).splitlines(keepends=True)
+    before = reader()
+    before.read("".join([header, *rows[:2]]).encode())
+    chunk, _ = read_in_pieces(reader(before.position), rows[2].encode())
+    assert samples(chunk) == {"time": [1770271200.5], "P1": [8.1e6]}

@@ -11,7 +11,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_names import channel_named, titles_of_time
+from hydrofdi.records.measured.column_names import channel_named, titles_of_dates, titles_of_time
 from hydrofdi.records.measured.column_units import (
     agreed_unit,
     calibrated,
@@ -40,17 +40,25 @@ class Column:
     title : str
     config : ChannelConfig
         Gain, offset and sign.
-    factor : Fraction
-        From its unit to SI.
+    factor : Fraction or None
+        From its unit to SI; None for a column of dates without a unit.
     """
 
     position: int
     title: str
     config: ChannelConfig
-    factor: Fraction
+    factor: Fraction | None
 
     def in_si(self, values: Array) -> Array:
-        """Values in SI, as a file with this column gives them."""
+        """Values in SI, as a file with this column gives them.
+
+        Raises
+        ------
+        DataError
+            They are numbers in a column of dates without a unit.
+        """
+        if self.factor is None:
+            raise _no_unit_of_time(repr(self.title[:60]))
         with np.errstate(over="ignore"):
             return scaled(calibrated(values, self.config), self.factor)
 
@@ -77,6 +85,7 @@ def columns_of(
     time: TimeConfig | None = None,
     units: Sequence[str] | None = None,
     needed: Collection[Channel] = (),
+    dated: Collection[int] = (),
 ) -> Columns:
     """What titles mean: by the configuration, or else by the names and units that plain files use.
 
@@ -95,6 +104,8 @@ def columns_of(
         Units from a row of their own.
     needed : collection of Channel
         What a column must not miss by its unit alone.
+    dated : collection of int
+        Positions of columns that contain dates, which need no unit.
 
     Raises
     ------
@@ -111,7 +122,7 @@ def columns_of(
     if not channels:
         shown = ", ".join(map(shortened, titles[:12]))
         raise DataError(f"{place}: no column is named like a channel; found {shown[:200]!r}")
-    return Columns(_time(titles, stated, time, place), channels)
+    return Columns(_time(titles, stated, time, place, dated), channels)
 
 
 def _configured(
@@ -164,18 +175,37 @@ def _column(
 
 
 def _time(
-    titles: Sequence[str], units: Sequence[str], config: TimeConfig | None, place: str
+    titles: Sequence[str],
+    units: Sequence[str],
+    config: TimeConfig | None,
+    place: str,
+    dated: Collection[int],
 ) -> Column | None:
     if config is not None:
         found = [find_column(titles, config.column, place)]
-    elif len(found := titles_of_time(titles, units)) > 1:
+    elif len(found := _named_time(titles, units, dated)) > 1:
         raise DataError(f"{place}: has more than one time: {', '.join(titles[n] for n in found)}")
     if not found:
         return None
     title, header = titles[found[0]], units[found[0]]
     where = f"{place}: {title[:60]!r}"
     stated = ChannelConfig(column=title, unit=config.unit if config else "")
+    is_dated = found[0] in dated
+    header = header.strip("-") if is_dated else header
     if not (stated.unit or header or unit_by_name(title)):
-        raise DataError(f"{where}: has no unit; write it like 'time [s]'")
+        if is_dated:
+            return Column(found[0], title, ChannelConfig(column=title), None)
+        raise _no_unit_of_time(where)
     unit = agreed_unit(stated, header, where)
     return Column(found[0], title, ChannelConfig(column=title), factor_to_si(unit, "s", where))
+
+
+def _named_time(titles: Sequence[str], units: Sequence[str], dated: Collection[int]) -> list[int]:
+    """Columns named like a time: numbers with a unit come before dates."""
+    named = titles_of_time(titles, units)
+    usable = [n for n in named if n in dated or units[n] or unit_by_name(titles[n])]
+    return usable or titles_of_dates(titles, dated) or named
+
+
+def _no_unit_of_time(where: str) -> DataError:
+    return DataError(f"{where}: has no unit; write it like 'time [s]'")

@@ -59,7 +59,7 @@ class PayloadReader:
     ) -> None:
         self._channels, self._time, self._needed = channels or {}, time, needed
         self._clock, self._largest = clock, largest
-        self._keys: tuple[str, ...] | None = None
+        self._known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
         self._columns = Columns(None, {})
 
     def read(self, payload: bytes) -> Chunk:
@@ -88,7 +88,7 @@ class PayloadReader:
         PayloadError
             Names, units, lengths or values are not what they should be.
         """
-        columns = self._columns_of(tuple(key for key in found if key != _FREQUENCY))
+        columns = self._columns_of({key: value for key, value in found.items() if key != _FREQUENCY})
         values = {
             channel: column.in_si(_numbers(column.title, found[column.title]))
             for channel, column in columns.channels.items()
@@ -98,17 +98,26 @@ class PayloadReader:
             raise PayloadError("the channels have different numbers of samples")
         return Chunk(self._instants(columns, found, lengths.pop()), values)
 
-    def _columns_of(self, keys: tuple[str, ...]) -> Columns:
+    def _columns_of(self, found: Mapping[str, Any]) -> Columns:
         """What keys mean; those of the last object are remembered."""
-        if keys != self._keys:
+        keys, dated = tuple(found), self._dated(found)
+        if (keys, dated) != self._known:
             if len(keys) > _MOST_KEYS:
                 raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
             try:
-                self._columns = columns_of(keys, "JSON", self._present(keys), self._time, needed=self._needed)
+                self._columns = columns_of(
+                    keys, "JSON", self._present(keys), self._time, needed=self._needed, dated=dated
+                )
             except DataError as error:
                 raise PayloadError(str(error).removeprefix("JSON: ")) from None
-            self._keys = keys
+            self._known = keys, dated
         return self._columns
+
+    def _dated(self, found: Mapping[str, Any]) -> tuple[int, ...]:
+        """Places of the keys with texts; a sampling frequency replaces dates that nobody named."""
+        if self._clock is not None and self._time is None:
+            return ()
+        return tuple(place for place, value in enumerate(found.values()) if _is_text(value))
 
     def _present(self, keys: tuple[str, ...]) -> Channels:
         """What is configured, of the keys that are there."""
@@ -124,7 +133,9 @@ class PayloadReader:
             if self._clock is None:
                 raise PayloadError("has no time; add 'time' [s]")
             return self._clock.take(n_time)
-        times = columns.time.in_si(_times(columns.time.title, found[columns.time.title]))
+        title, value = columns.time.title, found[columns.time.title]
+        times = _times(title, value)
+        times = times if _is_text(value) else columns.time.in_si(times)
         if times.size == 1 and _FREQUENCY in found:
             with np.errstate(over="ignore"):
                 times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
@@ -165,6 +176,10 @@ def _numbers(key: str, value: Any) -> Array:
 
 
 _WORDS = {"str": "text", "bool": "true or false", "dict": "an object", "list": "a list"}
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value[0] if isinstance(value, list) and value else value, str)
 
 
 def _times(key: str, value: Any) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_units import is_counts, known_unit, unit_by_name
@@ -58,6 +58,11 @@ def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
     return next((found for found in named.values() if found), [])
 
 
+def titles_of_dates(titles: Sequence[str], dated: Collection[int]) -> list[int]:
+    """Positions of the columns that contain dates and have a name of time."""
+    return [n for n, title in enumerate(titles) if n in dated and short_name(title) in _DATES.union(_TIMES)]
+
+
 def time_columns(table: Table) -> list[int]:
     """Those among them that state a unit of time."""
     return [position for position in named_like_time(table) if known_unit(table.unit(position)) is not None]
@@ -65,7 +70,7 @@ def time_columns(table: Table) -> list[int]:
 
 def times_without_unit(table: Table) -> list[int]:
     """Columns that are times without a unit of time: of dates, or else numbers under the name ``time``."""
-    named = [n for n, title in enumerate(table.titles) if short_name(title) in _DATES.union(_TIMES)]
+    named = titles_of_dates(table.titles, range(len(table.titles)))
     dated = [position for position in named if table.dates(position) is not None]
     return dated or [n for n in named_like_time(table) if not table.unit(n) and unit_by_name(table.titles[n])]
 

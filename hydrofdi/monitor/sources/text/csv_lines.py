@@ -46,6 +46,7 @@ class CsvLines:
         self._channels, self._config, self._clock = channels, config, clock
         self._malformed, self._name, self._needed = malformed, name, needed
         self._delimiter, self._titles = ",", list[str]()
+        self._units: list[str] | None = None
         self._columns: Columns | None = None
         self._has_begun = False
         self._reason = ""
@@ -154,7 +155,7 @@ class CsvLines:
                 f"{self._name}: begins with {text[:60]!r}, which is not a header; write the names"
                 " and units of the columns first, such as 'time [s],P1 [bar]'"
             )
-        self._titles, self.header, self._columns = titles, [text], None
+        self._titles, self._units, self.header, self._columns = titles, None, [text], None
 
     def _titles_in(self, text: str) -> list[str]:
         cells = blank_divided(text) if self._delimiter == " " else self._cells([text])[0]
@@ -164,13 +165,22 @@ class CsvLines:
         return titles
 
     def _first_after_header(self, text: str) -> list[Chunk]:
-        units: list[str] | None = None
-        found = [cell.strip(" []()\r") for cell in self._cells([text])[0]]
+        cells = self._cells([text])[0]
+        found = [cell.strip(" []()\r") for cell in cells]
         stated = [cell for cell in found if cell]
-        if stated and all(is_unit(cell) and not self._is_number(cell) for cell in stated):
-            units = (found + [""] * len(self._titles))[: len(self._titles)]
+        is_row_of_units = stated and all(is_unit(cell) and not self._is_number(cell) for cell in stated)
+        if is_row_of_units and self._units is None:
+            self._units = (found + [""] * len(self._titles))[: len(self._titles)]
+            self.header.append(text)
+            return []
         self._columns = columns_of(
-            self._titles, self._name, self._channels, self._config.time, units, self._needed
+            self._titles,
+            self._name,
+            self._channels,
+            self._config.time,
+            self._units,
+            self._needed,
+            self._dated(cells),
         )
         if self._columns.time is None and self._clock is None:
             raise DataError(
@@ -178,10 +188,13 @@ class CsvLines:
                 " frequency"
             )
         self._has_begun = True
-        if units is None:
-            return self.read([text])
-        self.header.append(text)
-        return []
+        return self.read([text])
+
+    def _dated(self, cells: Sequence[str]) -> Collection[int]:
+        """Columns of the first row that are no numbers; a sampling frequency replaces dates nobody named."""
+        if self._clock is not None and self._config.time is None:
+            return ()
+        return [n for n in range(len(self._titles)) if n >= len(cells) or not self._is_number(cells[n])]
 
     def _refuse(self, text: str, reason: str) -> None:
         self._malformed.note(text, reason)

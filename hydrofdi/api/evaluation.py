@@ -14,6 +14,7 @@ from hydrofdi.api.table import Table
 from hydrofdi.errors import ReportError
 from hydrofdi.pipeline import evaluating
 from hydrofdi.pipeline.healthy_control import stands_clear
+from hydrofdi.report.detection.caveats import remarks_with_counts
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.studies.judgement import Detection, Judgement
@@ -49,10 +50,10 @@ class Evaluation:
         """Comparison of healthy groups over all scores; empty if there are fewer than two."""
         return self.found.conclusion
 
-    @property
+    @cached_property
     def remarks(self) -> tuple[str, ...]:
-        """Remarks that hold for all numbers."""
-        return self.detection.remarks
+        """Remarks, and what is not stated and why; those on some of the scores have their number."""
+        return remarks_with_counts(self.detection)
 
     @property
     def best(self) -> str:
@@ -99,7 +100,7 @@ class Evaluation:
         return evaluation_record(self.found)
 
     def plot(self, figure: str = "densities") -> Figure:
-        """The scores of healthy and faulty records with the limits, or another figure of a study by its name.
+        """The best scores of all records with the limits, or another figure of a study by its name.
 
         Parameters
         ----------

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.cli.records.evaluation_table import print_evaluation
 from hydrofdi.errors import ReportError
 
 
@@ -18,8 +19,12 @@ def evaluation(n_healthy):
     )
 
 
+def texts_of(axis):
+    return [text.get_text() for text in (axis.title, axis._left_title)]
+
+
 def texts(figure):
-    return [text.get_text() for axis in figure.axes for text in (axis.title, axis._left_title)]
+    return [text for axis in figure.axes for text in texts_of(axis)]
 
 
 @pytest.mark.parametrize("n_healthy", [100, 4], ids=["with limits", "too few for limits"])
@@ -40,3 +45,43 @@ def test_another_figure_has_a_name_and_a_wrong_name_is_refused():
     assert found.plot("roc").axes
     with pytest.raises(ReportError, match=r"no figure .density.*densities"):
         found.plot("density")
+
+
+def far_apart():
+    """The rate needs 99 healthy records to set limits, and 80 set them: only two scores have limits."""
+    random = np.random.default_rng(0)
+    records = 8e6 + np.vstack([
+        1e4 * random.standard_normal((160, 1000)), 2e4 * random.standard_normal((40, 1000))
+    ])  # fmt: skip
+    return hydrofdi.evaluate(
+        records, "dwt", label=["a"] * 160 + ["b"] * 40, healthy="a", false_alarm_rate="2 %",
+        sampling_frequency="500 Hz",
+    )  # fmt: skip
+
+
+def test_the_best_scores_are_drawn_first_and_whole():
+    found = far_apart()
+    figure = found.plot()
+    assert next(text for text in texts(figure) if text).startswith(found.best)
+    for axis in figure.axes:
+        name = next(text for text in texts_of(axis) if text).split("\n")[0]
+        judgement = next(each for each in found.detection.judgements if each.scored.name == name)
+        shown = axis.get_xlim()[1] / (1e-6 if "MPa" in axis.get_xlabel() else 1e-3)
+        assert judgement.scored.values.max() < shown
+        assert not any("→" in text.get_text() for text in axis.texts)
+
+
+def test_an_evaluation_says_what_is_not_stated_in_the_words_of_the_command(capsys):
+    found = far_apart()
+    expected = (
+        "a false-alarm rate of 2 % needs 99 healthy records, not 80 (8 of 10 scores)",
+        "both directions alarm (8 of 10 scores)",
+    )
+    print_evaluation(found)
+    printed = " ".join(capsys.readouterr().out.split())
+    for sentence in expected:
+        assert any(sentence in remark for remark in found.remarks)
+        assert sentence in repr(found)
+        assert sentence in found._repr_html_()
+    for remark in found.remarks:
+        assert remark in printed

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
-from itertools import compress
 from typing import TYPE_CHECKING
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -47,26 +44,9 @@ def print_evaluation(evaluation: Evaluation) -> None:
     _print_pairs(console, evaluation, detection.judgements[0])
     console.print()
     told = Table.grid(padding=(0, 1, 0, 0))
-    for sentence in _sentences(evaluation):
+    for sentence in evaluation.remarks:
         told.add_row("-", sentence)
     console.print(told)
-
-
-def _sentences(evaluation: Evaluation) -> list[str]:
-    """What belongs to all scores, and what is not stated or remarked of some, with their number."""
-    detection = evaluation.detection
-    is_made = [bool(np.isfinite(each.scored.values).any()) for each in detection.judgements]
-    refused = list(compress(detection.judgements, [not each for each in is_made]))
-    counts = Counter(each.scored.note for each in refused).most_common()
-    counts += _told(list(compress(detection.judgements, is_made)))
-    n_score = len(detection.judgements)
-    return [
-        *detection.remarks,
-        *(
-            f"{text} ({count} of {counted(n_score, 'score')})" if count < n_score else text
-            for text, count in counts
-        ),
-    ]
 
 
 def _print_records(console: Console, evaluation: Evaluation) -> None:
@@ -108,9 +88,3 @@ def _comes_first(pair: HealthyPair) -> bool:
     """Whether it is the one of two orders in which the second group reads higher."""
     is_equal = pair.area.value == 0.5
     return pair.area.value > 0.5 or (is_equal and pair.fit_group < pair.test_group)
-
-
-def _told(judgements: Sequence[Judgement]) -> list[tuple[str, int]]:
-    """What is not stated and what is remarked of scores, each sentence once with the number of its scores."""
-    texts = [text for judgement in judgements for text in (*judgement.refusals, *judgement.remarks)]
-    return Counter(texts).most_common(_SHOWN)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
+
+import numpy as np
 
 from hydrofdi.report.document import Block
 from hydrofdi.report.wording import capitalized, some
@@ -33,6 +35,25 @@ def caveats_block(detection: Detection) -> Block | None:
         return None
     more = [f"… and {len(said) - _MOST} more; JSON has all."] if len(said) > _MOST else []
     return Block("caveats", "Limitations and remarks", (*said[:_MOST], *more))
+
+
+def remarks_with_counts(detection: Detection) -> tuple[str, ...]:
+    """Remarks on all numbers, then what is not stated or remarked of some scores, with their number.
+
+    A score without any number has only its note.
+    """
+    n_score = len(detection.judgements)
+    notes, others = Counter[str](), Counter[str]()
+    for judgement in detection.judgements:
+        if np.isfinite(judgement.scored.values).any():
+            others.update((*judgement.refusals, *judgement.remarks))
+        else:
+            notes[judgement.scored.note] += 1
+    told = (*notes.most_common(), *others.most_common(_MOST))
+    return (
+        *detection.remarks,
+        *(f"{text} ({n} of {counted(n_score, 'score')})" if n < n_score else text for text, n in told),
+    )
 
 
 def _collected(pairs: Iterable[tuple[str, str]]) -> list[str]:

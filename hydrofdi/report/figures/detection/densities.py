@@ -9,16 +9,19 @@ import numpy as np
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.report.detection.selection import chosen_levels
-from hydrofdi.report.figures.detection.marks import panels, titled, with_threshold
+from hydrofdi.report.detection.selection import chosen_levels, foremost
+from hydrofdi.report.figures.detection.marks import panels, titled
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, PINK
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.units import convert
 
 _MOST, _MOST_LEVELS, _EDGE = 6, 7, 0.5
-_MOST_BINS, _WIDEST = 60, 3.0
-"""Bins of many records, and how many times as wide as the healthy scores a panel may be."""
+_MOST_BINS, _WIDEST = 60, 6.0
+"""Bins of many records, and how far beyond the healthy scores a population may begin, in widths of these."""
+
+_LEAST_OF_HEALTHY = 8.0
+"""Bins of the healthy scores, if all others leave room."""
 
 _COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: PINK, Kind.FAULT: ORANGE}
 
@@ -31,8 +34,7 @@ def draw_densities(detection: Detection) -> Any:
     ReportError
         There is no score.
     """
-    is_limited = any(each.threshold is not None for each in detection.judgements)
-    shown = with_threshold(detection, _MOST) if is_limited else detection.judgements[:_MOST]
+    shown = foremost(detection, _MOST)
     if not shown:
         raise ReportError("no indicator could measure any record")
     populations = _populations(detection)
@@ -106,16 +108,23 @@ def _limits(judgement: Judgement) -> list[float]:
 
 
 def _edges(limits: list[float], healthy: list[Array], scores: list[Array]) -> Array:
-    """Edges of the bins: all but the rarest scores, as far as the healthy ones can still be seen."""
-    near, far = _span(limits, healthy), _span(limits, scores)
+    """Edges of the bins: whole populations, but for the rarest scores, if the healthy ones remain visible."""
+    near = _span(limits, healthy)
     reach = _WIDEST * (near[1] - near[0]) or max(abs(near[1]), 1.0)
-    low, high = max(far[0], near[0] - reach), min(far[1], near[1] + reach)
+    spans = [near, *(_span([], [own]) for own in scores if own.size)]
+    seen = [each for each in spans if each[0] <= near[1] + reach and each[1] >= near[0] - reach]
+    low = max(min(each[0] for each in seen), near[0] - 1.5 * reach)
+    high = min(max(each[1] for each in seen), near[1] + 1.5 * reach)
     margin = 0.03 * (high - low) or 0.5 * reach
     n_record = np.median([own.size for own in scores])
-    return np.linspace(low - margin, high + margin, int(np.clip(2.5 * np.sqrt(n_record), 12, _MOST_BINS)) + 1)
+    least = _LEAST_OF_HEALTHY * _WIDEST * (high - low) / reach
+    count = int(np.clip(max(2.5 * np.sqrt(n_record), least), 12, _MOST_BINS))
+    return np.linspace(low - margin, high + margin, count + 1)
 
 
 def _span(limits: list[float], scores: list[Array]) -> tuple[float, float]:
-    ends = [end for own in scores if own.size for end in np.percentile(own, [_EDGE, 100.0 - _EDGE])]
-    ends += limits
+    """Ends of all but the rarest scores, which are one in two hundred at either end."""
+    filled = [own for own in scores if own.size]
+    ends = [*limits, *(np.percentile(own, _EDGE, method="lower") for own in filled)]
+    ends += [np.percentile(own, 100.0 - _EDGE, method="higher") for own in filled]
     return (float(min(ends)), float(max(ends))) if ends else (0.0, 1.0)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from numbers import Real
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.arguments import positive_of, refusal
@@ -24,6 +26,7 @@ from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.settings.naming import setting
 from hydrofdi.units import parse_quantity
 
 
@@ -121,7 +124,11 @@ def check(
 
 
 def calibrate(
-    experiment: Experiment | None = None, /, *, flows: str | float | Sequence[str | float], **settings: Any
+    experiment: Experiment | None = None,
+    /,
+    *,
+    flows: str | float | Sequence[str | float] = (),
+    **settings: Any,
 ) -> list[LeakageTarget]:
     """The leakage coefficients of mean leakage flows, under the conditions of the baseline.
 
@@ -148,7 +155,20 @@ def calibrate(
     """
     if isinstance(flows, str | Real) or not isinstance(flows, Iterable):
         flows = [flows]
+    refuse_flow(experiment)
     return calibrate_flows(experiment_of(experiment, settings), _in_si(flows))
+
+
+def refuse_flow(experiment: Experiment | None) -> None:
+    """Raise a `ConfigError` if a leakage flow is in the place of an experiment file."""
+    text = str(experiment) if isinstance(experiment, str | PathLike) else ""
+    if not text or Path(text).exists():
+        return
+    try:
+        parse_quantity(text, "m^3/s")
+    except ValueError:
+        return
+    raise ConfigError(f"{text!r} is a leakage flow, not an experiment file; write {setting('flows', text)}")
 
 
 def _in_si(flows: Sequence[str | float]) -> list[float]:
@@ -163,7 +183,7 @@ def _in_si(flows: Sequence[str | float]) -> list[float]:
         except ValueError as error:
             mistakes.append(Mistake(str(error), origin=f"flow {flow}"))
     if not flows:
-        mistakes.append(Mistake("name at least one flow, e.g. '0.12 L/min'"))
+        mistakes.append(Mistake(f"name at least one flow, e.g. {setting('flows', '0.12 L/min')}"))
     if mistakes:
         raise ConfigError(mistakes)
     return values

@@ -29,10 +29,12 @@ def calibrate(
     from dataclasses import asdict
 
     from hydrofdi.api.checking import calibrate as solve
+    from hydrofdi.api.checking import refuse_flow
     from hydrofdi.api.experiments import experiment_with
     from hydrofdi.cli.assessment_rendering import print_targets
     from hydrofdi.cli.terminal import print_json
 
+    refuse_flow(config)
     targets = solve(experiment_with(config, settings or ()), flows=flows or ())
     if json:
         print_json({"targets": [asdict(target) for target in targets]})

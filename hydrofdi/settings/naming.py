@@ -9,7 +9,7 @@ from contextvars import ContextVar
 
 _AS_OPTIONS = ContextVar("as_options", default=False)
 
-_OPTIONS = {"settings": "--set", "shared_directory": "--no-shared-directory"}
+_OPTIONS = {"flows": "--flow", "settings": "--set", "shared_directory": "--no-shared-directory"}
 """Keywords whose option has another name."""
 
 _FUNCTIONS = {"indicators": "list_indicators"}

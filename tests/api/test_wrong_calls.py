@@ -25,7 +25,7 @@ def dataset(unit):
 WRONG = [
     (lambda: hydrofdi.train(healthy=5), "train: give data"),
     (lambda: hydrofdi.train(NOISE, outptu="d2", **RATE), "unknown argument 'outptu'; did you mean 'output'?"),
-    (lambda: hydrofdi.calibrate(), "calibrate: give flows"),
+    (lambda: hydrofdi.calibrate(), "name at least one flow, e.g. flows='0.12 L/min'"),
     (lambda: hydrofdi.list_indicators("x"), "list_indicators: accepts no argument by position"),
     (
         lambda: hydrofdi.simulate("smoke", "1 s"),

@@ -57,6 +57,13 @@ class Detector:
     """
 
     def __init__(self, training: Training, path: Path | None = None) -> None:
+        if not isinstance(training, Training):
+            how = (
+                f"hydrofdi.Detector.load({training!r})"
+                if isinstance(training, str)
+                else "Detector.load(path)"
+            )
+            raise ConfigError(f"Detector: {how} reads a detector file; hydrofdi.train(…) trains a detector")
         self.training = training
         self.path = path
 

@@ -14,10 +14,11 @@ from hydrofdi.config.request import parameter_names, parameter_unit, validate_pa
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
+from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.config.sweeps.values import difference, parameter_value, require_numbers
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.settings.suggestions import nearest
-from hydrofdi.settings.yaml_source import Path, Source
+from hydrofdi.settings.yaml_source import Path, Source, dotted
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
@@ -67,6 +68,7 @@ def normalize_sweep(source: Source) -> None:
 def _normalize_block(source: Source, path: Path, block: Any) -> None:
     if not isinstance(block, dict):
         return
+    _refuse_outside_grid(source, path, block)
     varied: list[str] = []
     for kind in ("grid", "zip"):
         axes = block.get(kind)
@@ -88,6 +90,16 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
     if isinstance(union, list):
         for index, part in enumerate(union):
             _normalize_block(source, (*path, "union", index), part)
+
+
+def _refuse_outside_grid(source: Source, path: Path, block: dict[str, Any]) -> None:
+    """Refuse parameters, or sections of them, that stand beside ``grid`` instead of in it."""
+    for key in [key for key in block if key not in SweepConfig.model_fields]:
+        if known := [name for name in parameter_names() if key in (name, *name.split("."))]:
+            put = "it" if key in known else f"dotted parameters such as {known[0]!r}"
+            message = f"put {put} under {dotted((*path, 'grid'))}"
+            source.mistakes.append(source.mistake((*path, key), message))
+            del block[key]
 
 
 def axis_in_si(source: Source, path: Path, name: str, values: Any) -> Any:

@@ -14,7 +14,7 @@ study:
   population: {over: {fluid.bulk_modulus: {uniform: ±20 %}}}
   healthy: {fit: 200, test: 600}
   faults: {leakage.internal_flow: [0.2 L/min], each: 29}
-indicators: {weak_rls: {spool: command, transient: 2 s, trace_duration: 20 s}}
+indicators: {weak_rls: {spool: command, supply: sum, transient: 2 s, trace_duration: 20 s}}
 detection:
   false_alarm_rate: 5 %
   online:

@@ -52,7 +52,8 @@ class TextTable(Table):
     @property
     def has_decimal_commas(self) -> bool:
         """Whether cells of the first row are numbers with a comma, which the description does not say."""
-        cells = self._cells.row(self._first_row) if self._form.decimal == "." else []
+        has_rows = self._form.decimal == "." and self._first_row < self._cells.n_row
+        cells = self._cells.row(self._first_row) if has_rows else []
         return any(_COMMA_NUMBER.fullmatch(cell.strip()) for cell in cells)
 
     def unit(self, position: int) -> str:

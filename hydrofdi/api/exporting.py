@@ -77,7 +77,7 @@ def export(
     sampling_frequency : str or float, optional
         Of a data file without a column of time [Hz].
     overwrite : bool
-        Whether the files of an earlier export in the folder are replaced.
+        Whether an existing file, or the files of an earlier export in the folder, are replaced.
 
     Returns
     -------

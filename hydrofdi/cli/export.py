@@ -58,7 +58,8 @@ def export(
     ] = None,
     sampling_frequency: SamplingFrequency = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the files of an earlier export in the folder.")
+        bool,
+        typer.Option("--overwrite", help="Replace an existing file or earlier export in a folder."),
     ] = False,
 ) -> int:
     """Write signals as CSV, Parquet or MAT, one file for each record.

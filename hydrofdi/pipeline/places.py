@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 import hydrofdi
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.errors import ConfigError, ReportError
+from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.settings.naming import command, setting
 from hydrofdi.store.request import REQUEST_FILE
 
 RESULTS = Path("results")
 """Folder for experiments, below the working directory."""
+
+_MOST_SHOWN = 6
 
 _LIBRARIES = ("h5py", "numba", "numpy", "pywavelets", "scipy")
 
@@ -36,6 +39,29 @@ def experiment_directory(experiment: ExperimentConfig, out: Path | None = None) 
 def experiment_file(directory: Path, experiment: ExperimentConfig) -> Path:
     """The experiment file in its folder."""
     return directory / f"{experiment.name}.h5"
+
+
+def results_files(directory: Path) -> list[Path]:
+    """The files in a folder that are named like experiment files, sorted."""
+    return sorted(directory.glob("[!.]*.h5"))
+
+
+def require_single(directory: Path, files: Sequence[Path]) -> None:
+    """Check that a folder without a sweep contains a single file with records, so that none is ignored.
+
+    Raises
+    ------
+    StoreError
+        It contains several files.
+    """
+    if len(files) < 2:
+        return
+    names = [file.name for file in files]
+    shown = names if len(names) <= _MOST_SHOWN else [*names[: _MOST_SHOWN - 1], "…", names[-1]]
+    raise StoreError(
+        f"{directory}: contains {len(files):,} files with records ({', '.join(shown)}) and is not the folder"
+        f" of a sweep; name the files, such as {files[0]}"
+    )
 
 
 def newest_directory() -> Path:

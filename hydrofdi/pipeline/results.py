@@ -8,7 +8,13 @@ from pathlib import Path
 from hydrofdi.config import ExperimentConfig, expand_runs
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.pipeline.places import experiment_file, library_versions, newest_directory
+from hydrofdi.pipeline.places import (
+    experiment_file,
+    library_versions,
+    newest_directory,
+    require_single,
+    results_files,
+)
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.naming import command
 from hydrofdi.simulation import run_identities
@@ -39,17 +45,18 @@ def read_results(place: Path | None = None) -> ExperimentData:
     ReportError
         There is none.
     StoreError
-        Its file is damaged or of another version.
+        Its file is damaged or of another version, or the folder of no sweep contains several files.
     """
     if place is not None and not place.is_dir():
         return read_experiment(place)
     directory = newest_directory() if place is None else place
     if (directory / REQUEST_FILE).exists():
         return _read_requested(directory)
-    files = list(directory.glob("[!.]*.h5"))
+    files = results_files(directory)
     if not files:
         raise ReportError(f"no experiment file in {directory}; run {command('sweep CONFIG')} first")
-    return read_experiment(max(files, key=lambda file: file.stat().st_mtime_ns))
+    require_single(directory, files)
+    return read_experiment(files[0])
 
 
 def _read_requested(directory: Path) -> ExperimentData:

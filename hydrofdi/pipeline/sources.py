@@ -71,10 +71,14 @@ def open_source(
 
 
 def _folder(path: Path, channels: Collection[Channel], sampling_frequency: float | None) -> RecordSource:
-    from hydrofdi.records.measured import plain_folder_source
+    from hydrofdi.pipeline.places import require_single, results_files
+    from hydrofdi.records.measured import plain_files, plain_folder_source
     from hydrofdi.store.request import REQUEST_FILE
 
-    if (path / REQUEST_FILE).exists() or any(path.glob("[!.]*.h5")):
+    is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)
+    if results and not is_sweep:
+        require_single(path, [*results, *plain_files(path)])
+    if results or is_sweep:
         _refuse_frequency(path, sampling_frequency)
         return _stored(path, channels)
     within = sorted(file.parent for file in path.glob(f"*/{REQUEST_FILE}"))
@@ -98,7 +102,7 @@ def _stored(path: Path, channels: Collection[Channel]) -> RecordSource:
 
 
 def _is_experiment(path: Path) -> bool:
-    from hydrofdi.store.reading import is_experiment_file
+    from hydrofdi.store.files import is_experiment_file
     from hydrofdi.store.shard import SHARDS
 
     if path.parent.name == SHARDS:

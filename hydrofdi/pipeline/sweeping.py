@@ -46,13 +46,13 @@ from hydrofdi.store import (
     write_experiment,
     write_failure,
 )
-from hydrofdi.store.files import remove_leftovers
+from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder.calibrations import read_calibrations, write_calibrations
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.log import RunLog
 from hydrofdi.store.folder.provenance import add_provenance, environment_record, now
 from hydrofdi.store.reading import is_current, read_obstacles, read_statuses, read_verdicts
-from hydrofdi.store.request import read_request, require_same_experiment, write_request
+from hydrofdi.store.request import REQUEST_FILE, read_request, require_same_experiment, write_request
 from hydrofdi.store.results import MISSING
 
 
@@ -122,7 +122,8 @@ def run_sweep(
     ConfigError
         The sweep is impossible, or none of its leakage flows can be reached; nothing is written then.
     StoreError
-        The folder is in use by another sweep, or cannot be written.
+        The folder is in use by another sweep, or cannot be written, or a file of something else has the name
+        of the experiment file.
     SweepInterrupted
         It was stopped before what ran could be finished.
     """
@@ -131,6 +132,8 @@ def run_sweep(
     watcher = watcher or Nobody()
     require_unlocked(directory)
     require_same_experiment(directory, experiment)
+    if not (directory / REQUEST_FILE).exists():
+        require_replaceable(experiment_file(directory, experiment))
     watcher.tell(f"planning {experiment.name}")
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
     for warning in plan.warnings:

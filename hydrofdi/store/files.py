@@ -59,17 +59,22 @@ def require_regular(path: Path) -> None:
 
 
 def require_replaceable(path: Path) -> None:
-    """Check that writing an HDF5 file to a path does not overwrite another kind of file.
+    """Check that writing an experiment file to a path overwrites nothing but an experiment file.
 
     Raises
     ------
     StoreError
-        The name does not end in ``.h5``, or another kind of file exists there.
+        The name does not end in ``.h5``, or a file that hydrofdi did not write exists there.
     """
     if path.suffix != ".h5":
         raise StoreError(f"{path}: results are written to a file whose name ends in .h5")
-    if path.is_file() and path.stat().st_size and not h5py.is_hdf5(path):
-        raise StoreError(f"{path}: already exists, is not an HDF5 file and was not changed")
+    if not path.is_file() or not path.stat().st_size:
+        return
+    if not h5py.is_hdf5(path) or not is_experiment_file(path):
+        raise StoreError(
+            f"{path}: already exists, is not an experiment file of hydrofdi and was not changed; choose"
+            " another name"
+        )
 
 
 def write_whole_text(path: Path, text: str) -> None:
@@ -122,6 +127,18 @@ def open_for_reading(path: Path) -> Iterator[h5py.File]:
             raise
         except (KeyError, RuntimeError, OSError, TypeError, ValueError) as error:
             raise StoreError(f"{path}: is damaged: {reason(error)}") from error
+
+
+def is_experiment_file(path: Path) -> bool:
+    """Whether an HDF5 file is an experiment file of hydrofdi, of any version.
+
+    Raises
+    ------
+    StoreError
+        The file is damaged.
+    """
+    with open_for_reading(path) as file:
+        return "format_version" in file.attrs and "configuration" in file.attrs
 
 
 _ERRNO = re.compile(r"\berrno(?: =)? (\d+)\b", re.IGNORECASE)

@@ -126,18 +126,6 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
         return False
 
 
-def is_experiment_file(path: Path) -> bool:
-    """Whether an HDF5 file is an experiment file of hydrofdi, of any version.
-
-    Raises
-    ------
-    StoreError
-        The file is damaged.
-    """
-    with open_for_reading(path) as file:
-        return "format_version" in file.attrs and "configuration" in file.attrs
-
-
 def read_statuses(path: Path) -> list[str]:
     """Status of each run of an experiment file.
 

@@ -197,13 +197,15 @@ def test_one_file_does_not_take_several_records(small_sweep, tmp_path) -> None:
 def test_files_of_others_are_left_alone(one, tmp_path) -> None:
     mine, theirs = tmp_path / "mine.csv", tmp_path / "theirs.csv"
     run("export", one["csv"], "--out", mine, check=0)
-    run("export", one["csv"], "--out", mine, "--channels", "P1", check=0)
+    run("export", one["csv"], "--out", mine, "--channels", "P1", "--overwrite", check=0)
     assert mine.read_text().startswith("time [s],P1 [Pa]\n")
     theirs.write_text("a thesis")
-    assert "was not changed" in run("export", one["csv"], "--out", theirs, check=2).stderr
+    for options in ((), ("--overwrite",)):
+        assert "was not changed" in run("export", one["csv"], "--out", theirs, *options, check=2).stderr
     assert theirs.read_text() == "a thesis"
     before = mine.read_text()
-    assert "choose another name" in run("export", mine, "--out", mine, check=2).stderr
+    assert "both the input and the output" in run("export", mine, "--out", mine, check=2).stderr
+    assert "both the input" in run("export", mine, "--out", mine, "--overwrite", check=2).stderr
     assert mine.read_text() == before
 
 
@@ -249,7 +251,8 @@ def test_a_folder_with_an_earlier_export_is_replaced_only_when_asked(small_sweep
     (out / "rig.csv").write_text("time [s],P1 [bar]\n0,1\n")
     before = {file.name: file.read_bytes() for file in files_in(out)}
     refused = run("export", small_sweep.directory, "--out", out, "--runs", "3", check=2)
-    assert "signals: contains an earlier export (3 files); choose another folder" in refused.stderr
+    assert "signals: contains an earlier export (3 files, such as 0000-" in refused.stderr
+    assert "choose another folder" in refused.stderr
     assert "--overwrite" in refused.stderr
     assert {file.name: file.read_bytes() for file in files_in(out)} == before
     with pytest.raises(hydrofdi.HydrofdiError, match="replace it with overwrite"):

@@ -80,25 +80,21 @@ def exported(
     runs : sequence of str
         Positions, ranges, or beginnings of identities of simulated runs; empty: all records.
     overwrite : bool
-        Whether the files of an earlier export in the folder are replaced.
+        Whether an earlier export, a file or those of a folder, is replaced.
 
     Raises
     ------
     ConfigError
-        There is no such run, a file was asked for and there is more than one record, or the folder contains
-        an earlier export that must not be replaced.
+        There is no such run, a file was asked for and there is more than one record, or there is an earlier
+        export that must not be replaced.
     DataError
         A record lacks a channel, or a file of something else would be replaced.
     """
     inputs = {path.resolve() for source in sources for path in _files_of(source)}
     taken = set(inputs)
     earlier = () if target.is_file else earlier_exports(target.path)
-    if earlier and not overwrite:
-        files = f"{len(earlier):,} files" if len(earlier) > 1 else earlier[0].name
-        raise ConfigError(
-            f"{target.path}: contains an earlier export ({files}); choose another folder, or replace it with"
-            f" {setting('overwrite')}"
-        )
+    if not overwrite:
+        _require_new(target, earlier, inputs)
     n_written = 0
     for record in _records(sources, target, runs):
         if isinstance(record, RejectedRecord):
@@ -130,6 +126,23 @@ def earlier_exports(folder: Path) -> tuple[Path, ...]:
     return tuple(file for file in named if _begins(file, file.suffix[1:]))
 
 
+def _require_new(target: Target, earlier: Sequence[Path], inputs: Collection[Path]) -> None:
+    """Check that nothing has to be replaced; files do not say who wrote them."""
+    path = target.path
+    if earlier:
+        files = f"{len(earlier):,} files, such as {earlier[0].name}" if len(earlier) > 1 else earlier[0].name
+        raise ConfigError(
+            f"{path}: contains an earlier export ({files}); choose another folder, or replace it with"
+            f" {setting('overwrite')}"
+        )
+    is_written = target.is_file and path.is_file() and path.stat().st_size > 0
+    if is_written and path.resolve() not in inputs:
+        raise ConfigError(
+            f"{path}: already exists and was not changed; choose another name, or replace it with"
+            f" {setting('overwrite')}"
+        )
+
+
 def require_own(path: Path, form: str) -> None:
     """Check that what stands at a path may be an earlier export.
 
@@ -142,7 +155,10 @@ def require_own(path: Path, form: str) -> None:
     if not path.exists():
         return
     if path.stat().st_size and not _begins(path, form):
-        raise DataError(f"{path}: already exists, is not an export in this format and was not changed")
+        raise DataError(
+            f"{path}: already exists, is not an export in this format and was not changed; choose another"
+            " name"
+        )
 
 
 def _begins(path: Path, form: str) -> bool:

@@ -49,6 +49,17 @@ def plain_file_source(path: Path | str, sampling_frequency: float | None = None)
     return MeasuredSource(str(path), file.parent, described(Source(data)), [file], unused)
 
 
+def plain_files(folder: Path) -> list[Path]:
+    """The files of a folder that are read as records, in natural order."""
+    return in_natural_order(
+        [
+            file
+            for file in folder.iterdir()
+            if file.is_file() and file.name[0] != "." and file.name.lower().endswith(_SUFFIXES_IN_FOLDERS)
+        ]
+    )
+
+
 def plain_folder_source(folder: Path, sampling_frequency: float | None = None) -> MeasuredSource | None:
     """The records of the files of a folder, whose columns are those of the first; None without such files.
 
@@ -64,14 +75,9 @@ def plain_folder_source(folder: Path, sampling_frequency: float | None = None) -
     DataError
         The first file does not say enough.
     """
-    files = [
-        file
-        for file in folder.iterdir()
-        if file.is_file() and file.name[0] != "." and file.name.lower().endswith(_SUFFIXES_IN_FOLDERS)
-    ]
+    files = plain_files(folder)
     if not files:
         return None
-    files = in_natural_order(files)
     sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
     named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
     config, unused = completed(named, files)

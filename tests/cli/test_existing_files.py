@@ -1,0 +1,111 @@
+"""What exists already: files of other programs stay, and no file of a folder is ignored."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import h5py
+import numpy as np
+import pandas
+import pytest
+import scipy.io
+
+import hydrofdi
+from tests.commands import run, run_json
+
+SHORT = ("--set", "record.duration=2 s")
+LOGGED = "time [s],P1 [bar]\n" + "".join(f"{k / 1000},{50 + k % 3}\n" for k in range(100))
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with two single runs."""
+    folder = tmp_path_factory.mktemp("runs")
+    for level in (1, 2):
+        leak = f"leakage.internal_flow=0.{level} L/min"
+        run("simulate", *SHORT, "--set", leak, "--out", folder / f"run{level}.h5", check=0)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("inspect", "{}"),
+        ("measure", "{}"),
+        ("report", "{}"),
+        ("export", "{}", "--out", "exported"),
+        ("train", "{}", "--direction", "rising", "--out", "detector.json"),
+    ],
+)
+def test_a_folder_with_several_runs_is_refused_by_name(runs, tmp_path, words) -> None:
+    refused = run(*(word.format(runs) for word in words), cwd=tmp_path, check=2)
+    (line,) = refused.stderr.splitlines()
+    assert "contains 2 files with records (run1.h5, run2.h5)" in line
+    assert f"name the files, such as {runs / 'run1.h5'}" in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_measured_file_beside_a_run_is_not_ignored(runs, tmp_path) -> None:
+    (tmp_path / "run.h5").write_bytes((runs / "run1.h5").read_bytes())
+    assert run_json("inspect", tmp_path)["records"] == 1
+    (tmp_path / "rig.csv").write_text(LOGGED)
+    assert "(run.h5, rig.csv)" in run("inspect", tmp_path, check=2).stderr
+
+
+def test_the_folder_of_a_sweep_may_contain_other_files(small_sweep: SimpleNamespace, runs, tmp_path) -> None:
+    folder = tmp_path / "swept"
+    run("sweep", small_sweep.config, "--out", folder, check=0)
+    before = run_json("measure", folder)["records"]
+    (folder / "a.h5").write_bytes((runs / "run1.h5").read_bytes())
+    (folder / "rig.csv").write_text(LOGGED)
+    assert run_json("measure", folder)["records"] == before
+
+
+def test_a_run_is_stored_over_an_earlier_run_only(runs, tmp_path) -> None:
+    own, foreign = tmp_path / "run.h5", tmp_path / "rig.h5"
+    own.write_bytes((runs / "run1.h5").read_bytes())
+    run("simulate", *SHORT, "--out", own, check=0)
+    assert own.read_bytes() != (runs / "run1.h5").read_bytes()
+    before = foreign_file(foreign)
+    refused = run("simulate", *SHORT, "--out", foreign, check=2).stderr
+    assert "is not an experiment file of hydrofdi and was not changed; choose another name" in refused
+    with pytest.raises(hydrofdi.HydrofdiError, match="was not changed"):
+        hydrofdi.simulate(duration="2 s").write(foreign)
+    assert foreign.read_bytes() == before
+
+
+def test_a_sweep_leaves_a_foreign_file_with_its_name(tmp_path) -> None:
+    config = tmp_path / "rig.yaml"
+    config.write_text("name: rig\nrecord: {duration: 2 s}\nstore: {signals: none}\n")
+    (tmp_path / "out").mkdir()
+    before = foreign_file(tmp_path / "out" / "rig.h5")
+    assert "was not changed" in run("sweep", config, "--out", tmp_path / "out", check=2).stderr
+    assert (tmp_path / "out" / "rig.h5").read_bytes() == before
+    assert [file.name for file in (tmp_path / "out").iterdir()] == ["rig.h5"]
+
+
+def foreign_file(path: Path) -> bytes:
+    """An HDF5 file of another program."""
+    with h5py.File(path, "w") as file:
+        file["pressure"] = np.arange(5.0)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet", "mat"])
+def test_an_export_replaces_a_file_only_when_asked(runs, tmp_path, form) -> None:
+    target = tmp_path / f"rig.{form}"
+    if form == "csv":
+        target.write_text(LOGGED)
+    elif form == "parquet":
+        pandas.DataFrame({"time [s]": [0.0, 1.0], "mine": [1.0, 2.0]}).to_parquet(target)
+    else:
+        scipy.io.savemat(target, {"mine": np.ones(3)})
+    before = target.read_bytes()
+    refused = run("export", runs / "run1.h5", "--out", target, check=2).stderr
+    assert f"{target}: already exists and was not changed" in refused
+    assert "choose another name, or replace it with --overwrite" in refused
+    assert len(refused.splitlines()) == 1
+    assert target.read_bytes() == before
+    run("export", runs / "run1.h5", "--out", target, "--overwrite", check=0)
+    assert run_json("inspect", target)["records"] == 1

@@ -42,9 +42,9 @@ def test_whoever_simulates_an_experiment_file_says_at_once_how_many_records(many
 
 
 def test_a_first_look_simulates_some_records_and_says_so(many) -> None:
-    found = run("inspect", many, check=0)
-    assert f"{many} (32 of 40 records)" in found.stdout.replace("\n", " ")
-    assert found.stderr.startswith(f"{many} (32 of 40 records): simulating 32 records")
+    found = run("inspect", many.name, cwd=many.parent, check=0)
+    assert "many.yaml (32 of 40 records)" in found.stdout
+    assert found.stderr.startswith("many.yaml (32 of 40 records): simulating 32 records")
     assert run_json("inspect", many)["records"] == 32
 
 

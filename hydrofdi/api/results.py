@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrofdi.api.figures import shown
-from hydrofdi.api.page import html_table
+from hydrofdi.api.page import html_sentences, html_table
 from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.api.table import Table
+from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.settings.naming import command
 from hydrofdi.settings.suggestions import nearest
@@ -57,6 +58,16 @@ class Results:
     def statuses(self) -> dict[str, int]:
         """How runs ended → how many: ``ok``, ``missing``, or a failure."""
         return dict(Counter(map(str, self.data.columns[STATUS])))
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        """Warnings of the sweep, one sentence each, as `hydrofdi.plan` has them."""
+        if self.summary is not None:
+            return [*self.summary.warnings]
+        from hydrofdi.pipeline.planning import plan_sweep
+
+        with shown_in(self.data.experiment.units):
+            return plan_sweep(self.data.experiment, self.folder).warnings
 
     @cached_property
     def dataset(self) -> xarray.Dataset:
@@ -135,11 +146,15 @@ class Results:
         from hydrofdi.settings.counting import counted
 
         statuses = ", ".join(f"{count} {status}" for status, count in self.statuses.items())
-        return f"{counted(self.data.n_run, 'run')} in {self.folder}: {statuses}"
+        warned = () if self.summary is None else self.summary.warnings
+        told = f"; {counted(len(warned), 'warning')}, see .warnings" if warned else ""
+        return f"{counted(self.data.n_run, 'run')} in {self.folder}: {statuses}{told}"
 
     def _repr_html_(self) -> str:
         lines = [("runs", f"{self.data.n_run:,}"), *((name, f"{n:,}") for name, n in self.statuses.items())]
-        return html_table(lines, caption=str(self.folder))
+        warned = () if self.summary is None else self.summary.warnings
+        page = html_table(lines, caption=str(self.folder))
+        return page + html_sentences("Warnings", warned) if warned else page
 
 
 def results(folder: str | PathLike[str] | None = None) -> Results:

@@ -75,6 +75,8 @@ class SweepSummary:
         Label → what is wrong with an indicator that failed, and in how many of the runs.
     statuses, verdicts : dict of str to int
         How runs ended, and words of the verdicts on those that ended well → number of runs, ``ok`` left out.
+    warnings : tuple of str
+        Warnings of the plan.
     """
 
     planned: int
@@ -88,6 +90,7 @@ class SweepSummary:
     faults: dict[str, str] = field(default_factory=dict)
     statuses: dict[str, int] = field(default_factory=dict)
     verdicts: dict[str, int] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
     @property
     def stored(self) -> int:
@@ -342,6 +345,7 @@ def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool
         faults=_faults(plan.file),
         statuses={status: count for status, count in statuses.items() if status != "ok"},
         verdicts=doubt_counts(read_verdicts(plan.file)),
+        warnings=tuple(plan.warnings),
     )
 
 

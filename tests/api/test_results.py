@@ -103,4 +103,17 @@ def test_workers_do_not_run_the_script_again(tmp_path):
     done = subprocess.run(
         [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True
     )
-    assert done.stdout.splitlines() == ["once", "4 runs in results/small: 4 ok"]
+    once, told = done.stdout.splitlines()
+    assert once == "once"
+    assert told.startswith("4 runs in results/small: 4 ok")
+
+
+def test_results_have_the_warnings_of_the_plan(tmp_path):
+    study = STUDY | {"sweep": {"grid": {"fluid.bulk_modulus": ["0.5 GPa", "0.7"]}}}
+    planned = hydrofdi.plan(study, out=tmp_path / "small").warnings
+    swept = hydrofdi.sweep(study, out=tmp_path / "small", engine="in-process")
+    assert any("0.7 Pa is far below" in warning for warning in swept.warnings)
+    assert swept.warnings == planned
+    assert hydrofdi.results(tmp_path / "small").warnings == planned
+    assert f"{len(planned)} warnings" in repr(swept)
+    assert "0.7 Pa is far below" in swept._repr_html_()

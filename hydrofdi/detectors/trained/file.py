@@ -51,13 +51,16 @@ class Basis(Section):
 
 
 class Scale(Section):
-    """Median and spread of the healthy score, in the unit of the output."""
+    """Median, spread and range of the healthy score, in the unit of the output."""
 
     centre: float
     """Median."""
 
     spread: float = Field(gt=0.0)
     """Interquartile range over 1.349."""
+
+    range: tuple[float, float] | None = None
+    """Lowest and highest healthy score; null if the file does not state them."""
 
 
 class Limits(Section):

@@ -9,7 +9,7 @@ from typing import Any
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records
-from hydrofdi.detectors.trained.novelty import findings
+from hydrofdi.detectors.trained.novelty import findings, wrong_side
 from hydrofdi.detectors.trained.verdict import Verdict
 from hydrofdi.indicators import Indicator
 from hydrofdi.records import Channel
@@ -101,6 +101,8 @@ def verdict_of(
     limits += [file.limits.high - score] if file.limits.high is not None else []
     distance = min(limits, default=math.inf)
     margin = distance / file.healthy.spread
+    if distance >= 0.0:
+        fault = fault or wrong_side(file, score)
     if fault is None:
         return Verdict(score, distance < 0.0, margin)
     if distance < 0.0:

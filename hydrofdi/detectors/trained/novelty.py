@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from hydrofdi.detectors.trained.file import ChannelRange
+from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts
-from hydrofdi.detectors.trained.wording import readable
+from hydrofdi.detectors.trained.wording import readable, score_text
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.records.streams import WindowFault
+
+_FAR = 10.0
+"""Healthy spreads in the distance from which a score on the side without an alarm is novel."""
 
 _QUANTITIES = {
     "low": "1 % quantile",
@@ -29,6 +32,28 @@ def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> li
     """
     facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
     return [_finding(row, facts, ranges) for row in range(records.n_record)]
+
+
+def wrong_side(file: DetectorFile, score: float) -> WindowFault | None:
+    """Why a score is novel: a leak moves it to one side, and it is far out on the other.
+
+    Far is twice as far from the healthy median as all healthy scores, and ten healthy spreads more.
+    """
+    limits, healthy = file.limits, file.healthy
+    if healthy.range is None or (limits.low is None) == (limits.high is None):
+        return None
+    lowest, highest = healthy.range
+    width, distance, side = highest - healthy.centre, score - healthy.centre, "above"
+    if limits.low is None:
+        width, distance, side = healthy.centre - lowest, -distance, "below"
+    if distance <= 2.0 * width + _FAR * healthy.spread:
+        return None
+    return WindowFault(
+        "novel",
+        f"the score, {score_text(score, file)}, is far {side} all healthy scores"
+        f" ({score_text(lowest, file)} to {score_text(highest, file)}):"
+        " are two channels swapped, or is a sign wrong?",
+    )
 
 
 def _finding(

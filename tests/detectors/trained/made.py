@@ -40,7 +40,7 @@ def window(number=0, seed=0, n_sample=1000, fault=None, **changed):
     return Window(number, np.arange(n_sample) / FREQUENCY, kept, fault)
 
 
-def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), ranges=(), **more):
+def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=None, ranges=(), **more):
     """A detector that nobody trained; `ranges` are learned from these windows."""
     config = DetectorConfig.model_validate({"indicator": indicator, **more})
     feature = feature_of(config)
@@ -64,7 +64,7 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), ranges=()
             "basis": Basis(
                 sources=("made",), n_record=99, n_window=99, n_group=0, populations={}, not_judged={}
             ),
-            "healthy": Scale(centre=scale[0], spread=scale[1]),
+            "healthy": Scale(centre=scale[0], spread=scale[1], range=scores),
             "limits": Limits(
                 low=low, high=high if high is None or np.isfinite(high) else 1e300, false_alarm_rate=0.01,
                 interval=(0.0, 0.05), confidence=0.95, method="quantile", interval_rests_on="windows",

@@ -121,3 +121,34 @@ def test_an_indicator_without_a_number_says_why():
     assert verdict.score is None
     assert verdict.fault.kind == "no_number"
     assert verdict.fault.text
+
+
+def test_a_score_far_out_on_the_side_without_an_alarm_is_novel():
+    (score,) = (verdict.score for verdict in judged(detector(), HEALTHY[0]))
+    spread = 1e-3 * abs(score)
+    for sign, side in ((-1.0, "below"), (1.0, "above")):
+        # Healthy scores reach five spreads from the median, so scores are novel from twenty spreads on.
+        for place, is_novel in ((-4.0, False), (-2.0, False), (19.9, False), (20.1, True), (1e3, True)):
+            centre = score - sign * place * spread
+            limit = centre - sign * 3.0 * spread
+            file = detector(
+                limits=(None, limit) if sign < 0.0 else (limit, None),
+                scale=(centre, spread),
+                scores=(centre - 5.0 * spread, centre + 5.0 * spread),
+            )
+            (verdict,) = judged(file, HEALTHY[0])
+            assert verdict.score == score
+            if is_novel:
+                assert (verdict.alarm, verdict.is_beyond, verdict.fault.kind) == (None, False, "novel")
+                assert f"is far {side} all healthy scores (" in verdict.fault.text
+                assert "are two channels swapped, or is a sign wrong?" in verdict.fault.text
+            else:
+                assert (verdict.alarm, verdict.fault) == (place < -3.0, None)
+
+
+def test_with_limits_on_both_sides_no_score_is_far_out_without_an_alarm():
+    (score,) = (verdict.score for verdict in judged(detector(), HEALTHY[0]))
+    middle = score + 9e5
+    file = detector(limits=(score - 1e3, score + 1e6), scale=(middle, 1.0), scores=(middle - 1, middle + 1))
+    (verdict,) = judged(file, HEALTHY[0])
+    assert (verdict.alarm, verdict.fault) == (False, None)

@@ -86,6 +86,11 @@ def test_limits_are_those_of_the_windows():
         assert limits.high == (expected.high if np.isfinite(expected.high) else None)
 
 
+def test_the_range_of_healthy_scores_is_stated():
+    means = normal(100, 1)
+    assert trained(means).healthy.range == pytest.approx((means.min(), means.max()))
+
+
 def test_each_group_meets_the_limits_of_the_others():
     means, groups = normal(12, 20), [f"day {row // 3}" for row in range(12)]
     limits, names = trained(means, groups).limits, np.repeat(groups, 20)

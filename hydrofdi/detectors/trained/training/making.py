@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
+import numpy as np
+
 from hydrofdi.detectors.healthy_scale import healthy_scale
 from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig
 from hydrofdi.detectors.trained.file import Basis, DetectorFile, Made, Scale
@@ -44,7 +46,8 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
     learned = learn(healthy, config)
     limits = limits_of(learned, config, direction)
     scale = healthy_scale(learned.scores)
-    healthy_score = Scale(centre=scale.centre, spread=scale.spread)
+    lowest, highest = float(np.nanmin(learned.scores)), float(np.nanmax(learned.scores))
+    healthy_score = Scale(centre=scale.centre, spread=scale.spread, range=(lowest, highest))
     return DetectorFile(
         made=made,
         config=_in_full(config, learned, direction, chart),

@@ -252,3 +252,17 @@ def test_a_choice_of_the_command_line_gets_a_suggestion(option, hint) -> None:
 
 def test_no_known_names_are_not_listed() -> None:
     assert nearest("any", []) == listed([]) == similar("any", [""]) == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "example"),
+    [
+        ("0,5 %", "1", "0.5 %"),
+        ("1,5 bar", "Pa", "1.5 bar"),
+        ("1,200 bar", "Pa", "1.5 Pa"),
+        ("1,5 %", "Pa", "1.5 Pa"),
+    ],
+)
+def test_a_comma_is_shown_as_a_point_in_the_same_quantity(text, unit, example):
+    with pytest.raises(ValueError, match=f"write a point instead of a comma, like '{example}'$"):
+        parse_quantity(text, unit)

@@ -20,6 +20,9 @@ from hydrofdi.settings.counting import counted
 
 _LONGEST_WAIT = 120.0
 
+_PATIENCE = 3.0
+"""Before a connection that goes on is told again to end [s]; longer than its farewell."""
+
 
 class ServerFollower:
     """Follows nodes of a server in an event loop.
@@ -62,24 +65,30 @@ class ServerFollower:
         self._wrong: set[str] = set()
         self._begun: set[int] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._task: asyncio.Task[None] | None = None
+        self._end = asyncio.Event()
         self._is_stopped = False
 
     async def run(self) -> None:
         """Follow until `stop`."""
         self._loop = asyncio.get_running_loop()
-        self._task = asyncio.create_task(self._keep_following())
         if self._is_stopped:
-            self._task.cancel()
+            self._end.set()
+        following = asyncio.create_task(self._keep_following())
+        end = asyncio.create_task(self._end.wait())
+        await asyncio.wait((following, end), return_when=asyncio.FIRST_COMPLETED)
+        end.cancel()
+        while not following.done():  # a library may swallow a cancellation
+            following.cancel()
+            await asyncio.wait((following,), timeout=_PATIENCE)
         with suppress(asyncio.CancelledError):
-            await self._task
+            following.result()
 
     def stop(self) -> None:
         """End; called from another thread."""
         self._is_stopped = True
-        if self._loop is not None and self._task is not None and not self._loop.is_closed():
+        if self._loop is not None and not self._loop.is_closed():
             with suppress(RuntimeError):
-                self._loop.call_soon_threadsafe(self._task.cancel)
+                self._loop.call_soon_threadsafe(self._end.set)
 
     async def _keep_following(self) -> None:
         wait = self._first_wait

@@ -137,7 +137,12 @@ def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, 
         run(tmp_path, source_of(subscribed), stop=is_complete(tmp_path))
         for other in others:
             other.result()
-    assert logged(tmp_path) == undisturbed
+    assert _windows(logged(tmp_path)) == _windows(undisturbed)
+
+
+def _windows(lines):
+    """Without what a sender repeats because the broker's answer was lost: such samples are dropped."""
+    return [line for line in lines if line.get("event") != "time_ran_back"]
 
 
 LIFE = """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -16,7 +15,7 @@ from hydrofdi.config.parameters import RunParameters
 from hydrofdi.config.request import field_quantity, parameter_names, parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import readable_unit
+from hydrofdi.settings.readable import four_digits, readable_unit, shown_quantity, typeset
 from hydrofdi.units import convert
 
 _WRITTEN = {
@@ -63,7 +62,7 @@ class ShownParameter:
     @property
     def header(self) -> str:
         """Name and unit, such as ``fluid.bulk_modulus [MPa]``."""
-        return f"{self.name} [{_typeset(self.unit)}]" if self.unit not in ("", "1") else self.name
+        return f"{self.name} [{typeset(self.unit)}]" if self.unit not in ("", "1") else self.name
 
     def number(self, value: float) -> float:
         """A value in SI in the unit in which it is shown."""
@@ -81,10 +80,6 @@ def shown_parameter(name: str, values: Iterable[Any]) -> ShownParameter:
     own = (parameter_unit(name) if name in parameter_names() else None) or ""
     if own and (unit := _UNITS.get().get(name)):
         return ShownParameter(name, own, unit)
-    return _shown_in(name, own, values)
-
-
-def _shown_in(name: str, own: str, values: Iterable[Any]) -> ShownParameter:
     numbers = [abs(value) for value in values if _is_number(value)]
     return ShownParameter(name, own, readable_unit(own, max(numbers)) if numbers else own)
 
@@ -104,8 +99,7 @@ def _shown_field(field: FieldInfo | None, value: Any) -> str:
     quantity = None if field is None else field_quantity(field)
     if quantity is None or not _is_number(value):
         return str(value)
-    shown = _shown_in("", quantity.unit, [value])
-    return f"{shown.text(value)} {_typeset(shown.unit)}" if shown.unit != "1" else shown.text(value)
+    return shown_quantity(value, quantity.unit)
 
 
 def shown_value(name: str, value: Any) -> str:
@@ -128,13 +122,8 @@ def shown_value(name: str, value: Any) -> str:
     written = _WRITTEN.get(kind, "")
     if not written or len(texts) != written.count("{}"):
         written = f"{' or '.join(texts)} {{unit}}"
-    unit = _typeset(parameter.unit) if any(map(_is_number, arguments)) and parameter.unit != "1" else ""
+    unit = typeset(parameter.unit) if any(map(_is_number, arguments)) and parameter.unit != "1" else ""
     return " ".join(written.format(*texts, unit=unit).split()).replace(" ,", ",")
-
-
-def four_digits(value: float) -> str:
-    """A number with four digits, without an exponent where it is below a million."""
-    return f"{float(f'{value:.4g}'):g}"
 
 
 def varied_parameters(runs: Iterable[RunParameters]) -> list[str]:
@@ -149,7 +138,3 @@ def varied_parameters(runs: Iterable[RunParameters]) -> list[str]:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _typeset(unit: str) -> str:
-    return re.sub(r"\bu(?=[A-Za-z])", "µ", unit).replace("*", "·")

@@ -11,7 +11,7 @@ from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import readable_unit
+from hydrofdi.settings.readable import shown_quantity
 
 
 def assumed_constants(sources: Sequence[RecordSource], options: Section) -> tuple[str, ...]:
@@ -67,13 +67,6 @@ def assumption_text(label: str, names: Sequence[str]) -> str:
 def constants_text(options: Section) -> str:
     """The constants of the plant with their values, ``piston_area = 633 mm^2``; empty if there are none."""
     return ", ".join(
-        f"{name} = {_shown(name, unit, getattr(options, name))}"
+        f"{name} = {shown_quantity(getattr(options, name), unit)}"
         for name, unit in plant_constants(options).items()
     )
-
-
-def _shown(name: str, unit: str, value: float) -> str:
-    from hydrofdi.config.shown_values import ShownParameter
-
-    shown = ShownParameter(name, unit, readable_unit(unit, abs(value)))
-    return shown.text(value) + (f" {shown.unit.replace('*', '·')}" if shown.unit != "1" else "")

@@ -6,6 +6,8 @@ import re
 from enum import StrEnum
 from pathlib import Path
 
+from hydrofdi.settings.naming import command
+
 _HEAD_BYTES = 65_536
 
 
@@ -24,17 +26,18 @@ class FileKind(StrEnum):
 
 
 _USE = {
-    FileKind.EXPERIMENT: "'hydrofdi sweep {path}' runs it",
-    FileKind.MEASURED: "'hydrofdi inspect {path}' and 'hydrofdi measure {path}' read it",
-    FileKind.MONITOR: "it belongs to 'hydrofdi monitor'",
-    FileKind.DETECTOR: "'hydrofdi detect {path} RECORDS' judges records with it",
-    FileKind.HDF5: "'hydrofdi inspect {path}' reads it",
-    FileKind.RESULTS: "'hydrofdi report {path}' shows it",
-    FileKind.PICTURE: "name the file with the data",
-    FileKind.SPREADSHEET: "save it as CSV",
-    FileKind.DATA: "'hydrofdi inspect {path}' reads it",
+    FileKind.EXPERIMENT: ("sweep {path}", "runs it"),
+    FileKind.MEASURED: ("inspect {path}", "reads it"),
+    FileKind.MONITOR: ("monitor", "takes it as its configuration"),
+    FileKind.DETECTOR: ("detect {path} RECORDS", "judges records with it"),
+    FileKind.HDF5: ("inspect {path}", "reads it"),
+    FileKind.RESULTS: ("report {path}", "shows it"),
+    FileKind.DATA: ("inspect {path}", "reads it"),
 }
-"""Kind → what it is for."""
+"""Kind → the command that takes it, and what that does."""
+
+_CURE = {FileKind.PICTURE: "name the file with the data", FileKind.SPREADSHEET: "save it as CSV"}
+"""Kind that no command takes → what to do."""
 
 _MAGIC = {
     FileKind.HDF5: (b"\x89HDF\r\n\x1a\n",),
@@ -49,7 +52,7 @@ _SUFFIXES = {
     FileKind.DATA: (".csv", ".tsv", ".mat", ".npz", ".parquet", ".pq"),
 }
 
-_KEYS = {
+KEYS = {
     FileKind.EXPERIMENT: {
         "name", "actuator", "supply", "fluid", "valve", "friction", "leakage", "load", "input", "control",
         "record", "analysis", "sweep", "study", "baseline", "detection",
@@ -82,7 +85,7 @@ def _kind(path: Path, wanted: FileKind) -> FileKind | None:
         if head.startswith(starts):
             return kind
     by_suffix = (kind for kind, suffixes in _SUFFIXES.items() if path.suffix.lower() in suffixes)
-    is_settings = wanted in _KEYS or path.suffix.lower() in (".yaml", ".yml", ".json")
+    is_settings = wanted in KEYS or path.suffix.lower() in (".yaml", ".yml", ".json")
     text = head.decode("utf-8", errors="replace") if is_settings else ""
     return _settings_kind(text, wanted) or next(by_suffix, None)
 
@@ -91,21 +94,24 @@ def _use(path: Path, found: FileKind, wanted: FileKind) -> str:
     if wanted is FileKind.DETECTOR:
         return "name the detector first, then the records"
     if found is FileKind.EXPERIMENT and wanted is FileKind.RESULTS:
-        name = _NAME.search(_head(path).decode("utf-8", errors="replace"))
-        return f"give its results folder: results/{name[1] if name else path.stem}"
+        stated = _NAME.search(_head(path).decode("utf-8", errors="replace"))
+        return f"give its results folder: results/{stated[1] if stated else path.stem}"
     if found is FileKind.MEASURED and wanted is FileKind.MONITOR:
         return (
             "keep 'channels', write 'text:' for 'format:', put 'sampling_frequency' and 'time' into it, and"
             " leave the rest out"
         )
-    return _USE[found].format(path=path)
+    if found in _CURE:
+        return _CURE[found]
+    name, does = _USE[found]
+    return f"{command(name.format(path=path))} {does}"
 
 
 def _settings_kind(text: str, wanted: FileKind) -> FileKind | None:
     if _DETECTOR.search(text):
         return FileKind.DETECTOR
     keys = {*_KEY.findall(text)}
-    return next((kind for kind in (wanted, *_KEYS) if keys & _KEYS.get(kind, set())), None)
+    return next((kind for kind in (wanted, *KEYS) if keys & KEYS.get(kind, set())), None)
 
 
 def _head(path: Path) -> bytes:

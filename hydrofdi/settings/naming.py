@@ -12,8 +12,11 @@ _AS_OPTIONS = ContextVar("as_options", default=False)
 _OPTIONS = {"flows": "--flow", "settings": "--set", "shared_directory": "--no-shared-directory"}
 """Keywords whose option has another name."""
 
-_FUNCTIONS = {"indicators": "list_indicators"}
+_FUNCTIONS = {"indicators": "list_indicators", "report": "results"}
 """Commands whose function has another name."""
+
+ONLY_COMMANDS = frozenset({"configs", "init", "monitor"})
+"""Commands without a function."""
 
 
 @contextmanager
@@ -29,7 +32,9 @@ def settings_as_options() -> Iterator[None]:
 def command(name: str) -> str:
     """A command as its reader calls it: ``hydrofdi.check(…)``; ``'hydrofdi check'`` on the command line."""
     word = name.partition(" ")[0]
-    return f"'hydrofdi {name}'" if _AS_OPTIONS.get() else f"hydrofdi.{_FUNCTIONS.get(word, word)}(…)"
+    if _AS_OPTIONS.get() or word in ONLY_COMMANDS:
+        return f"'hydrofdi {name}'"
+    return f"hydrofdi.{_FUNCTIONS.get(word, word)}(…)"
 
 
 def setting(name: str, value: str = "") -> str:

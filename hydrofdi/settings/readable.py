@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from hydrofdi.units import convert
 
 _READABLE = {
@@ -31,7 +33,18 @@ def readable_unit(own: str, largest: float) -> str:
 def shown_quantity(value: float, own: str) -> str:
     """A value in SI with a unit that suits it, such as ``8.6 MPa``."""
     unit = readable_unit(own, abs(value))
-    return f"{convert(value, unit) if unit != own else value:.4g} {unit}"
+    number = four_digits(convert(value, unit) if unit != own else value)
+    return number if unit == "1" else f"{number} {typeset(unit)}"
+
+
+def four_digits(value: float) -> str:
+    """A number with four digits, without an exponent where it is below a million."""
+    return f"{float(f'{value:.4g}'):g}"
+
+
+def typeset(unit: str) -> str:
+    """A unit as it is printed: ``N·s/m`` for ``N*s/m``, ``µm`` for ``um``."""
+    return re.sub(r"\bu(?=[A-Za-z])", "µ", unit).replace("*", "·")
 
 
 def shown_bytes(count: int) -> str:

@@ -12,8 +12,9 @@ import pandas as pd
 import pytest
 
 import hydrofdi
+from hydrofdi.cli.app import app
 from hydrofdi.quality.failures import FAILURES, remedy
-from hydrofdi.settings.naming import settings_as_options
+from hydrofdi.settings.naming import ONLY_COMMANDS, command, settings_as_options
 
 PACKAGE = Path(hydrofdi.__file__).parent
 OPTION = re.compile(r"(?<![-\w])--[a-z][a-z-]+")
@@ -64,6 +65,38 @@ def test_a_remedy_names_keywords_or_options(status):
         options = remedy(status).replace("--retry-failed", "retry_failed").replace("--workers", "workers")
     assert re.sub(r"'hydrofdi (\w+)'", r"hydrofdi.\1(…)", options) == told
     assert "--" not in told
+
+
+def _named_commands(tree: ast.AST) -> Iterator[str]:
+    """First words of the commands that a module names in messages."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(func=ast.Name(id="command"), args=[ast.Constant(value=str(text)), *_]):
+                yield text.partition(" ")[0]
+
+
+def test_every_named_command_exists_on_the_command_line_and_in_python():
+    named = {"sweep", "inspect", "detect", "report", "monitor"}
+    for file in PACKAGE.rglob("*.py"):
+        if not file.is_relative_to(PACKAGE / "cli"):
+            named |= {*_named_commands(ast.parse(file.read_text()))}
+    known = {each.callback.__name__ for each in app.registered_commands}
+    functions = {re.fullmatch(r"hydrofdi\.(\w+)\(…\)", command(name))[1] for name in named - ONLY_COMMANDS}
+    assert len(named) > 10
+    assert named | ONLY_COMMANDS <= known
+    assert functions <= {*hydrofdi.__all__}
+    assert not ONLY_COMMANDS & {*hydrofdi.__all__}
+
+
+def test_no_message_below_the_commands_spells_out_a_command():
+    found = [
+        f"{file.relative_to(PACKAGE)}:{line}: {text}"
+        for file in sorted(PACKAGE.rglob("*.py"))
+        if not file.is_relative_to(PACKAGE / "cli") and str(file.relative_to(PACKAGE)) not in NOT_MESSAGES
+        for line, text in _texts(ast.parse(file.read_text()))
+        if re.search(r"'hydrofdi [a-z]", text)
+    ]
+    assert found == []
 
 
 def test_each_of_several_frames_is_named_by_its_place():

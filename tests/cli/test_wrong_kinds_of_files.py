@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.config import load_experiment
+from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.settings.file_kinds import FileKind, other_kind
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.settings.file_kinds import KEYS, FileKind, other_kind
 from tests.commands import run
 
 FILES = {
@@ -85,3 +88,16 @@ def test_an_experiment_with_a_key_of_another_kind_is_told_the_key(folder) -> Non
 def test_a_pipe_is_not_read_to_tell_its_kind(folder) -> None:
     os.mkfifo("pipe")
     assert not other_kind(Path("pipe"), FileKind.DATA)
+
+
+def test_each_key_that_tells_a_kind_is_a_key_of_this_kind_alone() -> None:
+    models = {
+        FileKind.EXPERIMENT: ExperimentConfig,
+        FileKind.MEASURED: MeasuredConfig,
+        FileKind.MONITOR: MonitorConfig,
+    }
+    assert set(KEYS) == set(models)
+    for kind, model in models.items():
+        others = {key for other in models.values() if other is not model for key in other.model_fields}
+        assert set(model.model_fields) >= KEYS[kind]
+        assert not others & KEYS[kind]

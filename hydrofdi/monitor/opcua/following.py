@@ -21,7 +21,7 @@ from hydrofdi.settings.counting import counted
 _LONGEST_WAIT = 120.0
 
 _PATIENCE = 3.0
-"""Before a connection that goes on is told again to end [s]; longer than its farewell."""
+"""Before a connection that has not ended is cancelled again [s]; longer than its farewell."""
 
 
 class ServerFollower:

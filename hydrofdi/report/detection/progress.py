@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hydrofdi.report.document import Block
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.naming import command
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Progress:
             return None
         sentence = (
             f"{self.n_computed:,} of {counted(self.n_planned, 'run')} are computed;"
-            " 'hydrofdi sweep CONFIG' computes the rest."
+            f" {command('sweep CONFIG')} computes the rest."
         )
         so_far = " The tables show the runs so far; no conclusions are drawn from them."
         return Block("progress", "Not finished", (sentence + (so_far if self.n_computed else ""),))

@@ -13,6 +13,7 @@ from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.records import Channel
 from hydrofdi.settings.docstrings import field_texts
 from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.readable import shown_quantity
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class Option:
     ----------
     name : str
     default : str
-        With its unit; ``–`` if there is none.
+        With a unit that suits it, as a configuration may state it; ``–`` if there is none.
     unit : str
         SI; ``1`` for dimensionless numbers, empty if the option is not a quantity.
     text : str
@@ -93,7 +94,7 @@ def _shown(value: Any, unit: str) -> str:
     if isinstance(value, Enum):
         return str(value.value)
     if isinstance(value, float):
-        return f"{value:g} {unit}" if unit not in ("", "1") else f"{value:g}"
+        return shown_quantity(value, unit or "1")
     return str(value)
 
 

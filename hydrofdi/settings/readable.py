@@ -26,7 +26,7 @@ def readable_unit(own: str, largest: float) -> str:
     """The unit in which a person reads numbers up to `largest` [in `own`, SI]; `own` where there is none."""
     units = _READABLE.get(own, ())
     if units and largest == 0.0:
-        return units[-1][0]
+        return own if own in dict(units) else units[-1][0]
     return next((unit for unit, least in units if largest >= least), own)
 
 

@@ -133,5 +133,5 @@ def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
 
 def test_the_page_shows_configuration_and_versions(made_up):
     page = render_page(make_report(made_up).document(), {}, {})
-    assert '<td class="words">actuator.mass</td><td class="words">12.3 kg</td>' in page
-    assert '<td class="words">numpy</td><td class="words">2.0</td>' in page
+    assert '<td class="words term">actuator.mass</td><td class="words term">12.3 kg</td>' in page
+    assert '<td class="words term">numpy</td><td class="words term">2.0</td>' in page

@@ -44,7 +44,7 @@ def test_the_ids_of_the_page_are_unique_and_all_references_have_a_target(page):
 @needs_chromium
 def test_all_figures_are_there_and_the_console_is_silent(opened, paper_analysis):
     dom, console, _ = opened
-    shown = re.findall(r'<figure id="(\w+)">\s*<svg', dom)
+    shown = re.findall(r'<figure id="(\w+)" tabindex="0">\s*<svg', dom)
     assert sorted(shown) == sorted(set(StudyReport(paper_analysis).figures()) - {"scenarios", "responses"})
     assert console == []
 

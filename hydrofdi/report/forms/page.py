@@ -11,6 +11,9 @@ from hydrofdi.report.document import Block, Cell, Document, Sheet
 _SHORT = 16
 """Largest number of rows of a table that stays on one printed page."""
 
+_TERM = 16
+"""Largest number of letters of a text that stays on one line, such as ``P1 P2 x u``."""
+
 
 def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:
     """The report as HTML.
@@ -66,8 +69,8 @@ def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, st
         yield from _folded(sheet) if sheet.is_folded else _table(sheet)
     for name in block.figures:
         if name in figures:
-            caption = escape(captions[name])
-            yield f'<figure id="{name}">\n{figures[name]}\n<figcaption>{caption}.</figcaption>\n</figure>'
+            yield f'<figure id="{name}" tabindex="0">\n{figures[name]}'
+            yield f"<figcaption>{escape(captions[name])}.</figcaption>\n</figure>"
     yield "</section>"
 
 
@@ -90,7 +93,9 @@ def _table(sheet: Sheet) -> Iterator[str]:
         yield f'<th scope="col"{_words(sheet, column)}>{escape(header)}</th>'
     yield "</tr>\n</thead>\n<tbody>"
     for position, row in enumerate(sheet.rows):
-        cells = "".join(f"<td{_words(sheet, column)}>{_cell(cell)}</td>" for column, cell in enumerate(row))
+        cells = "".join(
+            f"<td{_words(sheet, column, cell.text)}>{_cell(cell)}</td>" for column, cell in enumerate(row)
+        )
         row_class = ' class="break"' if position in sheet.breaks else ""
         yield f"<tr{row_class}>{cells}</tr>"
     yield "</tbody>\n</table>"
@@ -99,8 +104,10 @@ def _table(sheet: Sheet) -> Iterator[str]:
     yield "</div>"
 
 
-def _words(sheet: Sheet, column: int) -> str:
-    return ' class="words"' if column in sheet.text_columns else ""
+def _words(sheet: Sheet, column: int, text: str = "") -> str:
+    if column not in sheet.text_columns:
+        return ""
+    return ' class="words term"' if 0 < len(text) <= _TERM else ' class="words"'
 
 
 def _cell(cell: Cell) -> str:

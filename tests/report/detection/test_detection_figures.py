@@ -29,7 +29,7 @@ def page(detection, tmp_path_factory):
 
 def test_every_figure_is_drawn_and_stands_in_the_page(detection, page):
     assert set(report_of(detection).figures()) == FIGURES
-    assert set(re.findall(r'<figure id="(\w+)">\s*<svg', page)) == FIGURES
+    assert set(re.findall(r'<figure id="(\w+)" tabindex="0">\s*<svg', page)) == FIGURES
 
 
 def test_ids_of_the_page_are_unique_and_it_has_no_script(page):

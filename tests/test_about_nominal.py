@@ -60,12 +60,12 @@ def test_whole_numbers_are_drawn_with_both_ends(tmp_path):
 @pytest.mark.parametrize(
     ("entry", "sentence"),
     [
-        ("valve.lap: {uniform: ±20 %}", "±20 % of valve.lap = 0 is nothing"),
+        ("valve.lap: {uniform: ±20 %}", "±20 % of valve.lap = 0 is 0"),
         ("supply.pressure: {uniform: ±0.2 mm}", "'0.2 mm' has the wrong unit; it must be convertible to Pa"),
-        ("supply.pressure: {uniform: ±0 MPa}", "what follows ± must be greater than 0"),
-        ("supply.pressure: {loguniform: ±5 %}", "± goes with uniform, triangular, normal"),
-        ("friction.law: {uniform: ±5 %}", "± needs a nominal value: friction.law has no number"),
-        ("leakage.internal_flow: {uniform: ±5 %}", "± needs a nominal value: leakage.internal_flow"),
+        ("supply.pressure: {uniform: ±0 MPa}", "the width after ± must be greater than 0"),
+        ("supply.pressure: {loguniform: ±5 %}", "± is only for uniform, triangular, normal"),
+        ("friction.law: {uniform: ±5 %}", "± needs a nominal value, and friction.law has none"),
+        ("leakage.internal_flow: {uniform: ±5 %}", "± needs a nominal value, and leakage.internal_flow"),
         ("input.seed: {uniform: [0, 9]}", "integer; draw it with {integers: [low, high]}"),
         ("supply.pressure: {integers: [1, 9]}", "is not an integer; draw it with {uniform: [low, high]}"),
         ("input.seed: {integers: [9, 1]}", "needs low ≤ high"),

@@ -1,4 +1,4 @@
-"""Records: sampled channels of an actuator, whoever made them. Nothing here knows the truth behind them."""
+"""Records: sampled channels of an actuator, from any source. They do not contain its true parameters."""
 
 from hydrofdi.records.batch import Array, RecordBatch, RejectedRecord, Remark
 from hydrofdi.records.channels import Channel

@@ -13,23 +13,23 @@ from hydrofdi.records.channels import Channel
 Array = NDArray[np.float64]
 
 INFERRED_SAMPLING = "inferred_sampling"
-"""Kind of the remark of records whose sampling frequency nobody documented."""
+"""Kind of the remark on records with an undocumented sampling frequency."""
 
 
 @dataclass(frozen=True)
 class Remark:
-    """What a reader of one channel of a record, or of the whole record, needs to know.
+    """A finding about one channel of a record, or about the whole record.
 
     Attributes
     ----------
     kind : str
         One word, such as ``clipped`` or ``stuck``.
     text : str
-        The sentence for a person, with its number.
+        The finding in words, with its number.
     channel : Channel or None
         None if it concerns the whole record.
     is_unusable : bool
-        Whether nothing that needs the channel can be measured.
+        Whether no indicator that needs the channel can be measured.
     """
 
     kind: str
@@ -40,7 +40,7 @@ class Remark:
 
 @dataclass(frozen=True)
 class RejectedRecord:
-    """A record that is not in a batch, and why."""
+    """A record that is not in a batch, and the reason."""
 
     record_id: str
     source: str
@@ -51,20 +51,20 @@ class RejectedRecord:
 
 @dataclass(frozen=True)
 class RecordBatch:
-    """Records without the truth behind them.
+    """Records without the true parameters behind them.
 
     Attributes
     ----------
     channels : mapping of Channel to ndarray, shape (n_record, n_time)
-        In SI; where `relative` names the channel in counts of a converter, or divided by a reference.
+        In SI; channels in `relative` are in counts of a converter, or divided by a reference.
     sampling_frequency : float
         [Hz]
     record_ids : tuple of str, length n_record
         Unique within a source.
     sources : tuple of str, length n_record
-        Where each record comes from, for a person: a file, or a results folder.
+        Origin of each record, for display: a file or a results folder.
     groups : tuple of str, length n_record
-        Unit, day, direction: what must not be split over fit and test. Empty if nothing is known.
+        Unit, day, direction: a group must not be split over fit and test. Empty if unknown.
     start_time : float
         Instant of the first sample [s].
     drive_period : float or None
@@ -72,15 +72,15 @@ class RecordBatch:
     relative : frozenset of Channel
         Channels without a scale.
     normalized : frozenset of Channel
-        Those among them that were divided by a reference of the same unit; the others are in counts.
+        Channels of `relative` that were divided by a reference of the same unit; the others are in counts.
     remarks : tuple of tuple of Remark, length n_record
-        What was found in each record.
+        Findings about each record.
     rejected : tuple of RejectedRecord
-        Records that came with these and cannot be measured at all.
+        Records that were read with these, but cannot be measured.
     units : mapping of Channel to frozenset of str
-        Units in which the files state the channels, as people read them there.
+        Units of the channels in the files, as written there.
     labels : tuple of str or None
-        What is known of each record, such as its condition; None unless a study asked for it.
+        Label of each record, such as its known condition; None unless a study asked for labels.
     """
 
     channels: Mapping[Channel, Array]
@@ -98,12 +98,12 @@ class RecordBatch:
     labels: tuple[str, ...] | None = field(default=None)
 
     def __post_init__(self) -> None:
-        """Fill what is left out, and check that everything has the same records.
+        """Fill in what is omitted, and check that all attributes have the same number of records.
 
         Raises
         ------
         ValueError
-            It does not.
+            They have not, or channels differ in length.
         """
         n_record = self.n_record
         defaults = {"sources": ("",) * n_record, "groups": ("",) * n_record, "remarks": ((),) * n_record}
@@ -138,12 +138,12 @@ class RecordBatch:
 
     @property
     def samples_per_period(self) -> int | None:
-        """Samples in a period of the drive; None if that is no whole number."""
+        """Samples per period of the drive; None if that is not an integer, or the period is unknown."""
         samples = 0.0 if self.drive_period is None else self.drive_period * self.sampling_frequency
         return round(samples) if samples > 0.5 and abs(samples - round(samples)) < 1e-6 else None
 
     def unit(self, channel: Channel) -> str:
-        """Unit of a channel as it is held: in SI, ``counts``, or ``1``."""
+        """Unit of a channel in this batch: its SI unit, ``counts``, or ``1``."""
         if channel not in self.relative:
             return channel.unit
         return "1" if channel in self.normalized else "counts"
@@ -153,7 +153,7 @@ class RecordBatch:
         return self.channels[channel]
 
     def rows(self, positions: Sequence[int]) -> RecordBatch:
-        """Some of the records; rejected ones stay behind."""
+        """Some of the records, without the rejected ones."""
         chosen = list(positions)
         return replace(
             self,
@@ -175,7 +175,7 @@ class RecordBatch:
         )
 
     def blinded(self) -> RecordBatch:
-        """The same samples with nothing that names or describes the records, which are numbered."""
+        """The same samples of numbered records, without ids, sources, groups, remarks, units and labels."""
         numbers = tuple(map(str, range(self.n_record)))
         return replace(
             self, record_ids=numbers, sources=(), groups=(), remarks=(), rejected=(), units={}, labels=None

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Channel(StrEnum):
-    """A measured quantity of an actuator; its value is its name in files."""
+    """A measured quantity of an actuator; the value is its name in files."""
 
     CHAMBER_1_PRESSURE = "chamber_1_pressure"
     CHAMBER_2_PRESSURE = "chamber_2_pressure"
@@ -24,7 +24,7 @@ class Channel(StrEnum):
 
     @property
     def symbol(self) -> str:
-        """Symbol in tables, which plain files use as well."""
+        """Symbol in tables and in headers of plain files."""
         return _SYMBOLS[self]
 
     @property

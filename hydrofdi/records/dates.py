@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.records.batch import Array
 
 _POINTED = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):(.*)")
-"""Day, month and year with points between them, as in 31.01.2026 12:00."""
+"""Day, month and year separated by dots, as in 31.01.2026 12:00."""
 _BEYOND = re.compile(r":\d\d[.,]\d{6}(\d{1,3})")
 _USUAL = len("31.1.2026 8:00:00.123456")
 _EPOCH = datetime(1970, 1, 1)
@@ -27,7 +27,7 @@ class Instant(NamedTuple):
     Attributes
     ----------
     nanoseconds : int
-        Since 1970-01-01T00:00 of its zone, which is UTC where the text states one [ns].
+        Time since 1970-01-01T00:00 [ns], in UTC if the text states a zone.
     has_zone : bool
     """
 
@@ -36,12 +36,12 @@ class Instant(NamedTuple):
 
 
 def is_dated(text: str) -> bool:
-    """Whether a text is a date with a time of day and not a number, right or wrong."""
+    """Whether a text is meant as a date with a time of day, not as a number; the date may be invalid."""
     return ":" in text
 
 
 def instant(text: str) -> Instant:
-    """A date and time of ISO 8601, or one such as 31.01.2026 12:00:00,25, with or without a zone.
+    """The instant of a text in ISO 8601, or such as 31.01.2026 12:00:00,25, with or without a zone.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def _pointed(text: str) -> datetime:
 
 
 def _beyond_microseconds(text: str) -> int:
-    """Nanoseconds in the digits that ``datetime`` leaves out."""
+    """Nanoseconds in the digits that ``datetime`` ignores."""
     digits = _BEYOND.search(text) if len(text) > _USUAL else None
     return int(f"{digits[1]:0<3}") if digits else 0
 
@@ -103,7 +103,7 @@ def unix_seconds(texts: Sequence[str]) -> Array:
     Raises
     ------
     ValueError
-        One is no date, or has no zone.
+        A text is not a date, or has no zone.
     """
     instants = [instant(text) for text in texts]
     if not all(found.has_zone for found in instants):

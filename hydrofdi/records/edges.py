@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydrofdi.records.batch import Array
 
 BAND = 0.2
-"""Width of the band around the middle as a share of the range: noise is no edge."""
+"""Width of the band around the middle as a share of the range: noise does not cause an edge."""
 Direction = Literal["rising", "falling", "both"]
 _WANTED = {"rising": (1,), "falling": (-1,), "both": (1, -1)}
 
@@ -18,7 +18,7 @@ _WANTED = {"rising": (1,), "falling": (-1,), "both": (1, -1)}
 def drive_edges(
     samples: Array, drive: tuple[float, float], direction: Direction, side: int = 0
 ) -> tuple[NDArray[np.intp], int]:
-    """First samples beyond the band around the middle, after the other side of it; and the last side.
+    """First sample beyond the band around the middle after each change of side, and the last side.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def drive_edges(
     direction : str
         ``rising``, ``falling`` or ``both``.
     side : int
-        Where the samples before were: 1 above the band, −1 below it, 0 if unknown.
+        Side of the preceding samples: 1 above the band, −1 below it, 0 if unknown.
     """
     low, high = drive
     middle, half = (low + high) / 2.0, BAND * (high - low) / 2.0

@@ -1,4 +1,4 @@
-"""The first look at unknown records: what there is of them, and what is wrong with them."""
+"""A first look at unknown records: what they contain, and their defects."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class Range:
     Attributes
     ----------
     unit : str
-        Of these values.
+        Unit of the values.
     units : set of str
-        Those in which the files state the channel.
+        Units of the channel in the files.
     n_record, n_sample : int
-        Records that have the channel, and finite samples in them.
+        Number of records with the channel, and of finite samples in them.
     least, largest, total : float
-        Over these samples.
+        Minimum, maximum and sum of these samples.
     """
 
     unit: str
@@ -53,7 +53,7 @@ class Range:
 
     @property
     def shown_unit(self) -> str:
-        """Unit in which a person reads the values: that of the files, else one that suits their size."""
+        """Unit for display: the unit of the files, else one that suits the size of the values."""
         if self.unit not in _WITHOUT_SCALE and len(self.units) == 1:
             (stated,) = self.units
             if parse_unit(stated) != parse_unit(self.unit):
@@ -65,7 +65,7 @@ class Range:
         return value if self.shown_unit == self.unit else convert(value, self.shown_unit)
 
     def add(self, samples: Array) -> None:
-        """Take in the samples of some records, shape (n_record, n_time)."""
+        """Add the samples of some records, shape (n_record, n_time)."""
         finite = samples[np.isfinite(samples)]
         self.n_record += len(samples)
         self.n_sample += finite.size
@@ -76,7 +76,7 @@ class Range:
 
 @dataclass
 class Finding:
-    """A kind of remark: how many records have it, and what it says of a few."""
+    """A kind of remark: the number of records with it, and a few examples."""
 
     n_record: int = 0
     is_rejection: bool = False
@@ -97,19 +97,19 @@ class Overview:
     ----------
     name : str
     n_record, n_rejected : int
-        Records that can be measured, and those that cannot at all.
+        Number of records that can be measured, and of rejected records.
     lengths : counter of int
         Number of samples → number of records.
     sampling_frequencies : counter of float
         [Hz] → number of records.
     drive_periods : counter of (float or None)
-        [s] → number of records; None if there is none, or none is known.
+        [s] → number of records; None if there is none, or it is unknown.
     groups, labels : counter of str
     channels : dict of Channel to Range
     findings : dict of str to Finding
-        Kind of a remark, or of a rejection → what was found.
+        Kind of a remark, or of a rejection → its records.
     example : RecordBatch or None
-        The one record that was asked for, or the first.
+        The requested record, or the first.
     """
 
     name: str
@@ -130,7 +130,7 @@ class Overview:
         return INFERRED_SAMPLING in self.findings
 
     def add(self, batch: RecordBatch) -> None:
-        """Take in a batch."""
+        """Add a batch."""
         n_record = batch.n_record
         self.n_record += n_record
         self.n_rejected += len(batch.rejected)
@@ -153,7 +153,7 @@ class Overview:
 
 
 def look_at(source: RecordSource, record_id: str | None = None) -> Overview:
-    """Go through a source once.
+    """The overview of a source, which is read once.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def look_at(source: RecordSource, record_id: str | None = None) -> Overview:
 
 
 def _row(batch: RecordBatch, record_id: str | None) -> int | None:
-    """Row of a record, or else of the first one whose name begins so."""
+    """Row of a record, or else of the first one whose name begins with `record_id`."""
     if record_id in batch.record_ids:
         return batch.record_ids.index(record_id)
     names = enumerate(batch.record_ids)

@@ -1,4 +1,4 @@
-"""Where records come from."""
+"""Sources of records."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ class RecordSource(Protocol):
 
     @property
     def name(self) -> str:
-        """What a person calls it: a file or a folder."""
+        """Name for display: a file or a folder."""
         ...
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """All records, each once, in an order that does not change; one batch in memory at a time.
+        """All records, each once, in a fixed order; one batch in memory at a time.
 
         Parameters
         ----------
         labels : bool
-            Whether batches say what is known of their records. Only an evaluation asks for it.
+            Whether batches contain the labels of their records. Only evaluations request them.
 
         Raises
         ------

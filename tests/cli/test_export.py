@@ -215,7 +215,7 @@ def test_files_of_others_are_left_alone(one, tmp_path) -> None:
         (("--channels", "P3"), "unknown channel 'P3'"),
         (("--channels", "Pr"), "has no Pr (return_pressure); it has P1, P2"),
         (("--unit", "Bar"), "unknown unit 'Bar'; did you mean 'bar'?"),
-        (("--channels", "x", "--unit", "bar"), "unit 'bar' is of none of the channels x"),
+        (("--channels", "x", "--unit", "bar"), "unit 'bar' fits none of the channels x"),
         (("--runs", "3"), "there are no runs to choose"),
         (("--format", "mat"), "the suffix says csv, the format mat"),
     ],

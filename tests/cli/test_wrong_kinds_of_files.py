@@ -63,7 +63,7 @@ def test_a_file_in_the_place_of_another_is_named_with_its_use(folder, command, m
 
 def test_an_unknown_suffix_is_told_with_those_that_can_be_read(folder) -> None:
     (folder / "rig.log").write_text("P1 [bar]\n1\n")
-    assert "readable are .csv, .tsv" in run("inspect", "rig.log", cwd=folder, check=2).stderr
+    assert "hydrofdi reads .csv, .tsv" in run("inspect", "rig.log", cwd=folder, check=2).stderr
 
 
 def test_a_description_becomes_a_configuration_of_a_monitor_by_what_the_message_says(folder) -> None:

@@ -49,7 +49,7 @@ def plain(folder, text):
 def test_a_suggestion_that_is_copied_as_it_is_gives_no_numbers(tmp_path, text):
     with pytest.raises(DataError) as raised:
         plain(tmp_path, text)
-    _, suggestion = str(raised.value).split("YAML:\n")
+    _, suggestion = str(raised.value).split("YAML file:\n")
     (tmp_path / "m.yaml").write_text(dedent(suggestion), encoding="utf-8")
     with pytest.raises((ConfigError, DataError)):
         list(measured_source(tmp_path / "m.yaml").batches())

@@ -116,7 +116,7 @@ def test_a_suggestion_knows_usual_german_names(tmp_path):
     text += "0;1;2;3;4;5\n0.5;1;2;3;4;5\n"
     with pytest.raises(DataError) as raised:
         plain(tmp_path, text)
-    _, _, block = str(raised.value).partition("describe it in a YAML:\n")
+    _, _, block = str(raised.value).partition("describe it in a YAML file:\n")
     assert (
         dedent(block)
         == """\
@@ -139,7 +139,7 @@ def test_a_suggestion_for_numbers_with_commas_can_be_pasted(tmp_path):
     with pytest.raises(DataError) as raised:
         plain(tmp_path, text)
     description = tmp_path / "measured.yaml"
-    description.write_text(str(raised.value).partition("YAML:\n")[2], encoding="utf-8")
+    description.write_text(str(raised.value).partition("YAML file:\n")[2], encoding="utf-8")
     (batch,) = measured_source(description).batches()
     assert batch[P1].tolist() == [[10598300.0, 10590000.0, 10580000.0]]
     assert "input_voltage" in batch.channels

@@ -57,10 +57,10 @@ def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
 
 
 @pytest.mark.parametrize(("times", "sentence"), [
-    ([0, 1, 1, 2], "time does not rise at sample 3"),
+    ([0, 1, 1, 2], "time does not increase at sample 3"),
     ([0, 1, np.nan, 2], "1 sampling instants are missing"),
     ([0, 1, 2, np.inf], "1 sampling instants are missing"),
-    ([-1e308, 0, 1e308, 1.7e308], "goes from -1e+308 s to 1.7e+308 s"),
+    ([-1e308, 0, 1e308, 1.7e308], "time goes from -1e+308 s to 1.7e+308 s"),
 ])  # fmt: skip
 def test_times_that_are_none_make_no_record(tmp_path, times, sentence):
     assert one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.text.split(";")[0] == sentence
@@ -69,7 +69,7 @@ def test_times_that_are_none_make_no_record(tmp_path, times, sentence):
 def test_time_of_another_dimension_and_two_samplings_are_refused(tmp_path):
     with pytest.raises(DataError, match="the unit bar is not convertible to s"):
         batches(tmp_path, TIMED, run_csv=timed([0, 1, 2], "t [bar]"))
-    with pytest.raises(ConfigError, match="is given beside 'time'"):
+    with pytest.raises(ConfigError, match="is given as well as 'time'"):
         batches(tmp_path, TIMED + "sampling_frequency: 1 kHz\n")
     (tmp_path / "plain.csv").write_text("t [s],P1 [bar]\n0,1\n1,2\n")
     with pytest.raises(DataError, match="leave the sampling frequency out"):

@@ -66,7 +66,7 @@ channels: {chamber_1_pressure: {column: P1, unit: counts}}
     ("measured in May\nP1,x\n1,2\n", "run.csv: has no column 'P1'"),
     ("P1,2\n1,2\n", "run.csv:1: is this a header or a row"),
     ("P1 [bar],x\nMPa,mm\n1,2\n", "run.csv:2: column 'P1 .bar.' has the unit MPa here"),
-    ("P1,T\nbar,degC\n1,2\n", "'bar' is not a number; a line of units is announced by .*units_row: true"),
+    ("P1,T\nbar,degC\n1,2\n", "'bar' is not a number; for a line of units, write .*units_row: true"),
     ("", "empty"),
 ])  # fmt: skip
 def test_a_slip_is_named_with_its_line(tmp_path, text, sentence):
@@ -113,8 +113,8 @@ def test_a_last_line_that_was_cut_off_is_left_out_and_said(tmp_path):
 @pytest.mark.parametrize(("text", "kind", "sentence"), [
     ("P1,x,z\n1,1,1\n2,2\n3,3,3\n", "ragged",
      "rows with fewer cells than there are column names: 1; 1"
-     " cut off and taken as missing, the first in line 3"),
-    ("P1,x\n1,1\n\n# lost\n3,3\n\n", "interrupted", "lines among the rows that are blank or comments: 2"),
+     " cut off and read as missing, the first in line 3"),
+    ("P1,x\n1,1\n\n# lost\n3,3\n\n", "interrupted", "blank lines or comments between rows: 2"),
 ])  # fmt: skip
 def test_rows_that_may_be_shifted_are_said(tmp_path, text, kind, sentence):
     remark = one(tmp_path, run_csv=text).remarks[0][0]
@@ -236,7 +236,7 @@ def test_a_plain_file_is_read_by_its_column_names(tmp_path):
     ("P1 [bar]\n1\n2\n", "(?s)no sampling frequency is given.*sampling_frequency: …"),
     ("time,P1 [bar]\n1,1\n2,2\n", "(?s)'time' counts the samples and is not a time; .*sampling_frequency: …"),
     ("Time,P1 [bar]\n0,1\n0.5,2\n", "(?s)no sampling frequency is given.*time: {column: 'Time', unit: …}"),
-    ("t [s],P1\n1,1\n2,2\n", "(?s)column 'P1' has no unit; describe it in a YAML:.*column: 'P1', unit: …"),
+    ("t [s],P1\n1,1\n2,2\n", "(?s)column 'P1' has no unit; describe it in a YAML file:.*'P1', unit: …"),
     ("t [s],foo [bar]\n1,1\n2,2\n", "no column is named like a channel; found"),
     ("t [s],P1 [bar],p_1 [Pa]\n1,1,1\n2,2,2\n", "more than one column"),
     ("1.5,2\n3,4\n", "no column is named like a channel; found 1, 2"),

@@ -52,7 +52,7 @@ def test_a_width_that_is_not_finite_is_a_mistake(tmp_path):
 def test_a_width_that_reaches_impossible_values_is_told_at_its_place(tmp_path, kind):
     (mistake,) = mistakes(tmp_path, over=f"fluid.bulk_modulus: {{{kind}: ±150 %}}")
     assert mistake.origin.endswith("study.yaml:3")
-    assert "±150 % reaches what it cannot be: must be greater than 0" in mistake.message
+    assert "±150 % reaches an invalid value: must be greater than 0" in mistake.message
 
 
 @pytest.mark.parametrize(

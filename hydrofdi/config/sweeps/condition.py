@@ -1,6 +1,6 @@
 """Conditions on parameters, such as ``friction.coulomb > 0 and fluid.bulk_modulus < '900 MPa'``.
 
-They are written like Python and parsed by it, but never run by it: what is not listed here is refused.
+They are written in Python syntax and parsed by Python, but never executed: any other construct is refused.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Condition:
     Attributes
     ----------
     names : frozenset of str
-        Dotted parameters that it looks at.
+        Dotted names of the parameters in the condition.
     compared : tuple of (str, str)
-        Parameters that are compared with a quoted quantity, and that quantity.
+        Each parameter that is compared with a quoted quantity, and the quantity.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class Condition:
         self.compared = compared
 
     def holds(self, values: Values) -> bool:
-        """Whether it holds for parameter values in SI; comparisons with what is not given are false."""
+        """Whether the condition holds for parameter values in SI; None counts as NaN."""
         return bool(self._evaluate(values))
 
 
@@ -65,7 +65,7 @@ def parse_condition(text: str) -> Condition:
     Raises
     ------
     ValueError
-        It is no comparison of parameters, numbers and quoted quantities; says what is wrong.
+        The text is not a comparison of parameters, numbers and quoted quantities.
     """
     try:
         tree = ast.parse(text.strip(), mode="eval").body
@@ -133,7 +133,7 @@ def _quoted(text: str) -> Any:
 
 
 def _dotted_name(node: ast.AST) -> str:
-    """``section.field`` as it was written; empty if the node is no name."""
+    """``section.field`` as it was written; empty if the node is not a name."""
     match node:
         case ast.Name(id=name):
             return name

@@ -13,7 +13,7 @@ _LARGEST_KEY = 2**62
 def distinct_rows(
     columns: Sequence[NDArray[np.int32]], n_row: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The distinct rows of columns of numbers from -1 on, in order of appearance.
+    """Distinct rows of columns of integers (-1 or greater), in order of first appearance.
 
     Parameters
     ----------
@@ -23,9 +23,9 @@ def distinct_rows(
     Returns
     -------
     first : array of int, shape (n_distinct,)
-        Where each of them appears first.
+        Row in which each distinct row first appears.
     inverse : array of int, shape (n_row,)
-        Which of them each row is.
+        Index of the distinct row that each row equals.
     """
     key, n_key = np.zeros(n_row, dtype=np.int64), 1
     for column in columns:

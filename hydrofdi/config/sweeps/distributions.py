@@ -18,8 +18,8 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "triangular": ("low", "mode", "high"),
     "integers": ("low", "high"),
 }
-"""Distribution → its arguments: values of the parameter, but for a deviation (a difference of two values,
-above zero) and a factor (a number above one)."""
+"""Distribution → its arguments. All are values of the parameter, except a deviation (a positive difference of
+two values) and a factor (a number greater than one)."""
 
 DISTRIBUTIONS = (*ARGUMENTS, "choice")
 
@@ -38,17 +38,17 @@ def argument_values(distribution: dict[Any, list[Any]]) -> list[Any]:
 
 
 def is_unbounded(distribution: dict[Any, list[Any]]) -> bool:
-    """Whether a distribution has a tail without end."""
+    """Whether a distribution has an unbounded tail."""
     return any(kind in _UNBOUNDED for kind in distribution)
 
 
 def require_order(kind: str, arguments: Sequence[float]) -> None:
-    """Check how the arguments of a distribution lie to each other.
+    """Check the arguments of a distribution: their order, and that deviation and factor are large enough.
 
     Raises
     ------
     ValueError
-        They are in no sensible order.
+        Their order is wrong, or the deviation or the factor is too small.
     """
     named = dict(zip(ARGUMENTS[kind], arguments, strict=True))
     if "deviation" in named and not named["deviation"] > 0.0:
@@ -64,7 +64,7 @@ def require_order(kind: str, arguments: Sequence[float]) -> None:
             raise ValueError("needs low ≤ high")
         return
     if not named["low"] < named["high"] or (kind == "loguniform" and named["low"] <= 0.0):
-        raise ValueError(f"needs low < high{', above zero' if kind == 'loguniform' else ''}")
+        raise ValueError(f"needs low < high{', both above zero' if kind == 'loguniform' else ''}")
     if "mode" in named and not named["low"] <= named["mode"] <= named["high"]:
         raise ValueError("needs low ≤ mode ≤ high")
 

@@ -1,4 +1,4 @@
-"""Values under dotted parameter names: brought into SI where valid, mistakes where not."""
+"""Values under dotted parameter names: converted to SI if valid, reported as mistakes if not."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _GENERATORS = ("linspace", "logspace", "arange")
 
 
 def normalize_baseline(source: Source) -> None:
-    """The ``baseline`` of a source in SI."""
+    """Convert the ``baseline`` of a source to SI."""
     baseline = source.data.get("baseline")
     if baseline is None:
         source.data.pop("baseline", None)
@@ -48,7 +48,7 @@ def _refuse_leaky_baseline(source: Source) -> None:
 
 
 def normalize_replicates(source: Source) -> None:
-    """The distributions of ``replicates`` in SI."""
+    """Convert the distributions of ``replicates`` to SI."""
     replicates = source.data.get("replicates")
     if isinstance(replicates, dict) and isinstance(over := replicates.get("over"), dict):
         replicates["over"] = {
@@ -57,7 +57,7 @@ def normalize_replicates(source: Source) -> None:
 
 
 def normalize_sweep(source: Source) -> None:
-    """The ``sweep`` and ``ensemble`` of a source in SI, with generators of values spelled out."""
+    """Convert the ``sweep`` and ``ensemble`` of a source to SI, and expand generators of values."""
     for section in ("sweep", "ensemble"):
         if source.data.get(section) is None:
             source.data.pop(section, None)
@@ -93,7 +93,7 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
 
 
 def _refuse_outside_grid(source: Source, path: Path, block: dict[str, Any]) -> None:
-    """Refuse parameters, or sections of them, that stand beside ``grid`` instead of in it."""
+    """Refuse parameters, or sections of parameters, beside ``grid`` instead of in it."""
     for key in [key for key in block if key not in SweepConfig.model_fields]:
         if known := [name for name in parameter_names() if key in (name, *name.split("."))]:
             put = "it" if key in known else f"dotted parameters such as {known[0]!r}"
@@ -161,7 +161,7 @@ def _range(kind: str, first: float, last: float, third: float) -> list[float]:
         return [float(value) for value in np.geomspace(first, last, int(third))]
     count = math.ceil((last - first) / third - 1e-9) if third else 0
     if not 1 <= count <= _MOST_VALUES:
-        raise ValueError(f"arange from {first:g} to below {last:g} by {third:g} gives no sensible list")
+        raise ValueError(f"arange from {first:g} to below {last:g} by {third:g} gives no values, or too many")
     return [float(first + index * third) for index in range(count)]
 
 
@@ -171,7 +171,7 @@ def _check_condition(source: Source, path: Path, text: Any) -> None:
     try:
         condition = parse_condition(text)
     except ValueError:
-        return  # a mistake when the model is validated
+        return  # validation of the model reports it
     known = list(parameter_names())
     for name in sorted(condition.names - set(known)):
         source.mistakes.append(source.mistake(path, f"no parameter {name!r}{nearest(name, known)}"))
@@ -181,7 +181,7 @@ def _check_condition(source: Source, path: Path, text: Any) -> None:
                 parse_quantity(quantity, unit)
             except ValueError as error:
                 source.mistakes.append(
-                    source.mistake(path, f"{name} is compared with a strange quantity: {error}")
+                    source.mistake(path, f"{name} cannot be compared with this quantity: {error}")
                 )
 
 

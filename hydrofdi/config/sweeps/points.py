@@ -23,7 +23,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.mistakes import describe_error
 
 NOMINAL = -1
-"""Index of a point that leaves a parameter as it is."""
+"""Index of a point that does not set the parameter."""
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,14 @@ class Column:
     values : sequence
         In SI.
     index : array of int, shape (n_point,)
-        Which of them each point has; ``NOMINAL`` where it has none.
+        Index of each point's value; ``NOMINAL`` if the point sets none.
     """
 
     values: Sequence[Any]
     index: NDArray[np.int32]
 
     def at(self, positions: NDArray[np.intp]) -> Column:
-        """The values of some points."""
+        """The column of some of the points."""
         return Column(self.values, self.index[positions])
 
 
@@ -58,7 +58,7 @@ class Points:
         return Points(len(positions), {name: column.at(positions) for name, column in self.columns.items()})
 
     def values(self, point: int, names: Sequence[str] | None = None) -> dict[str, Any]:
-        """What a point sets."""
+        """The values in SI that a point sets, by parameter."""
         columns = [(name, self.columns[name]) for name in (self.columns if names is None else names)]
         return {
             name: column.values[column.index[point]]
@@ -68,7 +68,7 @@ class Points:
 
 
 def count_points(block: SweepConfig) -> int:
-    """How many points a block has, its conditions left aside."""
+    """Number of points of a block, before conditions remove any."""
     lengths = [len(values) for values in block.grid.values()]
     lengths += [len(values) for values in list(block.zip.values())[:1]]
     lengths += [block.sample.count] if block.sample else []
@@ -77,20 +77,20 @@ def count_points(block: SweepConfig) -> int:
 
 
 def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -> Points:
-    """The points of a block in their order.
+    """The points of a block, in order.
 
     Parameters
     ----------
     block : SweepConfig
     nominal : callable
-        Gives the value of a parameter that does not vary, for conditions.
+        Nominal value of a parameter; conditions use it if a point does not set the parameter.
     path : str
-        Where the block stands in the file, e.g. ``sweep``.
+        Path of the block in the file, e.g. ``sweep``.
 
     Raises
     ------
     ConfigError
-        A drawn value is not one that its parameter can take.
+        A drawn value is invalid for its parameter.
     """
     factors = [
         Points(len(values), {name: Column(values, np.arange(len(values), dtype=np.int32))})
@@ -113,14 +113,14 @@ def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -
 
 
 def multiplied(first: Points, second: Points) -> Points:
-    """All combinations of two kinds of points, the second varying fastest."""
+    """All combinations of two sets of points; the second varies fastest."""
     slow = np.repeat(np.arange(first.n_point), second.n_point)
     fast = np.tile(np.arange(second.n_point), first.n_point)
     return Points(len(slow), first.at(slow).columns | second.at(fast).columns)
 
 
 def one_after_the_other(parts: Sequence[Points]) -> Points:
-    """The points of several blocks; each block leaves as it is what only others set."""
+    """The points of several blocks; a point does not set the parameters that only other blocks set."""
     columns = {}
     for name in dict.fromkeys(name for part in parts for name in part.columns):
         values: list[Any] = []
@@ -148,7 +148,7 @@ def sample_points(sample: SampleConfig, path: str) -> Points:
     Raises
     ------
     ConfigError
-        A drawn value is not one that its parameter can take.
+        A drawn value is invalid for its parameter.
     """
     cube = unit_cube(sample.method, sample.count, len(sample.over), sample.seed)
     unit = correlated(cube, list(sample.over), sample.correlation)
@@ -168,17 +168,17 @@ def drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float6
     Raises
     ------
     ConfigError
-        The parameter cannot take one of them.
+        One of them is invalid for the parameter.
     """
     values = quantiles(distribution, unit)
     is_quantity = parameter_quantity(name) is not None and "choice" not in distribution
-    ends = (min(values), max(values)) if is_quantity else values  # what a quantity can be is an interval
+    ends = (min(values), max(values)) if is_quantity else values  # valid quantities form an interval
     for value in ends:
         try:
             validate_parameter(name, value)
         except ValidationError as error:
             remedy = "; truncated_normal: [mean, deviation, low, high] stays within limits"
-            reason = f"draws what it cannot be: {describe_error(error.errors()[0])}"
+            reason = f"draws an invalid value: {describe_error(error.errors()[0])}"
             raise ConfigError(
                 [Mistake(reason + (remedy if is_unbounded(distribution) else ""), path)]
             ) from None

@@ -1,4 +1,4 @@
-"""The ``replicates`` section: healthy actuators that show what varies without a fault."""
+"""The ``replicates`` section: healthy actuators that show the variation without a fault."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class ReplicatesConfig(Section):
     """Independent replicates of every healthy run, each with its own sensor noise and its own draw."""
 
     count: Annotated[int, Field(strict=True, ge=0, le=10_000)] = 0
-    """Replicates of each healthy run. From 2 replicates on, δ is also computed against their mean and
-    compared with the range of the replicates' own δ, each against the mean of the others."""
+    """Number of replicates of each healthy run. With 2 or more, δ is also computed against their mean and
+    compared with the range of the replicates' own δ, each against the mean of the other replicates."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed of the draws."""
@@ -27,7 +27,7 @@ class ReplicatesConfig(Section):
     Drawn independently for each replicate."""
 
     def draws(self, n_healthy: int) -> list[dict[str, object]]:
-        """What each replicate sets: those of the first healthy run, then those of the next."""
+        """Parameter values of each replicate: all replicates of the first healthy run, then of the next."""
         generator = np.random.default_rng(self.seed)
         unit = generator.random((n_healthy * self.count, len(self.over)))
         columns = {name: quantiles(law, unit[:, k]) for k, (name, law) in enumerate(self.over.items())}

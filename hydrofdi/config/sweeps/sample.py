@@ -27,9 +27,9 @@ class CorrelationConfig(Section):
     """Dotted parameters of ``over``; the others stay independent."""
 
     matrix: list[list[float]]
-    """Correlations ρ of the standard normal variables that the draws are made from: one row and one column
-    per parameter, ones on the diagonal. Spearman's rank correlation of the drawn values is (6/π) arcsin(ρ/2),
-    whatever their distributions; normal ones are correlated by ρ itself."""
+    """Correlations ρ of the standard normal variables behind the drawn values: one row and one column per
+    parameter, ones on the diagonal. Spearman's rank correlation of the drawn values is (6/π) arcsin(ρ/2) for
+    all distributions; the linear correlation of normal values is ρ itself."""
 
     @model_validator(mode="after")
     def _matrix_is_one_of_correlations(self) -> Self:
@@ -65,9 +65,9 @@ class SampleConfig(Section):
     normal [mean, standard deviation], truncated_normal [mean, standard deviation, low, high] (of the normal
     distribution before truncation), lognormal [median, factor] (the factor is the geometric standard
     deviation, above 1: two thirds of the draws lie from median/factor to median·factor), triangular [low,
-    mode, high], integers [low, high] (integers, both ends included), or choice [value, …]. ``±20 %`` or
-    ``±1 µm`` in place of the arguments is taken about the experiment's own value: the ends of uniform and
-    triangular, the standard deviation of normal."""
+    mode, high], integers [low, high] (integers, both ends included), or choice [value, …]. In place of the
+    arguments, ``±20 %`` or ``±1 µm`` is a width about the experiment's own value: it sets the ends of uniform
+    and triangular, and the standard deviation of normal."""
 
     correlation: CorrelationConfig | None = None
     """Parameters that are drawn jointly; by default all are independent."""

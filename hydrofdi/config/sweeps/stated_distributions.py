@@ -17,7 +17,7 @@ from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
 
 _ABOUT = re.compile(r"\s*(?:±|\+/-|\+-)\s*(.*)", re.DOTALL)
-"""Some way to either side of the nominal value, such as ``±20 %`` or ``±1 µm``."""
+"""A width about the nominal value, such as ``±20 %`` or ``±1 µm``."""
 
 _NUMBER = re.compile(r"[-+]?[0-9.]+([eE][-+]?[0-9]+)?\s*")
 
@@ -26,16 +26,16 @@ _ARGUMENTS_ABOUT = {
     "triangular": lambda nominal, width: [nominal - width, nominal, nominal + width],
     "normal": lambda nominal, width: [nominal, width],
 }
-"""Distribution → its arguments from a nominal value and what ``±`` states."""
+"""Distribution → its arguments from the nominal value and the width after ``±``."""
 
 
 def distribution_in_si(source: Source, path: Path, name: str, distribution: Any) -> Any:
-    """A distribution with its arguments in SI; an empty one and a mistake of the source where it is none."""
+    """A distribution with its arguments in SI; if invalid, an empty one, and the source gets a mistake."""
     try:
         return _in_si(source, path, name, distribution)
     except _MistakenError as mistake:
         source.mistakes.append(source.mistake(mistake.path, str(mistake)))
-        return {DISTRIBUTIONS[0]: []}  # it is not told a second time when the model is validated
+        return {DISTRIBUTIONS[0]: []}  # validation of the model does not report it again
 
 
 class _MistakenError(ValueError):
@@ -71,14 +71,14 @@ def _in_si(source: Source, path: Path, name: str, distribution: Any) -> Any:
 def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str) -> list[float]:
     """The arguments of a distribution about the nominal value of its parameter."""
     if kind not in _ARGUMENTS_ABOUT:
-        raise _MistakenError(path, f"± goes with {', '.join(_ARGUMENTS_ABOUT)}; {kind} needs its arguments")
+        raise _MistakenError(path, f"± is only for {', '.join(_ARGUMENTS_ABOUT)}; {kind} needs its arguments")
     if name not in parameter_names():
         parameter_value(source, path, name, None)
         return []
     nominal = nominal_value(source, name)
     if isinstance(nominal, bool) or not isinstance(nominal, float):
         raise _MistakenError(
-            path, f"± needs a nominal value: {name} has no number; state the values themselves"
+            path, f"± needs a nominal value, and {name} has none that is a real number; state the arguments"
         )
     unit = parameter_unit(name)
     if unit not in (None, "1") and _NUMBER.fullmatch(width):
@@ -89,20 +89,18 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
     except ValueError as error:
         raise _MistakenError(path, str(error)) from None
     if is_share and nominal == 0.0:
-        raise _MistakenError(
-            path, f"±{width} of {name} = 0 is nothing; state a width, such as ± and a quantity"
-        )
+        raise _MistakenError(path, f"±{width} of {name} = 0 is 0; write ± and a quantity instead")
     if not math.isfinite(size):
-        raise _MistakenError(path, f"what follows ± must be finite; found {width}")
+        raise _MistakenError(path, f"the width after ± must be finite; found {width}")
     if not size > 0.0:
-        raise _MistakenError(path, f"what follows ± must be greater than 0; found {width}")
+        raise _MistakenError(path, f"the width after ± must be greater than 0; found {width}")
     arguments = _ARGUMENTS_ABOUT[kind](nominal, size)
     try:
         for value in argument_values({kind: arguments}):
             validate_parameter(name, value)
     except ValidationError as error:
         reason = describe_error(error.errors()[0])
-        raise _MistakenError(path, f"±{width} reaches what it cannot be: {reason}") from None
+        raise _MistakenError(path, f"±{width} reaches an invalid value: {reason}") from None
     return arguments
 
 
@@ -117,7 +115,7 @@ def _argument(source: Source, path: Path, name: str, role: str, argument: Any) -
 
 
 def _require_kind(source: Source, path: Path, name: str, kind: str, values: list[Any]) -> None:
-    """Check that the arguments are numbers of the kind that the parameter has, in their order."""
+    """Check that the arguments are numbers of the parameter's kind, in the right order."""
     are_whole = all(isinstance(value, int) and not isinstance(value, bool) for value in values)
     are_numbers = all(isinstance(value, float) for value in values)
     if are_whole and kind != "integers":

@@ -1,6 +1,6 @@
 """The ``sweep`` section: which parameters vary, and how.
 
-Blocks beside each other multiply, the entries of a union follow one another, and blocks nest.
+Blocks beside each other are combined, the points of a union are concatenated, and blocks nest.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _AXIS = {
 _AXES = {"type": "object", "additionalProperties": _AXIS}
 
 Axes = Annotated[dict[str, list[Any]], WithJsonSchema(_AXES)]
-"""Dotted parameter → its values in SI; generators are spelled out when a file is loaded."""
+"""Dotted parameter → its values in SI; generators are expanded when a file is loaded."""
 
 
 def _parsed(text: Any) -> Any:
@@ -90,12 +90,12 @@ class SweepConfig(Section):
 
     @property
     def names_throughout(self) -> set[str]:
-        """Parameters that vary in every point of the block, so that their nominal values play no part."""
+        """Parameters that vary in every point of the block, so that their nominal values are not used."""
         return {*self.grid, *self.zip, *(self.sample.over if self.sample else ())}
 
     @property
     def unbounded_names(self) -> set[str]:
-        """Parameters that are drawn from a distribution without limits."""
+        """Parameters that are drawn from an unbounded distribution."""
         over = self.sample.over if self.sample else {}
         own = {name for name, distribution in over.items() if is_unbounded(distribution)}
         return own.union(*(block.unbounded_names for block in self.union))

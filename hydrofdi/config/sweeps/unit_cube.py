@@ -1,4 +1,4 @@
-"""Points in the unit cube, from which parameters are drawn through their quantiles."""
+"""Points in the unit cube; quantile functions turn their coordinates into parameter values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def unit_cube(
 
     sequence = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # a count that is no power of two is the user's choice
+        warnings.simplefilter("ignore", UserWarning)  # the user may choose any count, not only powers of two
         cube: NDArray[np.float64] = sequence(n_axis, rng=generator).random(count)
     return cube
 
@@ -34,13 +34,13 @@ def unit_cube(
 def correlated(
     unit: NDArray[np.float64], names: Sequence[str], correlation: CorrelationConfig | None
 ) -> NDArray[np.float64]:
-    """Points in the unit cube, some of whose coordinates depend on each other by a Gaussian copula.
+    """Points in the unit cube, some of whose coordinates are correlated by a Gaussian copula.
 
     Parameters
     ----------
     unit : ndarray, shape (n_point, n_axis)
     names : sequence of str, length n_axis
-        Parameters that the coordinates are of.
+        Parameter of each coordinate.
     correlation : CorrelationConfig or None
     """
     if correlation is None:
@@ -62,11 +62,11 @@ def saltelli_page(
     Parameters
     ----------
     page : str
-        ``SECOND`` for the matrix B, a parameter for A with its column from B, else A.
+        ``SECOND`` for the matrix B; a parameter for A with that column from B; any other name for A.
     names : sequence of str, length n_axis
     count : int
     seed : int or SeedSequence
-        The same for all pages.
+        Must be the same for all pages.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Single values of dotted parameters, brought into SI where valid, mistakes where not."""
+"""Single values of dotted parameters: converted to SI if valid, reported as mistakes if not."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hydrofdi.settings.yaml_source import Path, Source, dotted
 
 
 def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
-    """A value of a parameter in SI; as it is, and a mistake of the source, where it cannot be one."""
+    """A parameter value in SI; if it is invalid, the value unchanged, and the source gets a mistake."""
     known = list(parameter_names())
     if name not in known:
         place = path[: path.index(name) + 1]
@@ -32,14 +32,14 @@ def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
 
 
 def nominal_value(source: Source, name: str) -> Any:
-    """The value in SI that a source gives a parameter outside of what varies; None if it gives none."""
+    """The nominal value of a parameter in SI: the given one, else the default; None if it is invalid."""
     section, field = name.split(".")
     given = source.data.get(section)
     if not isinstance(given, dict) or field not in given:
         return getattr(RunRequest.model_fields[section].default, field)
     try:
         return validate_parameter(name, given[field])
-    except ValidationError:  # a mistake when the model is validated
+    except ValidationError:  # validation of the model reports it
         return None
 
 
@@ -49,7 +49,7 @@ def difference(name: str, value: Any) -> float:
     Raises
     ------
     ValueError
-        It is no finite number with a fitting unit.
+        It is not a finite number with a suitable unit.
     """
     unit = parameter_unit(name) if name in parameter_names() else None
     number = SI(unit or "1").parse(value)
@@ -59,6 +59,6 @@ def difference(name: str, value: Any) -> float:
 
 
 def require_numbers(source: Source, path: Path) -> None:
-    """Tell that ends have to be numbers, unless something else was wrong with them."""
+    """Report that the ends must be numbers, unless another mistake in them is already reported."""
     if not any(mistake.key.startswith(dotted(path[:-1])) for mistake in source.mistakes):
         source.mistakes.append(source.mistake(path, "its ends must be numbers"))

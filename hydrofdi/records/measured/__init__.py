@@ -1,4 +1,4 @@
-"""Measured files as records: described by a YAML, or plain files whose columns say what they are."""
+"""Measured files as records: described by a YAML file, or plain files whose headers name the channels."""
 
 from hydrofdi.records.measured.plain import plain_file_source, plain_files, plain_folder_source
 from hydrofdi.records.measured.source import MeasuredSource, measured_source

@@ -1,4 +1,4 @@
-"""Records of equal length and sampling, put side by side."""
+"""Batches of records of equal length and sampling."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrofdi.records.batch import RecordBatch, RejectedRecord
 from hydrofdi.records.measured.forming import MeasuredRecord
 
 MOST_SAMPLES = 2**22
-"""Samples of all channels together that a batch may have, if it has more than one record: 32 MiB."""
+"""Most samples, over all channels, of a batch with more than one record: 32 MiB."""
 
 
 def batched(
@@ -20,7 +20,7 @@ def batched(
     labels: bool,
     most_samples: int = MOST_SAMPLES,
 ) -> Iterator[RecordBatch]:
-    """Batches of consecutive records that fit together; rejected ones come with the next.
+    """Batches of consecutive records that fit together; rejected records come with the next batch.
 
     Parameters
     ----------
@@ -28,9 +28,9 @@ def batched(
     drive_period : float or None
         [s].
     labels : bool
-        Whether batches say what is known of their records.
+        Whether batches contain the labels of their records.
     most_samples : int
-        Samples of all channels together in a batch of more than one record.
+        Most samples, over all channels, of a batch with more than one record.
     """
     waiting: list[MeasuredRecord] = []
     rejected: list[RejectedRecord] = []

@@ -1,4 +1,4 @@
-"""Names that columns of measured files usually have."""
+"""Usual names of columns in measured files."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ NAMES = {
     Channel.INPUT_VOLTAGE: "u, voltage, input voltage, command, command voltage, control voltage"
     ", valve command",
 }
-"""Channel → names that columns use for it; letters' case, blanks, ``_``, ``-`` and ``.`` do not matter."""
+"""Channel → its usual column names; upper and lower case, blanks, ``_``, ``-`` and ``.`` do not matter."""
 
 _CHANNELS = {name.replace(" ", ""): channel for channel, text in NAMES.items() for name in text.split(", ")}
 _TIMES = ("time", "t")
-"""Names of time columns, the plainer one first."""
+"""Names of time columns, the preferred one first."""
 _DATES = {"timestamp", "datetime", "zeit", "zeitstempel"}
-"""Names of time columns that hold dates."""
+"""Names of time columns that contain dates."""
 
 
 def channel_of(table: Table, position: int) -> Channel | None:
-    """The channel that a column is named like; None if its unit is of another dimension."""
+    """The channel that a column's title means; None if there is none, or the unit has another dimension."""
     return channel_named(table.titles[position], table.unit(position))
 
 
 def channel_named(title: str, unit: str) -> Channel | None:
-    """The channel that a title means; None if there is none, or the unit is of another dimension."""
+    """The channel that a title means; None if there is none, or the unit has another dimension."""
     channel = _CHANNELS.get(short_name(title))
     if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
         return channel
@@ -44,12 +44,12 @@ def channel_named(title: str, unit: str) -> Channel | None:
 
 
 def named_like_time(table: Table) -> list[int]:
-    """Columns of the plainest name of time that is there, whose unit is not of another dimension."""
+    """Columns with the preferred name of time in the table, unless their unit has another dimension."""
     return titles_of_time(table.titles, [table.unit(position) for position in range(len(table.titles))])
 
 
 def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
-    """Positions of the plainest name of time that is there, whose unit is not of another dimension."""
+    """Positions of the preferred name of time among titles, unless their unit has another dimension."""
     named: dict[str, list[int]] = {name: [] for name in _TIMES}
     for position, (title, text) in enumerate(zip(titles, units, strict=True)):
         unit = known_unit(text)
@@ -64,17 +64,17 @@ def titles_of_dates(titles: Sequence[str], dated: Collection[int]) -> list[int]:
 
 
 def time_columns(table: Table) -> list[int]:
-    """Those among them that state a unit of time."""
+    """Columns that are named like time and state a unit of time."""
     return [position for position in named_like_time(table) if known_unit(table.unit(position)) is not None]
 
 
 def times_without_unit(table: Table) -> list[int]:
-    """Columns that are times without a unit of time: of dates, or else numbers under the name ``time``."""
+    """Time columns without a unit: columns of dates, or else numbers under the name ``time``."""
     named = titles_of_dates(table.titles, range(len(table.titles)))
     dated = [position for position in named if table.dates(position) is not None]
     return dated or [n for n in named_like_time(table) if not table.unit(n) and unit_by_name(table.titles[n])]
 
 
 def short_name(title: str) -> str:
-    """A title without its unit, its blanks and signs, in small letters."""
+    """A title without unit, blanks and punctuation, in lower case."""
     return re.sub(r"[\s_.\-]+", "", split_title(title)[0]).lower()

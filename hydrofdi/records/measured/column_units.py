@@ -1,4 +1,4 @@
-"""Units of columns: what header and description say, and the way to SI."""
+"""Units of columns as header and description state them, and their conversion to SI."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def is_unit(text: str) -> bool:
 
 
 def known_unit(text: str) -> Unit | None:
-    """The unit that a text stands for; None if hydrofdi does not know it."""
+    """The unit that a text means; None if hydrofdi does not know it."""
     try:
         return parse_unit(text)
     except ValueError:
@@ -39,7 +39,7 @@ def known_unit(text: str) -> Unit | None:
 def unit_by_name(column: str) -> str:
     """SI unit of a column under a channel's full name, or ``time``; empty for other names.
 
-    Such columns are in SI where neither file nor description states a unit.
+    Such columns are in SI if neither file nor description states a unit.
     """
     return _SI_BY_NAME.get(column, "")
 
@@ -58,7 +58,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     Raises
     ------
     DataError
-        Neither header nor name states one, or file and description disagree.
+        Description, header and name state none, or file and description disagree.
     """
     if config.unit and (config.gain is not None or _may_agree(config.unit, header)):
         return config.unit
@@ -71,7 +71,7 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     if not header:
         raise DataError(f"{where}: has no unit; write 'unit: …', such as bar, or 'unit: counts'")
     if config.gain is not None and not is_counts(header):
-        raise DataError(f"{where}: with a gain, write the 'unit' after it as well")
+        raise DataError(f"{where}: a gain needs a unit; write the 'unit' after the gain")
     return header
 
 
@@ -94,7 +94,7 @@ def calibrated(values: Array, config: ChannelConfig) -> Array:
 
 
 def in_si(values: Array, unit: str, si_unit: str, where: str) -> Array:
-    """Values in SI; unchanged where the unit is counts.
+    """Values in SI; unchanged if the unit is counts.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def factor_to_si(unit: str, si_unit: str, where: str) -> Fraction:
 
 
 def scaled(values: Array, factor: Fraction) -> Array:
-    """Values times an exact factor, rounded once where numerator or denominator is one."""
+    """Values times an exact factor, rounded once if numerator or denominator is one."""
     numerator, denominator = factor.numerator, factor.denominator
     if max(numerator, denominator) > _EXACT:
         return np.asarray(values * float(factor))
@@ -132,14 +132,14 @@ def scaled(values: Array, factor: Fraction) -> Array:
 
 
 def unit_remedy(unit: str, si_unit: str) -> str:
-    """What an unknown unit may stand for; never a scale that nobody stated."""
+    """Hint on an unknown unit: similar units, or else how to state the scale."""
     if similar := similar_units(unit, si_unit):
         return f"; did you mean {' or '.join(map(repr, similar))}?"
-    return "; give 'gain' and the 'unit' after it, or 'unit: counts' without a scale"
+    return "; give 'gain' and the 'unit' after the gain, or 'unit: counts' if the scale is unknown"
 
 
 def _may_agree(unit: str, header: str) -> bool:
-    """Whether a header's unit is a unit of the description, or one that hydrofdi cannot judge."""
+    """Whether a header's unit is that of the description, or hydrofdi cannot tell."""
     if is_unit(header):
         return _same(unit, header)
     readings = _readings(unit, header)
@@ -147,7 +147,7 @@ def _may_agree(unit: str, header: str) -> bool:
 
 
 def _readings(unit: str, header: str) -> set[Unit]:
-    """Units of the dimension of `unit` that an unknown header may stand for."""
+    """Units of the dimension of `unit` that an unknown header may mean."""
     if known_unit(unit) is None:
         return set()
     return {parse_unit(similar) for similar in similar_units(header, unit)}

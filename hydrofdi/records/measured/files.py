@@ -1,4 +1,4 @@
-"""The files that patterns stand for."""
+"""The files that match patterns."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _DIGITS = re.compile(r"(\d+)")
 def matching_files(folder: Path, pattern: str) -> list[Path]:
     """Files that match a pattern, in natural order: run 2 before run 10.
 
-    Leading parts of the pattern that exist as they are written are taken so, brackets and stars included.
+    Leading parts of the pattern that exist literally are taken literally, including brackets and stars.
 
     Parameters
     ----------
     folder : path
-        Where relative patterns start.
+        Base of relative patterns.
     pattern : str
     """
     parts = PurePath(pattern).parts
@@ -34,12 +34,12 @@ def matching_files(folder: Path, pattern: str) -> list[Path]:
 
 
 def in_natural_order(paths: Iterable[Path]) -> list[Path]:
-    """Paths sorted so that numbers in them count as numbers."""
+    """Paths in natural order: numbers in them are sorted by value."""
     return sorted(paths, key=lambda path: _natural(path.as_posix()))
 
 
 def place_of(path: Path, folder: Path) -> str:
-    """The path from a folder, with forward slashes: what a record is called."""
+    """The path relative to a folder, with forward slashes: the name of a record."""
     return Path(os.path.relpath(path, folder)).as_posix()
 
 

@@ -1,4 +1,4 @@
-"""A measured file → its records, each with a name, a group and what was found in it."""
+"""A measured file → its records, each with a name, a group and findings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from hydrofdi.records.measured.rejection import RejectionError
 
 @dataclass(frozen=True)
 class MeasuredRecord:
-    """A record on its way into a batch.
+    """A record that is not yet in a batch.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class MeasuredRecord:
     recording : Recording
         Its samples and remarks.
     stroke : float
-        Last less first piston position; zero if it is not known.
+        Last minus first piston position; zero if unknown.
     """
 
     record_id: str
@@ -60,7 +60,7 @@ class Forming:
     Attributes
     ----------
     folder : path
-        Where record ids start.
+        Base of record ids.
     config : MeasuredConfig
     """
 
@@ -68,7 +68,7 @@ class Forming:
     config: MeasuredConfig
 
     def records(self, path: Path) -> list[MeasuredRecord | RejectedRecord]:
-        """The records of a file, or why there are none.
+        """The records of a file, or a rejection with the reason.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class Forming:
             return list(self._records(path))
 
     def held(self, table: Table, record_id: str) -> MeasuredRecord | RejectedRecord:
-        """The record of a table that no file contains.
+        """The record of a table in memory.
 
         Raises
         ------
@@ -124,7 +124,7 @@ class Forming:
         return MeasuredRecord(record_id, place, group, label, recording, stroke.distance if stroke else 0.0)
 
     def _part(self, cycle: Recording, stroke: Stroke | None) -> Recording:
-        """What is asked for of a cycle, with what was found in it."""
+        """The requested part of a cycle, with its findings."""
         config = self.config
         recording = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
         found = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]

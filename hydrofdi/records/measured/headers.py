@@ -1,4 +1,4 @@
-"""What the headers of a file say: channels, units and sampling, as a description would state them."""
+"""Channels, units and sampling from the headers of a file, in the form of a description."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def completed(config: MeasuredConfig, files: Sequence[Path]) -> tuple[MeasuredCo
     Parameters
     ----------
     config : MeasuredConfig
-        Without channels; a sampling that it states is kept.
+        A description without channels; its sampling is kept.
     files : sequence of path
         Not empty.
 
     Raises
     ------
     DataError
-        The file does not say enough, or no file can be read.
+        The headers are not sufficient, or no file can be read.
     """
     for number, file in enumerate(files, 1):
         try:
@@ -51,7 +51,7 @@ def _completed(config: MeasuredConfig, table: Table, file: Path) -> tuple[Measur
     names = [split_title(title)[0] for title in table.titles]
 
     def column(title: str) -> str:
-        """The name without the unit, which other forms and units of the same columns have as well."""
+        """The name without the unit: other files may have the same column in another unit."""
         name = split_title(title)[0]
         return name if names.count(name) == 1 else title
 
@@ -73,7 +73,7 @@ def channels_in(table: Table, file: Path) -> dict[Channel, str]:
     Raises
     ------
     DataError
-        The file does not say enough; the message shows the description to write.
+        The headers are not sufficient; the message shows the description to write.
     """
     if not table.titles:
         raise DataError(f"{file}: contains no columns")
@@ -98,7 +98,7 @@ def sampling_in(table: Table, file: Path, sampling_frequency: float | None) -> d
     Raises
     ------
     DataError
-        The file does not say enough; the message shows the description to write.
+        The headers are not sufficient; the message shows the description to write.
     """
     times = _titles(table, time_columns(table))
     if sampling_frequency is not None and len(times) == 1:
@@ -125,7 +125,7 @@ def _titles(table: Table, positions: Sequence[int]) -> list[str]:
 
 
 def unused_in(table: Table, used: Collection[str]) -> tuple[Remark, ...]:
-    """A remark that names the columns that were not recognised."""
+    """A remark that names the unused columns."""
     positions = {table.find(column) for column in used}
     left = [title for position, title in enumerate(table.titles) if position not in positions]
     return (Remark("unused", f"columns not used: {_first(left)}"),) if left else ()

@@ -25,12 +25,12 @@ class HeldTable(Table):
     Attributes
     ----------
     place : str
-        What messages call them.
+        Name of the record in messages.
     titles, units : sequence of str
-        Name and unit of each column; the unit is empty if nobody stated it.
+        Name and unit of each column; the unit is empty if unknown.
     columns : sequence of ndarray, shape (n_time,)
     record_id, group, label : str
-        Empty if nothing is known.
+        Group and label are empty if unknown.
     """
 
     place: str
@@ -42,7 +42,7 @@ class HeldTable(Table):
     label: str = ""
 
     def unit(self, position: int) -> str:
-        """Unit of a column; empty if nobody stated it."""
+        """Unit of a column; empty if unknown."""
         return self.units[position]
 
     def numbers(self, position: int) -> Array:
@@ -50,7 +50,7 @@ class HeldTable(Table):
         return self.columns[position]
 
     def text(self, position: int) -> str:
-        """No column of numbers is a name."""
+        """Raise `DataError`: these columns contain only numbers."""
         raise DataError(f"{self.place}: column {self.titles[position]!r} is not text")
 
 
@@ -61,7 +61,7 @@ class HeldSource:
     Attributes
     ----------
     name : str
-        What messages call them.
+        Name in messages.
     tables : sequence of HeldTable
         One for each record.
     config : MeasuredConfig
@@ -86,7 +86,7 @@ class HeldSource:
 
     @property
     def is_labelled(self) -> bool:
-        """Whether anything is known of some record."""
+        """Whether any record has a label."""
         return any(table.label for table in self.tables)
 
     def _record(self, table: HeldTable) -> MeasuredRecord | RejectedRecord:
@@ -103,14 +103,14 @@ def held_source(
     ----------
     tables : sequence of HeldTable
     channels : mapping
-        Channel → ``column`` and, where the table does not state it, ``unit``.
+        Channel → ``column``, and ``unit`` if the table does not state it.
     sampling : mapping
         ``time`` or ``sampling_frequency``, as in a description of measured files.
 
     Raises
     ------
     ConfigError
-        With every mistake.
+        The columns do not fit; all mistakes are listed.
     """
     columns = {channel.value: dict(column) for channel, column in channels.items()}
     name = tables[0].place if tables else "the records"

@@ -12,12 +12,12 @@ OWN_NAMES = ("folder", "file", "direction")
 
 
 def path_pattern(template: str) -> re.Pattern[str]:
-    """The expression that a template of paths stands for.
+    """The regular expression of a template of paths.
 
     Raises
     ------
     re.error
-        It is no regular expression.
+        The template is not a regular expression.
     """
     if not template or "(?P<" in template:
         return re.compile(f"(?:{template})$" if template else "")
@@ -28,7 +28,7 @@ def path_pattern(template: str) -> re.Pattern[str]:
 
 
 def names_of_path(place: str, pattern: re.Pattern[str]) -> dict[str, str] | None:
-    """What a path says; None if it does not match."""
+    """Name → value in a path; None if it does not match."""
     match = pattern.search(place)
     if match is None:
         return None
@@ -38,7 +38,7 @@ def names_of_path(place: str, pattern: re.Pattern[str]) -> dict[str, str] | None
 
 
 def fields_of(template: str) -> list[str]:
-    """Names in braces."""
+    """Names in braces in a template."""
     return _FIELD.findall(template)
 
 

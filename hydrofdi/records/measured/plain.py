@@ -16,11 +16,11 @@ from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source
 
 _SUFFIXES_IN_FOLDERS = (".csv", ".tsv", ".parquet", ".pq", ".mat", ".npz", ".csv.gz", ".tsv.gz")
-"""Files of a folder that are records; a text such as readme.txt may be anything."""
+"""Suffixes of records in a folder; a text such as readme.txt may be anything."""
 
 
 def plain_file_source(path: Path | str, sampling_frequency: float | None = None) -> MeasuredSource:
-    """The record of one file whose column names and units say what they are.
+    """The record of one file whose headers name channels and units.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def plain_file_source(path: Path | str, sampling_frequency: float | None = None)
     Raises
     ------
     DataError
-        The file does not say enough; the message shows the description to write.
+        The headers are not sufficient; the message shows the description to write.
     """
     file = Path(path)
     if not file.is_file():
@@ -61,7 +61,7 @@ def plain_files(folder: Path) -> list[Path]:
 
 
 def plain_folder_source(folder: Path, sampling_frequency: float | None = None) -> MeasuredSource | None:
-    """The records of the files of a folder, whose columns are those of the first; None without such files.
+    """The records of the files in a folder, all with the columns of the first; None if there are none.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def plain_folder_source(folder: Path, sampling_frequency: float | None = None) -
     Raises
     ------
     DataError
-        The first file does not say enough.
+        The headers of the first file are not sufficient.
     """
     files = plain_files(folder)
     if not files:

@@ -51,12 +51,12 @@ class Recording:
     relative : frozenset of Channel
         Channels without a scale.
     normalized : frozenset of Channel
-        Those among them that were divided by a reference pressure.
+        Channels of `relative` that were divided by a reference pressure.
     remarks : tuple of Remark
     values : dict of str to str
-        Names that group and label may use → what they are in this file.
+        Name that group and label may use → its value in this file.
     scaled_headers : dict of Channel to str
-        Units that the file states for channels whose scale is a gain.
+        Units that the file states for channels with a gain.
     units : dict of Channel to str
         Units that the file, or its description, states for its numbers.
     """
@@ -81,7 +81,7 @@ class Recording:
 
 
 def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
-    """A file as its description says.
+    """A file, read according to its description.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
 
 
 def recording_of(table: Table, config: MeasuredConfig) -> Recording:
-    """The columns of a table as a description says.
+    """The columns of a table, read according to a description.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
 
 
 def samples_of(table: Table, config: MeasuredConfig) -> tuple[dict[Channel, Array], Array | None]:
-    """The samples of a table in SI and their instants [s], however few or uneven; None without a time.
+    """The samples of a table in SI and their instants [s], also if few or uneven; None without a time column.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def _times(table: Table, config: MeasuredConfig) -> Array:
 
 
 def _contradicting_times(table: Table, frequency: float) -> tuple[Remark, ...]:
-    """A remark where a column of time says another sampling frequency, in the median and in the mean."""
+    """A remark if median and mean step of a time column contradict the stated sampling frequency."""
     for position in time_columns(table):
         title = table.titles[position]
         try:
@@ -197,7 +197,7 @@ def _contradicting_times(table: Table, frequency: float) -> tuple[Remark, ...]:
 
 
 def _no_unit_of_time(where: str, values: Array) -> DataError:
-    """What to say of a time column without a unit."""
+    """The error for a time column without a unit."""
     if counts_samples(values):
         return DataError(
             f"{where}: counts the samples and is not a time; give the sampling frequency instead,"

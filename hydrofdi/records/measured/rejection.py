@@ -1,4 +1,4 @@
-"""Why a file, or a part of it, becomes no record."""
+"""Rejection of a file, or of a part of it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hydrofdi.records.batch import Remark
 
 
 class RejectionError(Exception):
-    """No record can be formed; it is listed with the reason, and the others continue.
+    """No record can be formed; it is listed with the reason, and the other records continue.
 
     Attributes
     ----------

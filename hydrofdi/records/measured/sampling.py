@@ -1,4 +1,4 @@
-"""When samples were taken."""
+"""Sampling of a record: its frequency, and irregularities of its instants."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hydrofdi.settings.counting import counted
 Key = TypeVar("Key")
 
 _GAP = 1.75
-"""Steps from one sample to the next, from where on one is missing."""
+"""Longest step between samples without a gap, in median steps."""
 _DIGITS = 9
 _REMEDY = "; give 'sampling_frequency' in place of 'time'"
 _FEWER = 0.99
@@ -54,7 +54,7 @@ def given_sampling(config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]
 
 
 def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]]:
-    """The sampling of instants, and how far they are from even.
+    """The sampling of instants, and remarks on gaps and uneven steps.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, t
     Raises
     ------
     RejectionError
-        They are missing somewhere, or do not rise.
+        Some are missing, or they do not increase.
     """
     steps = np.diff(times)
     if not np.all(np.isfinite(times)):
@@ -74,12 +74,12 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, t
         )
     if np.any(steps <= 0.0):
         row = int(np.flatnonzero(steps <= 0.0)[0]) + 2
-        raise RejectionError("time", f"time does not rise at sample {row}{_REMEDY}")
+        raise RejectionError("time", f"time does not increase at sample {row}{_REMEDY}")
     typical = float(np.median(steps))
     step = typical if np.any(steps > _GAP * typical) else (times[-1] - times[0]) / (times.size - 1)
     frequency = float(f"{1.0 / step:.{_DIGITS}g}")
     if not 0.0 < frequency < np.inf:
-        raise RejectionError("time", f"goes from {times[0]:g} s to {times[-1]:g} s")
+        raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
     return Sampling(frequency, float(times[0])), tuple(_unevenness(times, steps, config))
 
 
@@ -100,7 +100,7 @@ def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Rema
 
 
 def folding(sampling: Sampling, frequency: float) -> tuple[Remark, ...]:
-    """A remark where resampling takes fewer samples than there are."""
+    """A remark if resampling reduces the sampling frequency."""
     if frequency > _FEWER * sampling.frequency:
         return ()
     text = (
@@ -113,7 +113,7 @@ def folding(sampling: Sampling, frequency: float) -> tuple[Remark, ...]:
 def resampled(
     channels: dict[Key, Array], times: Array, frequency: float
 ) -> tuple[dict[Key, Array], Sampling]:
-    """Channels interpolated by straight lines at even instants.
+    """Channels interpolated linearly at even instants.
 
     Raises
     ------

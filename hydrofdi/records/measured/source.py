@@ -30,13 +30,13 @@ class MeasuredSource:
     name : str
         The description, or the file.
     folder : path
-        Where record ids start.
+        Base of record ids.
     config : MeasuredConfig
     files : sequence of path
     remarks : tuple of Remark
-        On every record.
+        Remarks on every record.
     most_samples : int
-        Samples of all channels together in a batch of more than one record.
+        Most samples, over all channels, of a batch with more than one record.
     """
 
     name: str
@@ -64,7 +64,7 @@ class MeasuredSource:
         return bool(self.config.label)
 
     def _judged(self) -> Iterator[MeasuredRecord | RejectedRecord]:
-        """The records, those that differ from their group remarked if the description asks for it."""
+        """The records, with remarks on differences from the first, and on outliers if requested."""
         limit = self.config.limits.outliers
         found = {} if limit is None else outliers(self._records(), limit)
         first: Recording | None = None
@@ -83,19 +83,19 @@ class MeasuredSource:
 
 
 def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> MeasuredSource:
-    """The records of the files that a YAML describes.
+    """The records of the files that a YAML file describes.
 
     Parameters
     ----------
     path : path
-        The description; patterns in it start from its folder.
+        The description; its patterns are relative to its folder.
     most_samples : int
-        Samples of all channels together in a batch of more than one record.
+        Most samples, over all channels, of a batch with more than one record.
 
     Raises
     ------
     ConfigError
-        With every mistake of the description; or no file matches.
+        The description is wrong (all mistakes are listed), or no file matches.
     """
     file = Path(path)
     source = read_yaml(file, "a description of measured files")
@@ -122,12 +122,12 @@ def _files(config: MeasuredConfig, source: Source, folder: Path) -> set[Path]:
 
 
 def described(source: Source) -> MeasuredConfig:
-    """The description that data hold.
+    """The description in a source.
 
     Raises
     ------
     ConfigError
-        With every mistake.
+        The description is wrong; all mistakes are listed.
     """
     config = validated(MeasuredConfig, source)
     _require_consistent(config, source)

@@ -1,4 +1,4 @@
-"""The description that a plain file lacks, as far as its titles tell."""
+"""A suggested description for a plain file, from its headers."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _SUGGESTED = {
     Channel.PISTON_VELOCITY: "geschwindigkeit, kolbengeschwindigkeit",
     Channel.INPUT_VOLTAGE: "spannung, stellspannung, ventil, ventilspannung, valve, command",
 }
-"""Names that a description is suggested for; on their own they are not clear enough."""
+"""Names for which a description is only suggested, because they are ambiguous."""
 _CHANNELS = {
     name.replace(" ", ""): channel for channel, text in _SUGGESTED.items() for name in text.split(", ")
 }
 
 
 def refusal(file: Path, what: str, table: Table) -> DataError:
-    """What is missing, and the description that would say it, in lines to paste."""
+    """The error that something is missing, with a description to paste."""
     channels: dict[Channel, str] = {}
     for position in range(len(table.titles)):
         if channel := _channel(table, position):
@@ -38,7 +38,7 @@ def refusal(file: Path, what: str, table: Table) -> DataError:
     form = ["format: {decimal: ','}"] if table.has_decimal_commas else []
     keys = [f"files: {file.name!r}", *form, _sampling(table), "channels:"]
     lines = [*keys, *(f"  {channel}: {column}" for channel, column in columns.items())]
-    return DataError(f"{file}: {what}; describe it in a YAML:\n" + indent("\n".join(lines), "    "))
+    return DataError(f"{file}: {what}; describe it in a YAML file:\n" + indent("\n".join(lines), "    "))
 
 
 def _sampling(table: Table) -> str:
@@ -56,7 +56,7 @@ def _column(table: Table, position: int, si_unit: str) -> str:
 
 
 def _stated_unit(table: Table, position: int, si_unit: str) -> str:
-    """The unit that a header states, in its usual spelling; a placeholder where that is not clear."""
+    """The unit that a header states, in its usual spelling; a placeholder if it is not clear."""
     header = table.unit(position) or unit_by_name(table.titles[position])
     similar = similar_units(header, si_unit)
     return header if is_unit(header) else similar[0] if len(similar) == 1 else "…"
@@ -73,7 +73,7 @@ def is_counter(table: Table, position: int) -> bool:
 
 
 def _channel(table: Table, position: int) -> Channel | None:
-    """The channel that a column may be, for a suggestion; None where name and unit do not say so."""
+    """The channel to suggest for a column; None if its name is unknown, or its unit does not fit."""
     title, unit = table.titles[position], known_unit(table.unit(position))
     channel = channel_of(table, position) or _CHANNELS.get(short_name(title))
     if unit is None or channel is None:
@@ -82,7 +82,7 @@ def _channel(table: Table, position: int) -> Channel | None:
 
 
 def _time(table: Table) -> int | None:
-    """A column that a description may name as time: by its name, its unit or its dates."""
+    """A column that may be the time, by its name, its unit or its dates."""
     second = parse_unit("s").exponents
     units = [known_unit(table.unit(position)) for position in range(len(table.titles))]
     stated = [position for position, unit in enumerate(units) if unit and unit.exponents == second]

@@ -1,4 +1,4 @@
-"""Streams: samples as they come, checked and cut into windows, which do not depend on the chunks."""
+"""Streams: samples are checked as they come and cut into windows, which do not depend on the chunks."""
 
 from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.even import EvenStream

@@ -1,4 +1,4 @@
-"""How a stream began, so that it is known when it comes again."""
+"""The beginning of a stream, to recognise the stream if it is sent again."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ _NONE = np.zeros(2, dtype=np.int64)
 
 
 class Beginning:
-    """A checksum of the first samples since the start, and of those of the run before.
+    """Checksums of the first samples of this run and of the previous run.
 
     Parameters
     ----------
     channels : sequence of Channel
     n_sample : int
-        Samples of a beginning.
+        Number of samples of a beginning.
     """
 
     def __init__(self, channels: Sequence[Channel], n_sample: int) -> None:
         self.channels, self.n_sample = tuple(channels), n_sample
 
     def start(self) -> State:
-        """The state before the first sample: twice a checksum, and the number of its samples."""
+        """The state before the first sample: for each run, a checksum and the number of its samples."""
         return {"begin": _NONE, "begin_before": _NONE}
 
     def resumed(self, state: State) -> State:
-        """The state of a stream that may come again."""
+        """The state of a stream that may be sent again."""
         is_whole = state["begin"][1] == self.n_sample
         return {"begin": _NONE, "begin_before": state["begin" if is_whole else "begin_before"]}
 
     def step(self, state: State, chunk: Chunk) -> State:
-        """The state behind a chunk."""
+        """The state after a chunk."""
         checksum, n_before = state["begin"].tolist()
         if n_before == self.n_sample:
             return {name: state[name] for name in ("begin", "begin_before")}
@@ -51,5 +51,5 @@ class Beginning:
         return {"begin": begin, "begin_before": state["begin_before"]}
 
     def comes_again(self, state: State) -> bool:
-        """Whether this run began as the one before did; False while that is not known."""
+        """Whether this run began like the previous one; False while that is unknown."""
         return bool(state["begin"][1] == self.n_sample and np.all(state["begin"] == state["begin_before"]))

@@ -16,9 +16,9 @@ from hydrofdi.records.streams.windower import Windower
 
 
 class CycleWindower(Windower):
-    """A window from each edge of the drive on; what a cycle has beyond it is passed over.
+    """A window from each edge of the drive on; the rest of a longer cycle is ignored.
 
-    A cycle that is shorter ends with the next edge, as a window with the fault ``short_cycle``.
+    A shorter cycle ends at the next edge and becomes a window with the fault ``short_cycle``.
 
     Parameters
     ----------
@@ -28,9 +28,9 @@ class CycleWindower(Windower):
     sampling_frequency : float
         [Hz]
     drive_channel : Channel
-        Pieces have it; windows do so where it is among `channels`.
+        Pieces contain it; windows contain it if it is among `channels`.
     drive : (float, float)
-        Its lowest and highest value.
+        Lowest and highest value of the drive.
     edge : str
         ``rising``, ``falling`` or ``both``.
     """
@@ -58,7 +58,7 @@ class CycleWindower(Windower):
         return {"held": self._nothing_held(), "is_open": np.array(False), "side": none, "number": none}
 
     def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
-        """The state behind a piece, and the windows that ended in it; the old state stays as it was."""
+        """The state after a piece, and the windows that ended in it; the old state does not change."""
         side, is_open = (0, False) if piece.begins_anew else (int(state["side"]), bool(state["is_open"]))
         rows, number = self._rows(state, piece), int(state["number"])
         n_held = rows.shape[1] - piece.time.size

@@ -1,4 +1,4 @@
-"""A stream that is checked: what is left is in order, and without gaps inside of a piece."""
+"""Checks of a stream: the accepted samples are in order, and pieces have no gaps."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from hydrofdi.records.streams.order import FARTHEST, Order, put_in_order
 from hydrofdi.records.streams.piece import Piece, pieces_of, whole
 
 _GAP = 1.5
-"""Sampling periods; a longer step is a gap."""
+"""Longest step that is not a gap [sampling periods]."""
 _STEPS = 10
-"""So many gaps, one after another, are another rate."""
+"""Number of successive gaps that mean another rate."""
 _PATIENCE, _FEWEST = 60.0, 10
-"""Duration [s] and number of earlier samples, without a later one, after which the clock was set back."""
+"""Least duration [s] and number of only earlier samples that mean that the clock was set back."""
 _N_KIND = 6
 
 
 class EvenStream:
-    """Checks a stream sample by sample; what it says does not depend on the chunks.
+    """Checks a stream sample by sample; the results do not depend on the chunks.
 
-    A sample that is not later than the one before is dropped, and so is one without a time stamp within
-    1e11 s of zero. A step of more than 1.5 periods is a gap; smaller irregularities are tolerated. After a
-    minute of samples that are all earlier, the clock was set back, and the stream begins anew.
+    It drops samples that are not later than the last accepted one, or have no time stamp within 1e11 s of
+    zero. A step of more than 1.5 periods is a gap; smaller irregularities are tolerated. A minute of only
+    earlier samples means that the clock was set back; the stream then begins anew.
 
     Parameters
     ----------
     sampling_frequency : float
         Expected [Hz].
     channels : sequence of Channel
-        What pieces have; others are passed over.
+        Channels of the pieces; others are ignored.
     """
 
     def __init__(self, sampling_frequency: float, channels: Sequence[Channel]) -> None:
@@ -56,14 +56,14 @@ class EvenStream:
         }  # fmt: skip
 
     def resumed(self, state: State, *, may_repeat: bool = True) -> State:
-        """A stored state: nothing is said of samples that come again, until the stream is past them.
+        """A stored state that continues: samples that are sent again are not reported.
 
         Parameters
         ----------
         state : State
         may_repeat : bool
-            Whether all of the stream may come again, however long it is: it does if its first minute is that
-            of the run before. Otherwise a minute of earlier samples is a clock that was set back.
+            Whether the whole stream may be sent again, of any length. It is recognised by its first minute.
+            Otherwise a minute of earlier samples means that the clock was set back.
         """
         return {
             **state, **self._beginning.resumed(state), "n_earlier": np.array(0),
@@ -71,7 +71,7 @@ class EvenStream:
         }  # fmt: skip
 
     def step(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
-        """The state behind a chunk, the samples that were accepted, and what is wrong."""
+        """The state after a chunk, the accepted samples, and the findings."""
         if not chunk.n_time:
             return state, [], []
         beginning = self._beginning.step(state, chunk)
@@ -81,7 +81,7 @@ class EvenStream:
         return self._checked({**state, **beginning}, chunk)
 
     def _is_sound(self, state: State, time: Array) -> bool:
-        """Whether a chunk continues without any irregularity, as nearly all do."""
+        """Whether a chunk continues without any irregularity, as nearly all chunks do."""
         longest = _GAP * self._period
         if not 0.0 < float(time[0]) - float(state["last"]) <= longest or not np.all(time[1:] > time[:-1]):
             return False
@@ -109,7 +109,7 @@ class EvenStream:
     def _findings(
         self, state: State, order: Order, accepted: NDArray[np.intp], n_gaps: NDArray[np.intp], loud: int
     ) -> tuple[list[Finding], list[float]]:
-        """What is wrong from the sample `loud` on, in order, and when each kind was last met."""
+        """The findings from the sample `loud` on, in order, and the last instant of each kind."""
         is_finite = np.isfinite(order.stamps)
         is_same = is_finite & ~order.is_accepted & ~order.is_earlier
         kinds = (
@@ -133,7 +133,7 @@ class EvenStream:
 
 
 def _in_a_row(is_gap: NDArray[np.bool_], n_before: int) -> NDArray[np.intp]:
-    """Gaps one after another, up to each sample; 0 if there is none."""
+    """Number of successive gaps up to each sample; 0 if there is no gap before it."""
     counts = n_before + np.cumsum(is_gap)
     in_a_row: NDArray[np.intp] = counts - np.maximum.accumulate(np.where(is_gap, 0, counts))
     return in_a_row

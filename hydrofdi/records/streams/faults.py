@@ -1,4 +1,4 @@
-"""Why a window cannot be judged, judging only by its samples."""
+"""Faults of a window that its samples show."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrofdi.records.stuck import frozen_time, must_change
 from hydrofdi.settings.counting import counted
 
 _RATE = 0.01
-"""Share of the sampling frequency that the mean rate of a window may differ."""
+"""Share of the sampling frequency by which the mean rate of a window may differ."""
 
 
 def fault_of(
@@ -27,7 +27,7 @@ def fault_of(
         In SI.
     channels : tuple of Channel, length n_channel
     n_sample : int
-        Samples that a window has.
+        Samples that a window should have.
     sampling_frequency : float
         Expected [Hz].
     """

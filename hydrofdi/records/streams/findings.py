@@ -1,4 +1,4 @@
-"""What is wrong with the samples of a stream."""
+"""Defects in the samples of a stream."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _QUIET = 60.0
 class Finding:
     """One kind of defect, from its first instant in a chunk on.
 
-    Those that are news, and the sum of `count` over each kind, do not depend on the chunks.
+    The findings that are news, and the sum of `count` over each kind, do not depend on the chunks.
 
     Attributes
     ----------
@@ -29,11 +29,11 @@ class Finding:
     time : float or None
         First instant, on the clock of the stream [s]; None before the first sample.
     count : int
-        How often it happened.
+        Number of occurrences.
     text : str
-        The sentence for a person, about the first time.
+        A sentence about the first occurrence.
     is_news : bool
-        Whether it did not happen in the minute before; False if it continues.
+        Whether it did not occur in the minute before; False if it continues.
     """
 
     kind: str
@@ -45,16 +45,16 @@ class Finding:
 
 @dataclass(frozen=True)
 class Kind:
-    """Samples of a chunk to which the same happened.
+    """Occurrences of one kind of defect in a chunk.
 
     Attributes
     ----------
     name : str
     places : ndarray of int, shape (n_occurrence,)
     text : callable
-        Sentence about an occurrence, by its instant and the last one accepted before [s].
+        Sentence about an occurrence, from its instant and the last accepted instant before it [s].
     is_always_news : bool
-        Whether each occurrence is news, however soon after the one before.
+        Whether each occurrence is news, even if it soon follows another.
     """
 
     name: str
@@ -63,11 +63,11 @@ class Kind:
     is_always_news: bool = False
 
     def since(self, first: int) -> Kind:
-        """From a sample on."""
+        """The occurrences from a sample on."""
         return replace(self, places=self.places[self.places >= first])
 
     def findings(self, order: Order, said: float) -> tuple[list[tuple[int, Finding]], float]:
-        """One for what continues and one for each that is news, by place; and the last instant [s].
+        """A finding for what continues and one for each that is news, with places; and the last instant [s].
 
         Parameters
         ----------
@@ -101,21 +101,21 @@ def gap(stamp: float, before: float) -> str:
 
 def duplicate(stamp: float, before: float) -> str:
     """The same instant again."""
-    return f"another sample came for {_seconds(stamp)} and was dropped"
+    return f"a second sample at {_seconds(stamp)} was dropped"
 
 
 def time_ran_back(stamp: float, before: float) -> str:
     """An earlier instant."""
-    return f"a sample of {_seconds(stamp)} came after that of {_seconds(before)} and was dropped"
+    return f"a sample at {_seconds(stamp)} came after one at {_seconds(before)} and was dropped"
 
 
 def set_back(stamp: float, before: float) -> str:
-    """Earlier instants, and nothing but them."""
+    """Only earlier instants."""
     return f"the clock was set back from {_seconds(before)}; the stream restarts at {_seconds(stamp)}"
 
 
 def malformed(stamp: float, before: float) -> str:
-    """No instant."""
+    """No valid instant."""
     where = f"after {_seconds(before)} " if np.isfinite(before) else ""
     return f"a sample {where}has no time stamp within 1e11 s of zero and was dropped"
 

@@ -12,26 +12,26 @@ from hydrofdi.records.batch import Array
 Mask = NDArray[np.bool_]
 
 FARTHEST = 1e11
-"""Time stamps lie this close to zero [s]: about 3,000 years."""
+"""Largest distance of a time stamp from zero [s]: about 3,000 years."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """Samples of a chunk against the clock of the stream.
+    """Samples of a chunk compared with the clock of the stream.
 
     Attributes
     ----------
     stamps : ndarray, shape (n_time,)
-        Instants [s]; −∞ where they are no time stamp, or one beyond `FARTHEST`.
+        Instants [s]; −∞ without a time stamp, or beyond `FARTHEST`.
     before : ndarray, shape (n_time,)
-        Instant of the last sample that was accepted before each [s]; −∞ where there was none.
+        Instant of the last accepted sample before each [s]; −∞ if there was none.
     is_accepted : ndarray of bool, shape (n_time,)
     is_earlier : ndarray of bool, shape (n_time,)
-        Which were dropped, for they are earlier than the last one.
+        Samples that were dropped because they are earlier than the last accepted one.
     is_set_back : ndarray of bool, shape (n_time,)
-        Which were accepted although they are earlier: the clock was set back.
+        Samples that were accepted although they are earlier: the clock was set back.
     n_earlier : int
-        Earlier samples since the last one that was accepted.
+        Number of earlier samples since the last accepted one.
     """
 
     stamps: Array
@@ -43,25 +43,25 @@ class Order:
 
     @property
     def last(self) -> float:
-        """Instant of the last sample that was accepted [s]; −∞ before the first."""
+        """Instant of the last accepted sample [s]; −∞ before the first."""
         return float((self.stamps if self.is_accepted[-1] else self.before)[-1])
 
 
 def put_in_order(time: Array, last: float, n_earlier: int, patience: int, comes_again: bool) -> Order:
-    """Samples later than those before, and where the clock was set back.
+    """Which samples are later than those before, and where the clock was set back.
 
     Parameters
     ----------
     time : ndarray, shape (n_time,)
         Instants; at least one [s].
     last : float
-        The last one before the chunk that was accepted [s].
+        Instant of the last accepted sample before the chunk [s].
     n_earlier : int
-        Earlier samples since.
+        Number of earlier samples since.
     patience : int
-        So many earlier samples without a later one say that the clock was set back.
+        Number of only earlier samples that means that the clock was set back.
     comes_again : bool
-        Whether the stream comes again: samples before the first later one are not counted then.
+        Whether the stream is sent again: earlier samples before the first later one then do not count.
     """
     stamps = np.where(np.abs(time) <= FARTHEST, time, -np.inf)
     before = np.empty_like(stamps)
@@ -83,7 +83,7 @@ def put_in_order(time: Array, last: float, n_earlier: int, patience: int, comes_
 
 
 def _counts(stamps: Array, before: Array, n_earlier: int, comes_again: bool) -> NDArray[np.intp]:
-    """Earlier samples since the last accepted one, behind each sample."""
+    """Number of earlier samples since the last accepted one, after each sample."""
     is_earlier = np.isfinite(stamps) & (stamps < before)
     is_later = stamps > before
     if comes_again:

@@ -1,4 +1,4 @@
-"""Samples of a stream that follow each other."""
+"""Consecutive samples of a stream."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from hydrofdi.records.streams.chunk import Chunk
 
 @dataclass(frozen=True)
 class Piece:
-    """Consecutive samples of a stream that were accepted, without a gap.
+    """Consecutive accepted samples of a stream, without a gap.
 
     Attributes
     ----------
     time : ndarray, shape (n_time,)
         [s]
     channels : mapping of Channel to ndarray, shape (n_time,)
-        All channels that were asked for, in SI; NaN if a sample is missing.
+        All requested channels, in SI; NaN if a sample is missing.
     begins_anew : bool
-        Whether it does not continue the piece before: it is the first one, or a gap came before.
+        Whether it does not continue the piece before: it is the first, or follows a gap or a clock change.
     """
 
     time: Array
@@ -34,7 +34,7 @@ class Piece:
 
 
 def whole(chunk: Chunk, channels: Sequence[Channel]) -> Piece:
-    """All of a chunk, which continues without a gap; with the channels that are asked for."""
+    """A whole chunk as a piece that continues without a gap, with the requested channels."""
     return Piece(chunk.time, _rows(chunk, channels), begins_anew=False)
 
 
@@ -47,11 +47,11 @@ def pieces_of(
     ----------
     chunk : Chunk
     channels : sequence of Channel
-        What pieces have.
+        Channels of the pieces.
     accepted : ndarray of int
-        Samples that pieces consist of, in order.
+        Positions of the accepted samples, in order.
     anew : ndarray of int
-        Those among them that begin anew.
+        Positions of those that do not continue the sample before.
     """
     if not accepted.size:
         return []

@@ -14,7 +14,7 @@ from hydrofdi.records.streams.windower import Windower
 
 
 class TimeWindower(Windower):
-    """A window every so many samples: side by side, overlapping, or apart.
+    """Windows at equal distances: adjacent, overlapping, or apart.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class TimeWindower(Windower):
         return {"held": self._nothing_held(), "n_ahead": np.array(0), "number": np.array(0)}
 
     def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
-        """The state behind a piece, and the windows that ended in it; the old state stays as it was."""
+        """The state after a piece, and the windows that ended in it; the old state does not change."""
         rows, number = self._rows(state, piece), int(state["number"])
         first = 0 if piece.begins_anew else int(state["n_ahead"])
         starts = range(first, rows.shape[1] - self.n_sample + 1, self.n_every)

@@ -1,4 +1,4 @@
-"""What streams are cut into."""
+"""Windows of a stream, and their faults."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from hydrofdi.records.channels import Channel
 
 @dataclass(frozen=True)
 class WindowFault:
-    """Why a window cannot be judged.
+    """The reason why a window cannot be judged.
 
     Attributes
     ----------
     kind : str
         One word: ``other_rate``, ``missing``, ``stuck``, ``clipped``, ``short_cycle``, ``novel``, …
     text : str
-        The sentence for a person, with its number.
+        The reason in words, with its number.
     """
 
     kind: str
@@ -38,7 +38,7 @@ class Window:
     channels : mapping of Channel to ndarray, shape (n_time,)
         In SI.
     fault : WindowFault or None
-        What forbids to judge it; None if nothing does so far.
+        Why it cannot be judged; None if no fault is found so far.
     """
 
     number: int

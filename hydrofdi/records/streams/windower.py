@@ -1,4 +1,4 @@
-"""What cuts a stream into windows."""
+"""The division of a stream into windows."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from hydrofdi.records.streams.window import Window
 
 
 class Windower(ABC):
-    """Cuts pieces into windows, which do not depend on where the pieces end. Windows begin anew after a gap.
+    """Cuts pieces into windows, which do not depend on the ends of pieces. Windows begin anew after a gap.
 
     Parameters
     ----------
     n_sample : int
         Samples of a window.
     channels : sequence of Channel
-        What windows have.
+        Channels of the windows.
     sampling_frequency : float
         Expected [Hz].
     """
@@ -44,10 +44,10 @@ class Windower(ABC):
 
     @abstractmethod
     def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
-        """The state behind a piece, and the windows that ended in it; the old state stays as it was."""
+        """The state after a piece, and the windows that ended in it; the old state does not change."""
 
     def _rows(self, state: State, piece: Piece) -> Array:
-        """What is held, and a piece behind it: time and channels, one below the other."""
+        """The held samples followed by those of a piece; the rows are time and channels."""
         held = self._nothing_held() if piece.begins_anew else state["held"]
         n_held = held.shape[1]
         rows = np.empty((held.shape[0], n_held + piece.time.size))
@@ -62,7 +62,7 @@ class Windower(ABC):
         return np.empty((1 + len(self.channels), 0))
 
     def _windows(self, rows: Array, spans: Sequence[tuple[int, int]], number: int) -> Iterator[Window]:
-        """Windows that own their samples, numbered on."""
+        """Windows with copies of their samples, numbered from `number` on."""
         for count, (first, stop) in enumerate(spans):
             time, *samples = own = rows[:, first:stop].copy()
             fault = fault_of(time, own[1:], self.channels, self.n_sample, self.sampling_frequency)

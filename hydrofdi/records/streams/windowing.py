@@ -27,7 +27,7 @@ def make_windower(
     drive: tuple[float, float] | None = None,
     edge: Direction = "rising",
 ) -> Windower:
-    """What cuts a stream into windows.
+    """The windower of a stream, by time or by cycle.
 
     Parameters
     ----------
@@ -38,11 +38,11 @@ def make_windower(
     n_every : int, optional
         Samples from the start of one window to the start of the next; `n_sample` by default. Only by time.
     channels : sequence of Channel
-        What windows have.
+        Channels of the windows.
     sampling_frequency : float
         Expected [Hz].
     drive_channel : Channel
-        Its edges start cycles. Pieces have to have it, too.
+        Its edges start cycles. Pieces must contain it, too.
     drive : (float, float), optional
         Lowest and highest value of the drive; needed by cycle.
     edge : str
@@ -51,11 +51,11 @@ def make_windower(
     Raises
     ------
     ValueError
-        A number of samples below 1, or cycles without the range of the drive.
+        A number of samples is below 1, or cycles have no range of the drive.
     """
     every = n_sample if n_every is None else n_every
     if min(n_sample, every) < 1:
-        raise ValueError("windows have at least one sample, and begin at least one sample after each other")
+        raise ValueError("windows need at least one sample, and at least one sample from start to start")
     if by == "time":
         return TimeWindower(n_sample, every, channels, sampling_frequency)
     if drive is None or not drive[1] > drive[0]:

@@ -37,7 +37,7 @@ class Column:
 
 
 def titled(name: str, unit: str) -> str:
-    """The header that states a unit, which readers of measured files and of streams understand."""
+    """The header with a unit, as readers of measured files and of streams expect it."""
     return f"{name} [{unit}]"
 
 
@@ -48,9 +48,9 @@ class Selection:
     Attributes
     ----------
     channels : sequence of Channel
-        In this order; empty: all that a record has.
+        Channels in this order; if empty, all channels of a record.
     units : sequence of str
-        Each is that of all channels that it fits; the others are in SI.
+        Each applies to all channels of its dimension; the others are in SI.
     """
 
     channels: Sequence[Channel] = ()
@@ -81,7 +81,7 @@ class Selection:
 
 
 def selection(channels: Collection[str], units: Collection[str]) -> Selection:
-    """Channels and units by what people call them.
+    """A selection from the usual names of channels and units.
 
     Parameters
     ----------
@@ -100,11 +100,11 @@ def selection(channels: Collection[str], units: Collection[str]) -> Selection:
         fitting = [channel for channel in Channel if _fits(_known(unit), channel)]
         if not set(fitting) & set(chosen or Channel):
             symbols = ", ".join(channel.symbol for channel in chosen or Channel)
-            raise ConfigError(f"unit {unit!r} is of none of the channels {symbols}")
+            raise ConfigError(f"unit {unit!r} fits none of the channels {symbols}")
     for channel in chosen or Channel:
         own = [unit for unit in units if _fits(unit, channel)]
         if len(own) > 1:
-            raise ConfigError(f"units {' and '.join(own)} are both of {channel.symbol}; give one of them")
+            raise ConfigError(f"units {' and '.join(own)} both fit {channel.symbol}; give one of them")
     return Selection(chosen, tuple(units))
 
 

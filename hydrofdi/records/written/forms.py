@@ -1,4 +1,4 @@
-"""A record as CSV, Parquet or MAT; numbers are read again to the bit."""
+"""A record as CSV, Parquet or MAT. Numbers are stored exactly."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def write_csv(path: Path, columns: Sequence[Column]) -> None:
 
 
 def write_parquet(path: Path, columns: Sequence[Column]) -> None:
-    """Columns named as in CSV, with their unit as metadata ``units`` of the field, too.
+    """Columns named as in CSV; their units are also metadata ``units`` of the fields.
 
     Raises
     ------
@@ -66,10 +66,10 @@ def write_mat(path: Path, columns: Sequence[Column]) -> None:
 
 
 WRITERS = {"csv": write_csv, "parquet": write_parquet, "mat": write_mat}
-"""Form, which is the suffix as well → what writes it."""
+"""Form, which is also the suffix → its writer."""
 
 BEGINNINGS = {"csv": b"time [s],", "parquet": b"PAR1", "mat": b"MATLAB 5.0 MAT-file"}
-"""Form → how its files begin."""
+"""Form → first bytes of its files."""
 
 
 def _text(value: float) -> str:

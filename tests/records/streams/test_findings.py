@@ -23,10 +23,10 @@ def _said(time, frequency=10.0):
     ("time", "said"),
     [
         ([0.0, 0.1, 0.4, 0.5], ("gap", 1, "no samples for 0.3 s after 0.1 s")),
-        ([0.0, 0.1, 0.1, 0.2], ("duplicate", 1, "another sample came for 0.1 s and was dropped")),
+        ([0.0, 0.1, 0.1, 0.2], ("duplicate", 1, "a second sample at 0.1 s was dropped")),
         (
             [0.3, 0.4, 0.2, 0.3, 0.5],
-            ("time_ran_back", 2, "a sample of 0.2 s came after that of 0.4 s and was dropped"),
+            ("time_ran_back", 2, "a sample at 0.2 s came after one at 0.4 s and was dropped"),
         ),
         ([0.0, np.nan, 0.1], ("malformed", 1, f"a sample after 0 s {MALFORMED}")),
         ([0.0, 1e300, 0.1, -1.1e11], ("malformed", 2, f"a sample after 0 s {MALFORMED}")),

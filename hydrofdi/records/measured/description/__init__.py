@@ -1,1 +1,1 @@
-"""The description of measured files: its keys, what they may not say, its schema."""
+"""The description of measured files: its keys, their checks, its schema."""

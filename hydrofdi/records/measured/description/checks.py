@@ -1,4 +1,4 @@
-"""What a description of measured files may not say, beyond the kinds of its values."""
+"""Checks of a description of measured files, beyond the types of its values."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
     if delimiter in ('"', "\n", "\r"):
         yield source.mistake(("format", "delimiter"), f"{delimiter!r} cannot separate columns")
     if delimiter == config.format.decimal:
-        yield source.mistake(("format", "delimiter"), f"{delimiter!r} is the decimal sign as well")
+        yield source.mistake(("format", "delimiter"), f"{delimiter!r} is also the decimal sign")
 
 
 def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) -> Iterator[Mistake]:
-    """Units, ranges and gains of columns that cannot be, with their lines."""
+    """Mistakes in units, ranges and gains of columns, with their lines."""
     for channel, column in channels.items():
         path, unit = ("channels", channel.value), known_unit(column.unit)
         if column.unit and not is_counts(column.unit):
@@ -63,9 +63,9 @@ def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
         message = "is missing; give 'sampling_frequency: 1 kHz', or 'time: {column: …, unit: s}'"
         yield source.mistake(("sampling_frequency",), message)
     if config.time is not None and config.sampling_frequency is not None:
-        yield source.mistake(("sampling_frequency",), "is given beside 'time'; give one of them")
+        yield source.mistake(("sampling_frequency",), "is given as well as 'time'; give only one of them")
     if config.resample is not None and config.time is None:
-        yield source.mistake(("resample",), "needs a column of 'time'")
+        yield source.mistake(("resample",), "needs 'time', a column of sampling instants")
     if config.time is not None and config.time.unit:
         unit = known_unit(config.time.unit)
         if unit is None or unit.exponents != parse_unit("s").exponents:

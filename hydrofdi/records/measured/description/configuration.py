@@ -1,4 +1,4 @@
-"""The description of measured files: a YAML beside them."""
+"""The description of measured files: a YAML file beside them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class MeasuredConfig(Section):
 
     resample: Frequency | None = None
     """Sampling frequency to which records with a time column are interpolated linearly. Otherwise uneven
-    sampling is only remarked."""
+    sampling only causes a remark."""
 
     format: FormatConfig = FormatConfig()
 
@@ -66,22 +66,22 @@ class MeasuredConfig(Section):
     """Name → column with a single value per file, such as the day."""
 
     group: str = ""
-    """Group of a record, with names in braces: those of `path` and `columns`, ``{folder}``, ``{file}`` and
-    ``{direction}``: ``+`` or ``-``, the sign of the last minus the first piston position, or ``0``. Records
-    with the same unit, day and direction then form a group."""
+    """Group of a record: a template with names in braces. Names are those of `path` and `columns`,
+    ``{folder}``, ``{file}`` and ``{direction}`` (``+``, ``-`` or ``0``: the sign of the last minus the first
+    piston position). Records with the same text form a group."""
 
     label: str = ""
-    """Known condition of a record, as a template like ``group``. Only evaluations use it."""
+    """Known condition of a record: a template like `group`. Only evaluations use it."""
 
     healthy: Annotated[tuple[str, ...], one_or_more(str)] = ()
-    """Labels of healthy records; those with another label are faulty. Only evaluations use it."""
+    """Labels of healthy records; records with any other label are faulty. Only evaluations use it."""
 
     severity: dict[str, Annotated[float, SI("m^3/s", above=0.0)]] = Field(default_factory=dict)
     """Label → leakage flow of its records, if known. Only evaluations use it."""
 
     normalize: Literal["none", "supply", "hold"] = "none"
     """``supply``: pressures are divided by the mean of the supply pressure. ``hold``: by the mean of the
-    higher chamber pressure in the last fifth of the file or cycle. They are then relative."""
+    higher chamber pressure in the last fifth of the file or cycle. Pressures are then relative."""
 
     limits: LimitsConfig = LimitsConfig()
 

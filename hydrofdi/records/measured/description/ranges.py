@@ -14,7 +14,7 @@ def plausible_range(channel: Channel, config: ChannelConfig) -> tuple[float, flo
     Raises
     ------
     ValueError
-        They have another dimension, or the lowest is not below the highest.
+        The values have another dimension, or the lowest is not below the highest.
     """
     if config.range is None:
         return None

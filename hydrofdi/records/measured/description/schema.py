@@ -9,7 +9,7 @@ from hydrofdi.settings.schema import described_schema
 
 
 def measured_schema() -> dict[str, Any]:
-    """The JSON Schema of a description; a text alone may stand for a channel and for the format."""
+    """The JSON Schema of a description; channels and the format may also be plain texts."""
     schema = described_schema(MeasuredConfig, "hydrofdi measured files")
     properties, text = schema["properties"], {"type": "string"}
     channel = properties["channels"]["additionalProperties"]

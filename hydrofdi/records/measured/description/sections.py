@@ -30,7 +30,7 @@ Column = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | i
 
 
 class FormatConfig(Section):
-    """Format of the files. Whatever is left out is detected from the suffix and the first lines."""
+    """Format of the files. By default, suffix and first lines show kind, delimiter, header and units."""
 
     kind: Literal["text", "hdf5", "mat", "parquet", "npz"] | None = None
     """Kind of file; by default from the suffix. ``.gz`` may follow every suffix."""
@@ -46,7 +46,7 @@ class FormatConfig(Section):
     """Lines of a text that start with this are ignored."""
 
     skip: Annotated[int, Field(ge=0)] = 0
-    """Lines of a text before the header, or before the first row."""
+    """Number of lines of a text before the header, or before the first row."""
 
     header: bool | None = None
     """Whether a text has a line of column names; by default detected from the first line."""
@@ -63,7 +63,7 @@ class FormatConfig(Section):
 
 
 class ChannelConfig(Section):
-    """Source of a channel: sign × (gain × column + offset), in the unit. A plain text is the column."""
+    """Source of a channel: sign × (gain × column + offset), in `unit`. A plain text means the column."""
 
     column: Column
     """Name of the column, with or without its unit, or its number from 1; path of the dataset in HDF5 and
@@ -74,10 +74,10 @@ class ChannelConfig(Section):
     relative. By default from the header."""
 
     gain: Annotated[float, SI("1")] | None = None
-    """Factor of the column. A header's unit may differ from `unit` only where a gain is given."""
+    """Factor of the column. A header's unit may differ from `unit` only if a gain is given."""
 
     offset: Annotated[float, SI("1")] = 0.0
-    """Added after the gain, in the unit."""
+    """Offset in `unit`, added after the gain."""
 
     sign: Literal[1, -1] = 1
     """-1 inverts the channel."""
@@ -98,8 +98,8 @@ class TimeConfig(Section):
     """Name of the column, or its number from 1."""
 
     unit: str = ""
-    """Its unit; by default from the header; numbers under the name ``time`` are in seconds if neither states
-    one. Dates need none. A column that counts the samples is not a time."""
+    """Unit of the column; by default from the header. Without a stated unit, numbers under the name ``time``
+    are in seconds. Dates need none. A column of sample numbers is not a time."""
 
 
 class TrimConfig(Section):
@@ -137,8 +137,8 @@ class SegmentConfig(Section):
     """The part of each stroke that becomes the record, found from the piston position."""
 
     part: Literal["motion", "impact", "hold"]
-    """``motion``: from 2 % to 98 % of the stroke. ``impact``: around the arrival at 98 %. ``hold``: what
-    follows `settle` after it."""
+    """``motion``: from 2 % to 98 % of the stroke. ``impact``: around the arrival at 98 %. ``hold``: from
+    `settle` after it to the end."""
 
     before: Annotated[float, SI("s", least=0.0)] = 0.06
     """Duration before the arrival that belongs to the impact."""
@@ -159,8 +159,8 @@ class LimitsConfig(Section):
     neighbouring value."""
 
     hum: Share = 0.5
-    """Share of a channel's power above 20 Hz in steady lines at the mains frequency and its harmonics. A mode
-    that decays is none."""
+    """Share of a channel's power above 20 Hz in steady lines at the mains frequency and its harmonics. A
+    decaying mode does not count."""
 
     mains: Annotated[tuple[Annotated[float, SI("Hz", above=0.0)], ...], one_or_more(float | str)] = (
         50.0,
@@ -172,12 +172,12 @@ class LimitsConfig(Section):
     """Distance of a sampling instant from even sampling, as a share of a step."""
 
     samples: Annotated[int, Field(ge=2)] | None = None
-    """Number of samples that a record should have."""
+    """Expected number of samples of a record."""
 
     shortest_stroke: Annotated[float, SI("m", above=0.0)] | None = None
-    """Distance between the first and the last piston position; in counts if the position is."""
+    """Distance between the first and the last piston position; in counts if the position is in counts."""
 
     outliers: Annotated[float, SI("1", above=0.0)] | None = None
     """Distance of a stroke, or of the changes of a pressure from sample to sample, from the median of the
-    group, in robust standard deviations, such as 5. All files are then read twice; groups of eight and more
-    are checked. Off by default."""
+    group, in robust standard deviations, such as 5. All files are then read twice; groups of eight or more
+    records are checked. Off by default."""

@@ -1,1 +1,1 @@
-"""What is found in records: defects of their channels, hum, outliers."""
+"""Findings in records: defects of their channels, hum, outliers."""

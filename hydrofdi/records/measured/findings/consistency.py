@@ -11,7 +11,7 @@ _TOLERANCE = 0.01
 
 
 def differences(recording: Recording, first: Recording) -> Iterator[Remark]:
-    """Remarks where the sampling, or a header's unit under a gain, is not that of the first record."""
+    """Remarks if the sampling, or a header's unit under a gain, differs from the first record."""
     found, usual = recording.sampling.frequency, first.sampling.frequency
     if abs(found / usual - 1.0) > _TOLERANCE:
         text = f"sampled at {found:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
@@ -19,5 +19,5 @@ def differences(recording: Recording, first: Recording) -> Iterator[Remark]:
     for channel, header in recording.scaled_headers.items():
         before = first.scaled_headers.get(channel, header)
         if header != before:
-            text = f"one gain for headers of {header or 'no unit'} and, in the first, {before or 'no unit'}"
+            text = f"one gain for headers in {header or 'no unit'} and, in record 1, {before or 'no unit'}"
             yield Remark("units_vary", text, channel)

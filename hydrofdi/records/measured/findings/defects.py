@@ -1,4 +1,4 @@
-"""What is wrong with the channels of a record."""
+"""Defects of the channels of a record."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
 from hydrofdi.settings.counting import counted
 
 _SPIKE = 20.0
-"""Ranges of the 1 … 99 % quantiles from the median, from where on a sample is a spike."""
+"""A spike is farther from the median than this multiple of the range from the 1 % to the 99 % quantile."""
 _PILE = 3
-"""Samples pile up at a limit: the least ratio to the samples at the next value. Coarse steps have less."""
+"""Clipping needs more than this ratio of samples at the limit to samples at the next value. Coarse
+quantization has a smaller ratio."""
 Ranges = Mapping[Channel, tuple[float, float]]
 """Lowest and highest plausible value, in the unit of the channel."""
 
@@ -31,7 +32,7 @@ def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Itera
     recording : Recording
     limits : LimitsConfig
     ranges : mapping of Channel to (float, float)
-        Plausible values, if they are known.
+        Plausible values, if known.
     """
     if limits.samples is not None and recording.n_time != limits.samples:
         text = f"has {counted(recording.n_time, 'sample')} instead of {limits.samples}"
@@ -69,14 +70,14 @@ def _of_channel(
 
 
 def _is_unusable(channel: Channel) -> bool:
-    """Whether nothing can be measured of a channel that never changes."""
+    """Whether a channel that never changes is unusable."""
     return must_change(channel) or channel is Channel.SUPPLY_PRESSURE
 
 
 def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float]) -> Iterator[Remark]:
     outside = float(np.mean((samples < limits[0]) | (samples > limits[1])))
     if outside:
-        yield Remark("out_of_range", f"{outside:.2%} of {channel} lie outside its range", channel)
+        yield Remark("out_of_range", f"{outside:.2%} of {channel} samples lie outside its range", channel)
 
 
 def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[Remark]:
@@ -101,7 +102,7 @@ def _clipped(recording: Recording, channel: Channel, samples: Array, limit: floa
 
 
 def _at_next_value(samples: Array) -> int:
-    """How many samples have the second lowest value."""
+    """Number of samples with the second lowest value."""
     above = samples[samples > samples.min()]
     return int(np.count_nonzero(above == above.min()))
 

@@ -1,4 +1,4 @@
-"""Hum of the mains in a record: narrow steady lines, which a decaying mode is not."""
+"""Mains hum in a record: narrow steady spectral lines. A decaying mode does not count."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from hydrofdi.records.batch import Array
 
 _LOWEST = 20.0
 _PERIODS = 16.0
-"""Fewer periods of the mains in a record tell nothing."""
+"""Fewest periods of the mains in a record that is checked."""
 _PERIODS_OF_PART = 8.0
-"""Periods of the mains in the parts of a record whose amplitudes are compared."""
+"""Periods of the mains in each part of a record. The amplitudes of the parts are compared."""
 _STEADY = 0.7
 """Least ratio of a steady line's lower amplitudes (their first quartile over the parts) to the median. It is
 1 for a sine, 0.64 for narrow-band noise (Rayleigh), and near 0 for a mode that decays between strokes.
@@ -60,7 +60,7 @@ def _are_steady(
 
 
 def _spectrum(samples: Array) -> Array:
-    """Amplitudes of the frequencies of samples, along their last axis, through Hann's window."""
+    """Amplitude spectrum of samples along their last axis, with a Hann window."""
     window = np.hanning(samples.shape[-1] + 1)[:-1]
     amplitudes: Array = np.abs(np.fft.rfft(samples * window))
     return amplitudes

@@ -11,9 +11,9 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.recording import Recording
 
 _LOWEST = 1e5
-"""A hydraulic machine that runs has a pressure above this [Pa]; a chamber at tank pressure alone may not."""
+"""A running hydraulic machine has some pressure above this [Pa]; a chamber at tank pressure may be below."""
 _LIKELY_UNITS = ((60.0, "MPa or bar"), (600.0, "bar"), (10e3, "psi"), (_LOWEST, "kPa"))
-"""Highest number → the unit in which it is the pressure of a machine."""
+"""Upper limit of the values → their probable unit."""
 
 
 def low_pressures(recording: Recording) -> Iterator[Remark]:

@@ -12,12 +12,12 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.forming import MeasuredRecord
 
 _FEWEST = 8
-"""Records of a group that tell what is usual."""
+"""Fewest records of a group that is checked."""
 _TO_DEVIATION = 1.4826
 """Standard deviation of normal numbers over their median absolute deviation."""
 
 Key = tuple[str, Channel]
-"""Group, and the channel that was looked at."""
+"""Group and channel."""
 
 
 def outliers(
@@ -25,14 +25,15 @@ def outliers(
 ) -> dict[str, tuple[Remark, ...]]:
     """Record id → remarks, for records that are further from the median of their group than others.
 
-    Looked at are the stroke, and the logarithm of the RMS of each pressure's changes from sample to sample.
+    The check compares the stroke, and the logarithm of the RMS of each pressure's changes from sample to
+    sample.
 
     Parameters
     ----------
     records : iterable of MeasuredRecord or RejectedRecord
         Only a few numbers of each are kept.
     limit : float
-        In robust standard deviations.
+        Largest usual distance from the median, in robust standard deviations.
     """
     names: dict[Key, list[str]] = defaultdict(list)
     numbers: dict[Key, list[float]] = defaultdict(list)

@@ -40,7 +40,7 @@ class Hdf5File:
         self.shapes = {name: item.shape for name, item in self._datasets.items()}
 
     def array(self, name: str) -> Any:
-        """Values of a dataset; fill values, scale and offset of NetCDF applied."""
+        """Values of a dataset, with fill values, scale and offset of NetCDF applied."""
         dataset = self._datasets[name]
         values, attributes = dataset[()], dataset.attrs
         if not _PACKING & attributes.keys() or np.asarray(values).dtype.kind not in "iuf":
@@ -79,11 +79,11 @@ class MatFile:
         return self._arrays[name]
 
     def unit(self, name: str) -> str:
-        """The field of that name of the structure ``units`` beside a variable; empty if there is none."""
+        """The field with a variable's name in the structure ``units`` beside it; empty if there is none."""
         return self._units[name]
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Do nothing: the file is not kept open."""
 
 
 class Server:
@@ -94,7 +94,7 @@ class Server:
         self._file: Hdf5File | MatFile | None = None
 
     def answer(self, request: Mapping[str, Any]) -> None:
-        """Do what a request says and send the outcome; what a library raises is sent as its reason."""
+        """Carry out a request and send the result, or the message of what a library raised."""
         actions: dict[str, Callable[..., tuple[dict[str, Any], Any]]] = {
             "open": self._open, "array": self._array, "unit": self._unit, "close": self._close,
         }  # fmt: skip
@@ -136,7 +136,7 @@ class Server:
 
 
 def main() -> None:
-    """Serve until standard input ends; each request has its limit of time, kept even within a library."""
+    """Serve until standard input ends; each request has a time limit, which ends a library that hangs."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -157,7 +157,7 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _place_of_unit(name: str) -> str:
-    """Where a structure ``units`` has the unit of a variable: ``rig/units/P1`` for ``rig/P1``."""
+    """Path of a variable's unit in a structure ``units``: ``rig/units/P1`` for ``rig/P1``."""
     structure, slash, variable = name.rpartition("/")
     return f"{structure}{slash}units/{variable}"
 

@@ -1,4 +1,4 @@
-"""Arrays by name: what HDF5, MAT, NPZ and Parquet files hold."""
+"""Arrays by name: the content of HDF5, MAT, NPZ and Parquet files."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class ArrayTable(Table):
         return np.asarray(values, dtype=np.float64)
 
     def dates(self, position: int) -> Array | None:
-        """Time since the first date of a column [s]; None if it holds none."""
+        """Time since the first date of a column [s]; None if it contains no dates."""
         values = self._vector(position)
         if values.dtype.kind != "M":
             return None
@@ -73,7 +73,7 @@ class ArrayTable(Table):
         return (values - known[:1]) / np.timedelta64(1, "s") if known.size else np.full(values.size, np.nan)
 
     def text(self, position: int) -> str:
-        """The one value of a column that does not change."""
+        """The value of a constant column."""
         values = {_as_text(value) for value in self._vector(position).tolist()}
         if len(values) != 1:
             raise DataError(

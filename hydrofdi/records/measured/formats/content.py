@@ -15,14 +15,14 @@ _MOST_BYTES = 2**31
 
 
 def file_bytes(path: Path) -> bytes:
-    """All bytes of a file, unpacked where its name ends in ``.gz``.
+    """All bytes of a file, decompressed if its name ends in ``.gz``.
 
     Raises
     ------
     DataError
         It is larger than 2 GiB.
     RejectionError
-        It cannot be read or unpacked.
+        It cannot be read or decompressed.
     """
     opener = gzip.open if path.suffix.lower() == ".gz" else open
     with damage_named("gzip" if path.suffix.lower() == ".gz" else "a file"), opener(path, "rb") as file:
@@ -35,5 +35,5 @@ def file_bytes(path: Path) -> bytes:
 
 
 def content_of(path: Path) -> Content:
-    """What a library opens: the path itself, or the unpacked bytes."""
+    """Input of a library: the path itself, or the decompressed bytes."""
     return BytesIO(file_bytes(path)) if path.suffix.lower() == ".gz" else path

@@ -1,4 +1,4 @@
-"""Rows of a text that were cut off: their last number may be a part of one."""
+"""Truncated rows of a text: their last number may be incomplete."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from hydrofdi.records.batch import Array
 
 
 def broken_rows(widths: Sequence[int], n_column: int) -> list[int]:
-    """Rows with fewer cells than most have, so that a last column may be left empty as a habit."""
+    """Rows with fewer cells than usual in the file, which may leave its last column empty."""
     usual = _usual(widths, n_column)
     return [row for row, width in enumerate(widths) if width < usual]
 
 
 def rows_to_keep(widths: Sequence[int], n_column: int, *, is_ended: bool) -> int:
-    """Number of rows up to the last one that is whole; at least one.
+    """Number of rows up to the last complete one; at least one.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def rows_to_keep(widths: Sequence[int], n_column: int, *, is_ended: bool) -> int
 
 
 def bridged(times: Array, rows: Sequence[int]) -> Array:
-    """Instants, those of some rows evenly between their neighbours; NaN if one side has none."""
+    """Instants, interpolated linearly in some rows; NaN if a row has no neighbour on one side."""
     if not rows:
         return times
     whole = np.delete(np.arange(times.size), rows)
@@ -46,6 +46,6 @@ def bridged(times: Array, rows: Sequence[int]) -> Array:
 
 
 def _usual(widths: Sequence[int], n_column: int) -> int:
-    """The most frequent number of cells under names; of two, the larger."""
+    """The most frequent number of cells, at most `n_column`; the larger of equally frequent numbers."""
     counts = Counter(widths)
     return min(n_column, max(counts, key=lambda width: (counts[width], width), default=0))

@@ -1,4 +1,4 @@
-"""A measured file, opened as what it is."""
+"""Opening a measured file by its kind."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def kind_of(path: Path, place: str) -> str:
         raise DataError(mistaken)
     hint = nearest(suffix, list(_KINDS)) if suffix else ""
     raise DataError(
-        f"{place}: unknown suffix {suffix!r}{hint}; readable are {', '.join(_KINDS)} (or write"
+        f"{place}: unknown suffix {suffix!r}{hint}; hydrofdi reads {', '.join(_KINDS)} (or write"
         " 'format: {kind: text}' in the YAML that describes the file, docs/measured.md)"
     )
 

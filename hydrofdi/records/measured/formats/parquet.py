@@ -1,4 +1,4 @@
-"""Parquet, by the extra of this name."""
+"""Parquet files, by the extra ``parquet``."""
 
 from __future__ import annotations
 

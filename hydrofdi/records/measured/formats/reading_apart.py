@@ -22,13 +22,13 @@ from hydrofdi.records.measured.formats.content import Content
 from hydrofdi.records.measured.rejection import RejectionError, damage_named
 
 SECONDS = 60.0
-"""What a request may take, and one second more for each megabyte of the file."""
+"""Time limit of a request [s], plus one second for each megabyte of the file."""
 _BYTES_PER_SECOND = 1e6
 
 
 @contextmanager
 def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayTable]:
-    """The arrays of an HDF5 or MAT file; each is read when it is asked for.
+    """The arrays of an HDF5 or MAT file; each is read on demand.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayT
 
 
 class _Reader:
-    """A process that reads one file at a time; it ends with this one, or when a request takes too long."""
+    """A process that reads one file at a time; it ends with its parent, or if a request takes too long."""
 
     def __init__(self) -> None:
         command = [sys.executable, "-P", array_reader.__file__]
@@ -56,7 +56,7 @@ class _Reader:
         self._kind, self._seconds = "", SECONDS
 
     def open(self, kind: str, content: Content) -> dict[str, tuple[int, ...]]:
-        """Name → shape of what a file contains."""
+        """Name → shape of each array in a file."""
         data = b"" if isinstance(content, Path) else content.getbuffer()
         path = str(content.absolute()) if isinstance(content, Path) else None
         size = content.stat().st_size if isinstance(content, Path) else len(data)
@@ -65,7 +65,7 @@ class _Reader:
         return {name: tuple(shape) for name, shape in shapes.items()}
 
     def array(self, name: str) -> Any:
-        """Values of an array; what is neither number nor text comes as text."""
+        """Values of an array; other types than numbers and text are converted to text."""
         return self.ask("array", name=name)["values"]
 
     def unit(self, name: str) -> str:
@@ -74,7 +74,7 @@ class _Reader:
 
     @property
     def runs(self) -> bool:
-        """Whether the process is there."""
+        """Whether the process is running."""
         return self._process.poll() is None
 
     def close(self) -> None:
@@ -92,7 +92,7 @@ class _Reader:
         Raises
         ------
         OSError
-            With the reason why the library cannot read it.
+            The library cannot read it; the message says why.
         RejectionError
             The process has ended.
         """
@@ -132,7 +132,7 @@ class _Reader:
         return answer
 
     def end(self) -> None:
-        """End the process; a second time does nothing."""
+        """End the process; a second call does nothing."""
         self._process.kill()
         self._process.wait()
         with suppress(OSError):
@@ -141,7 +141,7 @@ class _Reader:
 
 
 _idle: list[_Reader] = []
-"""Processes that wait for the next file; each table that is open has its own."""
+"""Processes that wait for the next file; each open table has its own."""
 
 
 def _free_reader() -> _Reader:

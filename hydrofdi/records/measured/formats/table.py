@@ -1,4 +1,4 @@
-"""What every format gives: named columns, read one by one."""
+"""The table that every format returns: named columns, read one by one."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from hydrofdi.settings.suggestions import nearest
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 _MOST_SHOWN = 12
 _LONGEST_TITLE = 1000
-"""Characters of a header; what is longer is no name with a unit."""
+"""Most characters of a header that is split into name and unit."""
 
 
 def split_title(title: str) -> tuple[str, str]:
-    """Name and unit of a header such as ``P1 [bar]``; no unit if it has none."""
+    """Name and unit of a header such as ``P1 [bar]``; an empty unit if it has none."""
     match = _TITLE.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
     if match is None or not match[1] or (match[2] or match[3] or "").isdigit():
         return title.strip(), ""
@@ -64,7 +64,7 @@ class Table(ABC):
     titles : sequence of str
         Header of each column, or its number.
     remarks : tuple of Remark
-        What was found in reading.
+        Findings while reading.
     """
 
     place: str
@@ -73,7 +73,7 @@ class Table(ABC):
 
     @property
     def has_decimal_commas(self) -> bool:
-        """Whether numbers seem to be written with a comma, which the description does not say."""
+        """Whether numbers seem to have decimal commas, contrary to the description."""
         return False
 
     def find(self, column: str) -> int:
@@ -101,25 +101,25 @@ class Table(ABC):
         """
 
     def dates(self, position: int) -> Array | None:
-        """Time since the first date of a column [s], shape (n_row,); None if it holds no dates.
+        """Time since the first date of a column [s], shape (n_row,); None if it contains no dates.
 
         Raises
         ------
         DataError
-            It holds dates and something else.
+            It contains dates and something else.
         """
         return None
 
     def instants(self, position: int) -> Array:
-        """The same of a column of time."""
+        """Values of a time column, shape (n_row,)."""
         return self.numbers(position)
 
     @abstractmethod
     def text(self, position: int) -> str:
-        """The one value of a column that does not change.
+        """The value of a constant column.
 
         Raises
         ------
         DataError
-            It changes.
+            The column changes.
         """

@@ -1,4 +1,4 @@
-"""Delimited text: CSV, TSV and whatever a logger writes."""
+"""Delimited text: CSV, TSV and other files of loggers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from hydrofdi.records.measured.formats.text_numbers import (
 
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 _NEWEST = 1000
-"""Rows that the last one is compared with."""
+"""Number of last rows that are compared with each other."""
 
 
 class TextTable(Table):
@@ -35,7 +35,7 @@ class TextTable(Table):
     Raises
     ------
     DataError
-        It is not clear what is a header, or rows have more cells than there are column names.
+        The header is ambiguous, or rows have more cells than there are column names.
     """
 
     def __init__(self, place: str, text: str, form: FormatConfig) -> None:
@@ -51,7 +51,7 @@ class TextTable(Table):
 
     @property
     def has_decimal_commas(self) -> bool:
-        """Whether cells of the first row are numbers with a comma, which the description does not say."""
+        """Whether the first row has numbers with decimal commas, contrary to the description."""
         has_rows = self._form.decimal == "." and self._first_row < self._cells.n_row
         cells = self._cells.row(self._first_row) if has_rows else []
         return any(_COMMA_NUMBER.fullmatch(cell.strip()) for cell in cells)
@@ -79,7 +79,7 @@ class TextTable(Table):
             raise DataError(f"{place}: column {title!r}: {error}{hint}") from None
 
     def dates(self, position: int) -> Array | None:
-        """Time since the first date of a column [s]; None if it holds none."""
+        """Time since the first date of a column [s]; None if it contains no dates."""
         if self._matrix is not None:
             return None
         cells = self._cells.column(position, self._first_row)
@@ -93,11 +93,11 @@ class TextTable(Table):
             raise DataError(f"{place}: column {title!r}: {error}") from None
 
     def instants(self, position: int) -> Array:
-        """The same of a column of time: a row that is cut off lies between its neighbours."""
+        """Values of a time column; truncated rows are interpolated between their neighbours."""
         return bridged(self.numbers(position), self._broken)
 
     def text(self, position: int) -> str:
-        """The one value of a column that does not change."""
+        """The value of a constant column."""
         cells = enumerate(self._cells.column(position, self._first_row))
         values = {row: cell.strip() for row, cell in cells if row not in self._broken}
         first = next(iter(values.values()), "")
@@ -109,7 +109,7 @@ class TextTable(Table):
 
     @cached_property
     def _matrix(self) -> Array | None:
-        """All columns, where they hold nothing but numbers as NumPy reads them."""
+        """All columns, if they contain only numbers that NumPy can read; else None."""
         is_usual = self._form.decimal == "." and not self._form.missing
         return self._cells.matrix(self._first_row, len(self.titles)) if is_usual else None
 
@@ -176,11 +176,11 @@ class TextTable(Table):
         for _ in widths[kept:]:
             cells.leave_out_last()
         if widths[kept:]:
-            yield Remark("truncated", "the last line is incomplete and left out")
+            yield Remark("truncated", "the last line is incomplete and is ignored")
         elif not is_ended and self._may_be_cut():
             yield Remark("unended", "the last line has no line end; its last number may be cut off")
         if n_between := cells.lines_between(first):
-            yield Remark("interrupted", f"lines among the rows that are blank or comments: {n_between}")
+            yield Remark("interrupted", f"blank lines or comments between rows: {n_between}")
         self._broken = broken_rows(widths[:kept], len(self.titles))
         for row in self._broken:
             cells.empty(first + row)
@@ -190,7 +190,7 @@ class TextTable(Table):
             )
 
     def _may_be_cut(self) -> bool:
-        """Whether the last cell may be a part of a number: it is shorter than another one of its column."""
+        """Whether the last cell may be an incomplete number: another cell of its column is longer."""
         rows = range(max(self._first_row, self._cells.n_row - _NEWEST), self._cells.n_row)
         lengths = [len(self._cells.row(row)[-1].strip()) for row in rows]
         return bool(lengths) and lengths[-1] < max(lengths)
@@ -199,14 +199,14 @@ class TextTable(Table):
         if not self._broken:
             return ""
         line = self._cells.line_number(self._first_row + self._broken[0])
-        return f"; {len(self._broken)} cut off and taken as missing, the first in line {line}"
+        return f"; {len(self._broken)} cut off and read as missing, the first in line {line}"
 
     def _is_number(self, cell: str) -> bool:
         return is_number(cell, self._form.decimal, self._form.missing)
 
     def _first_row_hint(self) -> str:
-        units = "a line of units is announced by 'format: {units_row: true}'"
+        units = "for a line of units, write 'format: {units_row: true}'"
         return f"; {units}" if self._first_row == 1 else self._preamble_hint()
 
     def _preamble_hint(self) -> str:
-        return "" if self._form.skip else "; lines before the header are left out by 'format: {skip: …}'"
+        return "" if self._form.skip else "; to skip lines before the header, write 'format: {skip: …}'"

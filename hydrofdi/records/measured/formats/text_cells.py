@@ -13,7 +13,7 @@ from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.description.sections import FormatConfig
 
 _MOST_TOGETHER = 32
-"""Columns that are read at once; of more, only those that are wanted are read."""
+"""Most columns that are read all at once; of wider files, only the wanted columns are read."""
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " "}
 _UNIT_APART = re.compile(r"(?<=\S)\s+(?=[\[(])")
 """Blanks between a name and its unit."""
@@ -28,12 +28,12 @@ class Cells:
     width : int
         Most cells of a row.
     are_blank_delimited : bool
-        Whether runs of blanks stand between the cells.
+        Whether runs of blanks separate the cells.
 
     Raises
     ------
     DataError
-        A line cannot be divided.
+        A line cannot be divided into cells.
     """
 
     def __init__(self, place: str, text: str, form: FormatConfig) -> None:
@@ -60,7 +60,7 @@ class Cells:
         return [row[position] if position < len(row) else "" for row in rows]
 
     def matrix(self, first_row: int, n_column: int) -> Array | None:
-        """All numbers from a row on, read at once; None if a cell is none, or there are many columns."""
+        """All numbers from a row on, read at once; None if a cell is not a number, or columns are many."""
         if self._rows or first_row >= self.n_row or n_column > _MOST_TOGETHER:
             return None
         try:
@@ -76,24 +76,24 @@ class Cells:
 
     @property
     def is_comma_doubtful(self) -> bool:
-        """Whether commas that divide whole numbers may be decimal signs, as far as the text tells."""
+        """Whether commas between integers may be decimal signs: no delimiter is stated, and no dot occurs."""
         return self._is_guessed and self._delimiter == "," and not any("." in line for line in self._lines)
 
     def lines_between(self, first_row: int) -> int:
-        """Lines among the rows from one on that hold no cells."""
+        """Number of lines without cells among the rows from one on."""
         numbers = self._numbers[first_row : self.n_row]
         return numbers[-1] - numbers[0] + 1 - len(numbers) if numbers else 0
 
     def widths(self, first_row: int) -> list[int]:
-        """Numbers of cells of the rows from one on; none if all rows have equally many."""
+        """Number of cells of each row from one on; empty if all rows have equally many."""
         return [len(row) for row in self._rows[first_row:]]
 
     def empty(self, number: int) -> None:
-        """Forget the cells of a row, but not the row."""
+        """Remove the cells of a row, but keep the row."""
         self._rows[number] = []
 
     def leave_out_last(self) -> None:
-        """Forget the last row."""
+        """Remove the last row."""
         self._rows.pop()
         self.n_row -= 1
 
@@ -110,7 +110,7 @@ class Cells:
         return self._lines[number]
 
     def _is_even(self, has_quotes: bool) -> bool:
-        """Whether all rows have as many cells as their delimiters say."""
+        """Whether all rows have the same number of delimiters, and no quotes."""
         if self.are_blank_delimited or has_quotes:
             return False
         return len({line.count(self._delimiter) for line in self._lines}) == 1
@@ -124,12 +124,12 @@ class Cells:
         except csv.Error:
             raise DataError(f"{self.place(reader.line_num - 1)}: cannot be split into cells") from None
         if len(rows) != len(self._lines):
-            raise DataError(f"{self._place}: a quoted cell goes over more than one line")
+            raise DataError(f"{self._place}: a quoted cell extends over more than one line")
         return rows
 
 
 def _kept(lines: list[str], form: FormatConfig) -> list[int]:
-    """Positions of the lines that hold cells."""
+    """Positions of the lines that contain cells."""
     comment = form.comment or "\0"
     return [
         n
@@ -144,7 +144,7 @@ def blank_divided(header: str) -> list[str]:
 
 
 def delimiter_of(first_lines: list[str], form: FormatConfig) -> str:
-    """The sign between cells, as stated or as the first line shows; a blank for runs of blanks."""
+    """The delimiter, as stated or as in the first line; a blank for runs of blanks."""
     if form.delimiter is not None:
         return _NAMED.get(form.delimiter, form.delimiter)
     signs = [sign for sign in "\t;,|" if sign != form.decimal]

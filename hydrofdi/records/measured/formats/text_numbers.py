@@ -1,4 +1,4 @@
-"""Cells of a text as numbers: strictly, so that no slip of the format passes as a number."""
+"""Strict conversion of cells to numbers: a wrong format never passes as a number."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from hydrofdi.records.batch import Array
 from hydrofdi.records.dates import Instant, instant, seconds_from_first
 
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
-"""Texts, in small letters, that stand for a missing value."""
+"""Texts in lower case that mean a missing value."""
 
 _COMMA_INSIDE = re.compile(r"[-+]?[\d.]*,\d+([eE][-+]?\d+)?")
 
 
 class CellError(ValueError):
-    """A cell that is no number.
+    """A cell that is not a number.
 
     Attributes
     ----------
     row : int
-        Its row.
+        Row of the cell.
     message : str
-        What is wrong with it.
+        What is wrong with the cell.
     is_decimal_comma : bool
         Whether it is a number if its comma is a decimal sign.
     """
@@ -76,7 +76,7 @@ def column_dates(cells: Sequence[str], missing: Collection[str] = ()) -> Array:
 
 
 def is_missing(cell: str, missing: Collection[str] = ()) -> bool:
-    """Whether a cell stands for a missing value."""
+    """Whether a cell means a missing value."""
     text = cell.strip()
     return text in missing or text.lower() in MISSING
 

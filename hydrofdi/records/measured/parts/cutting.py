@@ -28,7 +28,7 @@ def part(recording: Recording, first: int, stop: int, start_time: float | None =
 
 
 def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
-    """What is left between the ends that are cut off.
+    """The recording without its trimmed ends.
 
     Raises
     ------
@@ -43,16 +43,16 @@ def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
 
 
 def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording | RejectionError]:
-    """The cycles of a file, each of which starts at its own time zero; what lies outside is remarked.
+    """The cycles of a file, each with its own time zero; a remark states the time outside of them.
 
     Raises
     ------
     RejectionError
-        There is no cycle.
+        There is no complete cycle.
     """
     spans = _spans(recording, cycles)
     if not spans:
-        raise RejectionError("no_cycle", f"contains no whole cycle between {cycles.by}")
+        raise RejectionError("no_cycle", f"contains no complete cycle by {cycles.by}")
     left_out = _left_out(recording, spans)
     for number, (first, stop) in enumerate(spans):
         cycle = part(recording, first, stop, start_time=0.0)
@@ -64,7 +64,7 @@ def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording 
 
 
 def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConfig) -> Recording:
-    """The part of a stroke that is asked for.
+    """The requested part of a stroke.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConf
 
 
 def of_length(recording: Recording, length: float | None, what: str) -> Recording:
-    """The start of a recording, as long as asked for.
+    """The first part of a recording, of the requested length [s].
 
     Raises
     ------

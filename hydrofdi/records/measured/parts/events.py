@@ -9,7 +9,7 @@ from hydrofdi.records.edges import BAND, Direction, drive_edges
 
 
 def edges(samples: Array, direction: Direction) -> list[int]:
-    """First samples beyond the middle of the range, after the other side of a band around it was left.
+    """First sample beyond a band around the middle of the range, after each change of side.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def edges(samples: Array, direction: Direction) -> list[int]:
 
 
 def reversals(position: Array) -> list[int]:
-    """Samples at which a position turns; turns smaller than a fifth of its range do not count.
+    """Samples at which a position reverses; reversals below a fifth of its range do not count.
 
     Parameters
     ----------

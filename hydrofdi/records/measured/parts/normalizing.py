@@ -15,7 +15,7 @@ _HOLD = 5
 
 
 def reference_pressure(recording: Recording, kind: str) -> float:
-    """The pressure by which the others are divided, as its channel is held.
+    """The pressure by which the others are divided, in the unit of its channel.
 
     Raises
     ------
@@ -38,13 +38,13 @@ def reference_pressure(recording: Recording, kind: str) -> float:
         pressure = max(float(recording.channels[chamber][last:].mean()) for chamber in chambers)
     if not pressure > 0.0:
         raise RejectionError(
-            "no_reference", f"the {kind} pressure is {pressure:g}; pressures were not divided by it"
+            "no_reference", f"the {kind} pressure is {pressure:g}; pressures cannot be divided by it"
         )
     return pressure
 
 
 def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
-    """A recording with its pressures divided; they are relative then."""
+    """A recording with divided pressures, which are then relative."""
     pressures = frozenset(channel for channel in recording.channels if channel.is_pressure)
     unit = recording.unit(Channel.CHAMBER_1_PRESSURE)
     text = f"pressures are divided by the {kind} pressure, {pressure:.4g} {unit}"

@@ -1,4 +1,4 @@
-"""The stroke of a piston from one place to another."""
+"""The stroke of a piston from its first to its last position."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.recording import Recording
 
 _MARGIN = 0.02
-"""Share of the stroke that is left out at either end of the motion."""
+"""Share of the stroke at each end that does not belong to the motion."""
 _NOISE = 6.0
 """A stroke is larger than this many times the noise of the position."""
 _MOST_ENDS = 20
@@ -24,9 +24,9 @@ class Stroke:
     Attributes
     ----------
     distance : float
-        Last less first position, in the position's unit.
+        Last minus first position, in the position's unit.
     start, arrival : int
-        Samples at which 2 % and 98 % of it are passed first.
+        First samples beyond 2 % and at 98 % of the distance.
     """
 
     distance: float
@@ -40,7 +40,7 @@ class Stroke:
 
 
 def find_stroke(position: Array) -> Stroke | None:
-    """The stroke in a position; None if it ends where it begins, as far as its noise tells.
+    """The stroke in a position; None if its distance is within the noise.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def find_stroke(position: Array) -> Stroke | None:
 
 
 def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | None) -> tuple[Remark, ...]:
-    """A remark where a stroke is shorter than it should be."""
+    """A remark if a stroke is too short."""
     distance = 0.0 if stroke is None else abs(stroke.distance)
     if shortest is None or distance >= shortest:
         return ()

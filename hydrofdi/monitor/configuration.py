@@ -33,8 +33,8 @@ class MonitorConfig(Section):
     """A monitor beside its detector and its source."""
 
     channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
-    """Channel → column of a text, key of a JSON object, or node of an OPC UA server. Text and JSON need none
-    if their names and units are self-explanatory."""
+    """Channel, by name or symbol such as ``P1`` → column of a text, key of a JSON object, or node of an OPC
+    UA server. Text and JSON need none if their names and units are self-explanatory."""
 
     text: TextConfig = TextConfig()
 

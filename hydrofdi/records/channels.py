@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
+from typing import Any
 
 
 class Channel(StrEnum):
-    """A measured quantity of an actuator; the value is its name in files."""
+    """A measured quantity of an actuator; the value is its name in files. The symbol is read as well."""
 
     CHAMBER_1_PRESSURE = "chamber_1_pressure"
     CHAMBER_2_PRESSURE = "chamber_2_pressure"
@@ -26,6 +28,17 @@ class Channel(StrEnum):
     def symbol(self) -> str:
         """Symbol in tables and in headers of plain files."""
         return _SYMBOLS[self]
+
+    @classmethod
+    def _missing_(cls, value: object) -> Channel | None:
+        return next((each for each in cls if each.symbol == value), None)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: Any, handler: Callable[[Any], Any]) -> dict[str, Any]:
+        schema: dict[str, Any] = handler(core)
+        own = handler.resolve_ref_schema(schema)  # type: ignore[attr-defined]
+        own["enum"] = [*(each.value for each in cls), *(each.symbol for each in cls)]
+        return schema
 
     @property
     def is_pressure(self) -> bool:

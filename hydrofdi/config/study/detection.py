@@ -9,7 +9,6 @@ from pydantic import Field, field_validator, model_validator
 from hydrofdi.config.study.online import OnlineConfig
 from hydrofdi.records import Channel
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.suggestions import nearest
 
 
 class ScoreConfig(Section):
@@ -67,7 +66,7 @@ class DetectionConfig(Section):
     these are also the ones measured, in any form that ``indicators`` accepts; ``all`` then means all cheap
     ones."""
 
-    sensors: list[str] = Field(default_factory=list)
+    sensors: list[Channel] = Field(default_factory=list)
     """Channels of the machine, by symbol or name, such as ``[P1, P2, x, u]``; scores that need others are
     left out. By default every channel may be used."""
 
@@ -86,9 +85,5 @@ class DetectionConfig(Section):
 
     @field_validator("sensors")
     @classmethod
-    def _are_channels(cls, given: list[str]) -> list[str]:
-        known = {name: channel.value for channel in Channel for name in (channel.symbol, channel.value)}
-        for name in given:
-            if name not in known:
-                raise ValueError(f"{name!r} is not a channel{nearest(name, list(known))}")
-        return list(dict.fromkeys(known[name] for name in given))
+    def _each_once(cls, given: list[Channel]) -> list[Channel]:
+        return list(dict.fromkeys(given))

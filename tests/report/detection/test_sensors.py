@@ -72,5 +72,5 @@ def test_scores_that_need_other_sensors_are_left_out_with_how_to_do_without(stud
 
 
 def test_a_mistaken_sensor_is_named_with_the_one_that_may_be_meant(study):
-    with pytest.raises(ConfigError, match="is not a channel; did you mean 'spool_position'"):
+    with pytest.raises(ConfigError, match="is unknown; did you mean 'spool_position'"):
         load_experiment(study, ["detection.sensors=[P1, spool_positon]"])

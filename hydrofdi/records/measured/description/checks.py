@@ -40,9 +40,13 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
 
 
 def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) -> Iterator[Mistake]:
-    """Mistakes in units, ranges and gains of columns, with their lines."""
+    """Mistakes in units, ranges and gains of columns, with their lines; channels that are given twice."""
+    written: dict[Channel, str] = {}
+    for name in source.data.get("channels") or ():
+        if (first := written.setdefault(Channel(name), name)) != name:
+            yield source.mistake(("channels", name), f"is given twice, as {first!r} too")
     for channel, column in channels.items():
-        path, unit = ("channels", channel.value), known_unit(column.unit)
+        path, unit = ("channels", written.get(channel, channel.value)), known_unit(column.unit)
         if column.unit and not is_counts(column.unit):
             if unit is None:
                 message = f"unknown unit {column.unit!r}{unit_remedy(column.unit, channel.unit)}"

@@ -31,8 +31,8 @@ class MeasuredConfig(Section):
     literally."""
 
     channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
-    """Channel → column. By default the header of the first file states them, as in ``P1 [bar]``, and the
-    column of time, as in ``time [s]``."""
+    """Channel, by name or symbol such as ``P1`` → column. By default the header of the first file states
+    them, as in ``P1 [bar]``, and the column of time, as in ``time [s]``."""
 
     sampling_frequency: Frequency | None = None
     """Sampling frequency; either this or `time`."""

@@ -1,1 +1,1 @@
-"""Monitoring: a stream goes in; windows are judged; lines come out. Its state survives a restart."""
+"""Monitoring: the windows of a stream are judged and reported. The state survives a restart."""

@@ -12,27 +12,28 @@ from hydrofdi.settings.counting import counted
 
 
 class Conditions:
-    """An alarm of the chart, or without a chart one of the threshold, is raised at once; it is cleared after
-    so many judged windows in a row without one. After as many that are not judged nothing is known.
+    """Raises an alarm at the first alarm of the chart, or of the threshold if there is no chart. Clears it
+    after `patience` judged windows in a row without an alarm. After as many windows that are not judged, the
+    condition is unknown.
 
     Parameters
     ----------
     patience : int
-        Windows.
+        Number of windows.
     """
 
     def __init__(self, patience: int) -> None:
         self._patience = patience
 
     def start(self) -> State:
-        """The state before the first window: nothing is known."""
+        """The state before the first window: the condition is unknown."""
         counts = {"is_raised": 0, "n_calm": 0, "n_not_judged": self._patience}
         return {"since": np.array(np.nan), **{name: np.array(count) for name, count in counts.items()}}
 
     def step(
         self, state: State, end: float, verdict: Verdict, chart: ChartReading | None
     ) -> tuple[State, Condition, list[Event]]:
-        """The state behind a window that ends at an instant [s], the condition, and what is to be said."""
+        """The state after a window that ends at an instant [s], the condition, and the events."""
         if verdict.alarm is None:
             n_not_judged = min(int(state["n_not_judged"]) + 1, self._patience)
             state = {**state, "n_not_judged": np.array(n_not_judged)}
@@ -47,7 +48,7 @@ class Conditions:
             events = [Event(EventKind.ALARM_RAISED, _why(verdict, chart), end)]
         elif is_raised and n_calm >= self._patience:
             ago = _ago(end - float(state["since"]))
-            text = f"no alarm in {counted(n_calm, 'window')}; it was raised {ago}"
+            text = f"no alarm in {counted(n_calm, 'window')}; the alarm was raised {ago}"
             state = {**state, "is_raised": np.array(0)}
             events = [Event(EventKind.ALARM_CLEARED, text, end)]
         return state, self._condition(state), events

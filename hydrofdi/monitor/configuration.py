@@ -26,11 +26,11 @@ class LimitsConfig(Section):
     """Limits of a stream."""
 
     payload: Annotated[int, Field(ge=1024, le=2**28)] = 2**20
-    """Bytes of a message, or of a line of text; a longer one is counted as malformed and skipped."""
+    """Largest message or line of text [bytes]; a longer one is counted as malformed and skipped."""
 
 
 class MonitorConfig(Section):
-    """A monitor beside its detector and its source."""
+    """Settings of a monitor, apart from its detector and its source."""
 
     channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
     """Channel, by name or symbol such as ``P1`` → column of a text, key of a JSON object, or node of an OPC
@@ -48,12 +48,12 @@ class MonitorConfig(Section):
 
 
 def load_monitor_config(path: Path | None) -> MonitorConfig:
-    """The configuration in a YAML file; the default without one. Paths in it start at its folder.
+    """The configuration in a YAML file; the default without one. Paths in it are relative to its folder.
 
     Raises
     ------
     ConfigError
-        With every mistake in the file, and its line.
+        The file is wrong; all mistakes are listed with their lines.
     """
     if path is None:
         return MonitorConfig()
@@ -66,7 +66,7 @@ def load_monitor_config(path: Path | None) -> MonitorConfig:
 
 
 def _placed(section: Placed, folder: Path) -> Placed:
-    """A section with its paths from a folder."""
+    """A section with its paths below a folder."""
     found = {name: getattr(section, name) for name in type(section).model_fields}
     paths = {name: folder / value for name, value in found.items() if isinstance(value, Path)}
     sections = {name: _placed(value, folder) for name, value in found.items() if isinstance(value, Section)}
@@ -74,7 +74,7 @@ def _placed(section: Placed, folder: Path) -> Placed:
 
 
 def monitor_schema() -> dict[str, Any]:
-    """The JSON Schema of a configuration; a text alone may stand for a channel."""
+    """The JSON Schema of a configuration; channels may also be plain texts."""
     schema = described_schema(MonitorConfig, "hydrofdi monitor")
     channels = schema["properties"]["channels"]
     column = [channels["additionalProperties"], {"type": "string"}, {"type": "integer"}]

@@ -1,4 +1,4 @@
-"""What is wrong with samples, said once and counted."""
+"""Defects of samples: reported once, then counted."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.records.streams import Chunk, Finding, Piece, State
 
 MINUTE = 60.0
-"""What continues is summed up as often [s]."""
+"""Interval at which continuing defects are summed up [s]."""
 
 _WORDS = {
     EventKind.GAP: "gaps",
@@ -24,9 +24,9 @@ _KINDS = list(_WORDS)
 
 
 class Defects:
-    """Findings go in; events come out: the first of an episode, then a line a minute with the count.
+    """Turns findings into events: the first of an episode, then a line per minute with the count.
 
-    Minutes are those of the stream, so that events do not depend on the chunks.
+    Minutes are those of the stream's clock, so that events do not depend on the chunks.
     """
 
     def start(self) -> State:
@@ -38,7 +38,7 @@ class Defects:
         return bool(state["waiting"].any())
 
     def step(self, state: State, findings: Sequence[Finding]) -> tuple[State, list[Event]]:
-        """The state behind findings, and those that are news."""
+        """The state after findings, and events of those that are news."""
         waiting = state["waiting"].copy()
         events = []
         for finding in findings:
@@ -49,16 +49,16 @@ class Defects:
         return {**state, "waiting": waiting}, events
 
     def begins_minute(self, state: State, pieces: Sequence[Piece]) -> bool:
-        """Whether pieces have a sample of another minute than the last one before."""
+        """Whether pieces have a sample in another minute than the last sample before."""
         ends = (float(time) for piece in pieces for time in (piece.time[0], piece.time[-1]))
         return any(_minute(time) != state["minute"] for time in ends)
 
     def passed(self, state: State, pieces: Sequence[Piece]) -> State:
-        """The state behind pieces."""
+        """The state after pieces."""
         return {**state, "minute": np.array(_minute(pieces[-1].time[-1]))} if pieces else state
 
     def sum_up(self, state: State) -> tuple[State, list[Event]]:
-        """What a minute brought that was not said."""
+        """The state after a minute, and an event for each kind of defect that was only counted."""
         minute = float(state["minute"])
         end = MINUTE * (minute + 1.0) if math.isfinite(minute) else None
         until = "" if end is None else f" up to {end:.10g} s"

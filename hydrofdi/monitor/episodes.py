@@ -1,4 +1,4 @@
-"""Windows that cannot be judged: said when it begins and when it is over."""
+"""Episodes of windows that cannot be judged; their start and their end are reported."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _EPISODES = {
     **{kind.value.replace("_", " "): kind for kind in (*_KIND_OF_FAULT.values(), EventKind.NOT_JUDGED)},
     _BEYOND: EventKind.NOVEL,
 }
-"""What an episode is called, and the kind of its events; a score beyond its limit is said anew."""
+"""Name of an episode → kind of its events; a score beyond its limit makes an episode of its own."""
 
 _NAMES = list(_EPISODES)
 
 
 class Episodes:
-    """Faults of windows go in; events come out, one kind of fault beside the other.
+    """Turns faults of windows into events, separately for each kind of fault.
 
     Parameters
     ----------
     patience : int
-        Windows without a fault of a kind after which its episode is over.
+        Number of windows without a kind of fault after which its episode is over.
     """
 
     def __init__(self, patience: int) -> None:
@@ -46,7 +46,7 @@ class Episodes:
         return {"count": none, "quiet": none, "span": np.full((len(_NAMES), 2), np.nan)}
 
     def step(self, state: State, start: float, end: float, verdict: Verdict) -> tuple[State, list[Event]]:
-        """The state behind a window [s], and what is to be said."""
+        """The state after a window from `start` to `end` [s], and the events."""
         if verdict.fault is None and not state["count"].any():
             return state, []
         count, span = state["count"].copy(), state["span"].copy()
@@ -58,7 +58,7 @@ class Episodes:
             is_going_on = bool(count[row])
             span[row] = (span[row, 0] if is_going_on else start), end
             count[row], quiet[row] = count[row] + 1, 0
-            text = f"from {start:.10g} s on windows are not judged: {verdict.fault.text}"
+            text = f"from {start:.10g} s on, windows are not judged: {verdict.fault.text}"
             events.append(Event(kind, text, start, is_silent=is_going_on))
         for row in np.flatnonzero(quiet >= self._patience).tolist():
             events.append(_over(row, count, span))
@@ -66,7 +66,7 @@ class Episodes:
         return {"count": count, "quiet": quiet, "span": span}, events
 
     def end(self, state: State) -> tuple[State, list[Event]]:
-        """What continues at the end of a stream ends with it."""
+        """End the continuing episodes at the end of a stream."""
         rows = np.flatnonzero(state["count"]).tolist()
         return self.start(), [_over(row, state["count"], state["span"]) for row in rows]
 

@@ -17,10 +17,11 @@ from hydrofdi.records import Channel
 from hydrofdi.records.streams import Piece, State, Windower, make_windower
 
 PATIENCE = 10
-"""Windows in a row, such that do not overlap, after which something is over; seconds for estimates."""
+"""Number of windows in a row, without overlap, after which a condition or an episode is over; seconds for
+estimates."""
 
 MOST_SAMPLES = 2**22
-"""Samples of all windows that are judged at once: what bounds the memory."""
+"""Most samples of windows that are judged at once; limits the memory."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +35,14 @@ class Judged:
 
 
 class Judging(Protocol):
-    """What a stream without defects is judged by.
+    """The judging of a stream without defects.
 
     Attributes
     ----------
     needs : tuple of Channel
-        What pieces have to have.
+        Channels that pieces must contain.
     patience : int
-        Windows in a row after which something is over.
+        Number of windows in a row after which a condition or an episode is over.
     """
 
     needs: tuple[Channel, ...]
@@ -52,17 +53,17 @@ class Judging(Protocol):
         ...
 
     def step(self, state: State, piece: Piece) -> tuple[State, list[Judged]]:
-        """The state behind a piece, and what ended in it."""
+        """The state after a piece, and the windows or estimates that ended in it."""
         ...
 
 
 def judging_of(file: DetectorFile) -> Judging:
-    """By windows, or by estimates, as the detector was trained."""
+    """Judging by windows or by estimates, as the detector was trained."""
     return ByEstimates(file) if file.config.window.by == "estimate" else ByWindows(file)
 
 
 class ByWindows:
-    """Windows of a stream."""
+    """Judges windows of a stream."""
 
     def __init__(self, file: DetectorFile) -> None:
         self._windower, self._judge = windower_of(file), Judge(file)
@@ -77,7 +78,7 @@ class ByWindows:
         return self._windower.start()
 
     def step(self, state: State, piece: Piece) -> tuple[State, list[Judged]]:
-        """The state behind a piece, and what ended in it."""
+        """The state after a piece, and the windows that ended in it."""
         judged: list[Judged] = []
         for some in _parts(piece, self._n_at_once):
             state, windows = self._windower.step(state, some)
@@ -89,7 +90,7 @@ class ByWindows:
 
 
 class ByEstimates:
-    """Estimates of a recursive indicator, numbered on."""
+    """Judges estimates of a recursive indicator, which are numbered consecutively."""
 
     def __init__(self, file: DetectorFile) -> None:
         self._follower, self.needs = Follower(file), file.channels
@@ -103,7 +104,7 @@ class ByEstimates:
         return {**self._follower.start(), "number": np.array(0)}
 
     def step(self, state: State, piece: Piece) -> tuple[State, list[Judged]]:
-        """The state behind a piece, and what came in it."""
+        """The state after a piece, and its estimates."""
         number = int(state["number"])
         after, times, verdicts = self._follower.step(state, piece)
         judged = [
@@ -114,7 +115,7 @@ class ByEstimates:
 
 
 def windower_of(file: DetectorFile) -> Windower:
-    """What cuts the stream as the detector was trained."""
+    """The windower that divides the stream as in training."""
     window = file.config.window
     return make_windower(
         "cycle" if window.by == "cycle" else "time",
@@ -137,7 +138,7 @@ def samples_between(file: DetectorFile) -> int:
 
 
 def _parts(piece: Piece, n_sample: int) -> Iterator[Piece]:
-    """The same samples, not too many at once."""
+    """The same samples in pieces of at most `n_sample`."""
     for first in range(0, piece.time.size, n_sample):
         some = slice(first, first + n_sample)
         rows = {channel: row[some] for channel, row in piece.channels.items()}

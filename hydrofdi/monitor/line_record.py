@@ -1,4 +1,4 @@
-"""Lines as JSON objects: the same ones on standard output, in the log, and sent anywhere."""
+"""Lines as JSON objects: the same on standard output, in the log and in messages."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from hydrofdi.monitor.lines import Event, Line, WindowLine
 
 
 def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
-    """A line as an object for JSON; what is not a finite number is None.
+    """A line as an object for JSON; numbers that are not finite are None.
 
     Parameters
     ----------
     line : WindowLine or Event
     unit : str
-        Unit of scores: that of the detector's file.
+        Unit of scores, from the detector's file.
 
     Returns
     -------
@@ -27,7 +27,7 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
 
 
 def line_text(line: Line, unit: str = "1") -> str:
-    """A line as one line of JSON, with its end."""
+    """A line as one line of JSON, with a line end."""
     return json.dumps(line_record(line, unit), ensure_ascii=False, allow_nan=False) + "\n"
 
 

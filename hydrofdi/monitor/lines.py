@@ -1,4 +1,4 @@
-"""What a monitor says: a line for each window, and one for each event."""
+"""Lines of a monitor: one for each window, and one for each event."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from hydrofdi.detectors.trained import ChartReading, Verdict
 
 
 class Condition(StrEnum):
-    """What the monitor takes the actuator for."""
+    """The condition of the actuator, as the monitor judges it."""
 
     UNKNOWN = "unknown"
-    """No window was judged yet, or not for long."""
+    """No window was judged yet, or none recently."""
     HEALTHY = "healthy"
     ALARM = "alarm"
 
 
 class EventKind(StrEnum):
-    """What happens beside windows."""
+    """Kinds of events."""
 
     STARTED = "started"
     RESUMED = "resumed"
@@ -52,16 +52,16 @@ class Event:
     ----------
     kind : EventKind
     text : str
-        The sentence for a person.
+        The event in words.
     time : float or None
-        On the clock of the stream [s].
+        Instant on the clock of the stream [s].
     count : int
-        How often. What continues is said once when it begins. The counts of one kind, those of lines that end
-        an episode left out, add up to all there was.
+        Number of occurrences. What continues is reported once when it begins. The counts of one kind,
+        without lines that end an episode, add up to all occurrences.
     is_silent : bool
-        Whether it is counted alone, because it was said before.
+        Whether it is only counted, because it was reported before.
     is_end : bool
-        Whether it says that an episode is over; `count` is then that of the whole episode.
+        Whether it ends an episode; `count` is then the count of the whole episode.
     """
 
     kind: EventKind
@@ -74,18 +74,18 @@ class Event:
 
 @dataclass(frozen=True)
 class WindowLine:
-    """A window and what is said of it.
+    """A window and its verdict.
 
     Attributes
     ----------
     number : int
-        From 0; it continues over gaps and restarts, so that a line that comes twice can be told.
+        From 0; it continues over gaps and restarts, so that repeated lines can be recognised.
     start, end : float
         Instants of the first and last sample [s].
     verdict : Verdict
     chart : ChartReading or None
     condition : Condition
-        After this window.
+        Condition after this window.
     """
 
     number: int

@@ -1,4 +1,4 @@
-"""From a source to sinks, step by step; what was stored is gone on from."""
+"""The loop of a monitor, from its source to its sinks. It continues from a stored state."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.streams import Chunk
 
 PATIENCE = 0.2
-"""How long a source is waited for before signals are looked after [s]."""
+"""Longest wait for a source before the loop checks whether to stop [s]."""
 
 
 class Ending(StrEnum):
@@ -38,33 +38,33 @@ def monitor(
     log: WindowLog | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Ending:
-    """Watch a stream until it is over or somebody asks to end.
+    """Watch a stream until it is over, or a stop is requested.
 
-    Where a step says anything, its lines go to the sinks, then to the log; then the state is stored, and the
-    source may forget what led to it. After a crash the log has each window once; a sink may get the lines of
-    the last step twice, with the same numbers.
+    If a step has lines, they go to the sinks, then to the log. Then the state is stored, and the source may
+    discard the samples of the step. After a crash, the log has each window once; a sink may receive the lines
+    of the last step twice, with the same numbers.
 
     Parameters
     ----------
     watch : Watch
     source : StreamSource
-        It is opened and closed here.
+        This function opens and closes it.
     sinks : sequence of Sink
-        They are closed here.
+        This function closes them.
     state_file : StateFile, optional
-        Without one, a restart begins anew.
+        Without it, a restart begins anew.
     log : WindowLog, optional
     stop : callable
-        Whether to end; it is asked several times a second.
+        Whether to end; called several times a second.
 
     Raises
     ------
     DataError
         The source cannot be used.
     StoreError
-        The state is damaged, in use or another one's, or the log cannot be written at the start.
+        The state is damaged, in use, or of another monitor; or the log cannot be written at the start.
     BaseException
-        Whatever else a source or a sink raises.
+        Any other exception of a source or a sink.
     """
     with ExitStack() as stack:
         if state_file is not None:
@@ -104,7 +104,7 @@ class _Monitor:
             return Ending.OUTPUT_CLOSED
 
     def _begin(self) -> Event:
-        """Take up what was stored."""
+        """Restore the stored state; open the log and the source."""
         stored = None if self._state_file is None else self._state_file.read()
         if self._log is not None:
             self._log.open({} if stored is None else stored.log)
@@ -126,7 +126,7 @@ class _Monitor:
         self._deliver(reading.chunk, lines)
 
     def _end(self, ending: Ending) -> Ending:
-        """The last lines; what nobody continues with ends its episodes."""
+        """Deliver the last lines; if no restart will continue, end the episodes."""
         lines: list[Line] = [*self._totals.events()]
         if ending is not Ending.STOPPED or self._state_file is None:
             self._state, more = self._watch.end(self._state)
@@ -135,7 +135,7 @@ class _Monitor:
         return ending
 
     def _deliver(self, chunk: Chunk | None, lines: list[Line]) -> None:
-        """To the sinks, the log and the state, in this order, so that no line is lost."""
+        """Pass lines to the sinks, the log and the state, in this order, so that no line is lost."""
         lines = [*self._pending, *lines]
         self._pending = [line for sink in self._sinks for line in sink.put(chunk, lines)]
         is_due = self._is_unstored or self._source.wants_confirmation or any(map(_is_said, lines))
@@ -156,7 +156,7 @@ class _Monitor:
         self._source.confirm()
 
     def _note(self, error: StoreError | None) -> None:
-        """Say once that a disk is full, and once that it works again."""
+        """Report once that the state cannot be stored, and once that it can again."""
         if error is not None and not self._is_unstored:
             self._pending.append(Event(EventKind.NOT_STORED, f"continues without storing its state: {error}"))
         if error is None and self._is_unstored:

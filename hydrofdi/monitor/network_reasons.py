@@ -1,4 +1,4 @@
-"""Why the other side of a connection is not reached, in plain words."""
+"""Why the other side of a connection cannot be reached, in plain words."""
 
 from __future__ import annotations
 

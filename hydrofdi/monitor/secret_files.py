@@ -10,20 +10,20 @@ from hydrofdi.errors import ConfigError
 
 
 def secret_in(file: Path, key: str, what: str = "password") -> str:
-    """The one line of a file, without its end.
+    """The only line of a file, without its line end.
 
     Parameters
     ----------
     file : path
     key : str
-        Of the configuration, for messages, such as ``mqtt.password_file``.
+        Key of the configuration, for messages, such as ``mqtt.password_file``.
     what : str
-        What the line is.
+        Meaning of the line, for messages.
 
     Raises
     ------
     ConfigError
-        The file cannot be read, or holds something else than one line. No message says what it holds.
+        The file cannot be read, or does not contain exactly one line. No message shows its content.
     """
     try:
         secret = file.read_text(encoding="utf-8").rstrip("\r\n")
@@ -31,7 +31,7 @@ def secret_in(file: Path, key: str, what: str = "password") -> str:
         reason = error.strerror if isinstance(error, OSError) else "is not a text file in UTF-8"
         raise ConfigError(f"{key}: {file}: {reason}") from None
     if not secret or "\n" in secret:
-        raise ConfigError(f"{key}: {file}: must hold one line, the {what}")
+        raise ConfigError(f"{key}: {file}: must contain one line, the {what}")
     return secret
 
 

@@ -1,4 +1,4 @@
-"""What a source said of its samples, summed up at the end."""
+"""Totals of malformed and lost samples, reported at the end."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class SourceTotals:
         self._count = dict.fromkeys(_WORDS, 0)
 
     def note(self, reading: Reading) -> None:
-        """One more reading."""
+        """Count a reading."""
         self._n_sample += 0 if reading.chunk is None else reading.chunk.n_time
         for event in reading.events:
             if event.kind in _WORDS:
@@ -26,11 +26,11 @@ class SourceTotals:
 
     @property
     def is_unreadable(self) -> bool:
-        """Whether something came, but no sample."""
+        """Whether something arrived, but no sample."""
         return not self._n_sample and self._count[EventKind.MALFORMED] > 0
 
     def events(self) -> list[Event]:
-        """The totals of what was not said in full."""
+        """The totals of events that were not all reported."""
         return [
             Event(
                 kind,

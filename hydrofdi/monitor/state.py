@@ -1,4 +1,4 @@
-"""The file that a monitor continues from after a restart."""
+"""The file from which a monitor continues after a restart."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ SCHEMA, VERSION = "hydrofdi.monitor-state", 2
 
 @dataclass(frozen=True)
 class Stored:
-    """What a monitor knows behind a step.
+    """The state of a monitor after a step.
 
     Attributes
     ----------
     state : mapping of str to ndarray
-        Of the watch.
+                State of the watch.
     position : mapping
         Where the source continues.
     log : mapping
@@ -45,7 +45,7 @@ class Stored:
 
 
 class StateFile:
-    """One file, replaced whole or not at all: a checksum, a line that says whose it is, and arrays.
+    """One file that is replaced atomically: a checksum, a line that names its owner, and arrays.
 
     Parameters
     ----------
@@ -61,12 +61,12 @@ class StateFile:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Lock it for this process.
+        """Lock the file for this process.
 
         Raises
         ------
         StoreError
-            It is no regular file, another monitor uses it, or its folder cannot be written.
+            It is not a regular file, another monitor uses it, or its folder cannot be written.
         """
         require_regular(self.path)
         lock = self.path.with_name(f".{self.path.name}.lock")
@@ -74,7 +74,7 @@ class StateFile:
             yield
 
     def read(self) -> Stored | None:
-        """What was stored; None if nothing was yet.
+        """The stored state; None if nothing is stored yet.
 
         Raises
         ------
@@ -98,12 +98,12 @@ class StateFile:
             return Stored(dict(arrays), header["position"], header["log"])
 
     def write(self, stored: Stored) -> None:
-        """Replace it; afterwards it survives a crash of the machine.
+        """Replace the file; the new state survives a crash of the machine.
 
         Raises
         ------
         StoreError
-            It cannot be written: the disk is full, say, or the state is more than plain arrays.
+            It cannot be written, for example on a full disk, or the state contains more than plain arrays.
         """
         header = {**self._owner, "position": dict(stored.position), "log": dict(stored.log)}
         body = io.BytesIO()
@@ -130,7 +130,7 @@ class StateFile:
 
 
 def digest(detector: DetectorFile) -> str:
-    """What tells detectors apart: all of the file but who made it, and when."""
+    """A digest of all of a detector file, except who made it, and when."""
     text = detector.model_dump_json(by_alias=True, exclude={"made"})
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -1,4 +1,4 @@
-"""Lines of a stream: pure, with a state of arrays."""
+"""Lines of a stream, by pure functions of samples and a state of arrays."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _Stepped = tuple[State, list[Piece], list[Finding]]
 
 
 class Watch:
-    """Samples go in, lines come out. The lines of a stream do not depend on its chunks.
+    """Turns samples into lines. The lines of a stream do not depend on its chunks.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Watch:
     Raises
     ------
     ConfigError
-        Its indicator or chart cannot be made.
+        The indicator or the chart is invalid.
     """
 
     def __init__(self, file: DetectorFile) -> None:
@@ -53,13 +53,13 @@ class Watch:
         )
 
     def resume(self, state: State, *, may_repeat: bool = True) -> State:
-        """A stored state, fit to continue: samples that come again are left out in silence.
+        """A stored state that continues: samples that are sent again are dropped without a report.
 
         Parameters
         ----------
         state : State
         may_repeat : bool
-            Whether all of the stream may come again. If not, a clock that was set back meanwhile is found.
+            Whether the whole stream may be sent again. If not, a clock that was set back is detected.
         """
         parts = _parts(state)
         return _flat({**parts, "stream": self._stream.resumed(parts["stream"], may_repeat=may_repeat)})
@@ -69,7 +69,7 @@ class Watch:
         return int(_parts(state)["judging"]["number"])
 
     def step(self, state: State, chunk: Chunk) -> tuple[State, list[Line]]:
-        """The state behind a chunk, and what is to be said of it; the old state stays as it was."""
+        """The state after a chunk, and its lines; the old state does not change."""
         parts = _parts(state)
         stepped = self._stream.step(parts["stream"], chunk)
         if not stepped[2] and not self._defects.has_waiting(parts["defects"]):
@@ -79,15 +79,15 @@ class Watch:
         return _flat(parts), lines
 
     def end(self, state: State) -> tuple[State, list[Line]]:
-        """What is to be said when a stream is over: what was counted, and what ends with it."""
+        """The lines at the end of a stream: counts that were not reported, and ends of episodes."""
         parts = _parts(state)
         parts["defects"], sums = self._defects.sum_up(parts["defects"])
         parts["episodes"], over = self._episodes.end(parts["episodes"])
         return _flat(parts), [*sums, *over]
 
     def _alone(self, parts: Mapping[str, State], chunk: Chunk) -> Iterator[_Stepped]:
-        """Steps of the stream such that a sample that is news, or begins a minute, is alone in its own: the
-        place of what is said of it does not depend on the chunk.
+        """Steps of the stream. A sample that is news, or begins a minute, has a step of its own, so that the
+        place of its lines does not depend on the chunk.
         """
         stepped = _, pieces, findings = self._stream.step(parts["stream"], chunk)
         is_news = any(finding.is_news for finding in findings)
@@ -99,7 +99,7 @@ class Watch:
             yield stepped
 
     def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[Line]:
-        """Lines of samples that are checked."""
+        """Lines of checked samples."""
         parts["stream"], pieces, findings = stepped
         sums: list[Event] = []
         if self._defects.begins_minute(parts["defects"], pieces):
@@ -114,7 +114,7 @@ class Watch:
         return lines
 
     def _lines(self, parts: dict[str, State], window: Judged) -> list[Line]:
-        """The line of a window, and what it changes."""
+        """The line of a window, and the events that it causes."""
         start, end, verdict = window.start, window.end, window.verdict
         reading: ChartReading | None = None
         if self._chart is not None:

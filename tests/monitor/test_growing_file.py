@@ -178,8 +178,8 @@ def test_a_file_that_is_not_there_yet_is_waited_for(log):
     follower.read()
     assert follower.times == [1.0]
     assert [event.text for event in follower.events] == [
-        f"{log}: is not there yet; waiting for it",
-        f"{log}: is there now",
+        f"{log}: does not exist yet; waiting for it",
+        f"{log}: can be read now",
     ]
     assert [event.kind for event in follower.events] == ["notice", "connected"]
 

@@ -299,5 +299,5 @@ def test_a_broker_that_stops_is_no_other_client(broker, closing):
     broker._process.kill()
     lost = until(source, lambda readings: any(event.kind == "disconnected" for event in events(readings)))
     text = next(event.text for event in events(lost) if event.kind == "disconnected")
-    assert "the broker closed the connection" in text or "it shuts down" in text
+    assert "the broker closed the connection" in text or "it is shutting down" in text
     assert "another client" not in text

@@ -163,7 +163,7 @@ def test_a_password_is_never_sent_unencrypted(monkeypatch):
 
 
 def test_half_of_the_security_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="needs key, server_certificate as well"):
+    with pytest.raises(ValueError, match="also needs key, server_certificate"):
         OpcUaConfig(security="Basic256Sha256", certificate=tmp_path)
-    with pytest.raises(ValueError, match="without a policy"):
+    with pytest.raises(ValueError, match="needs a policy"):
         OpcUaConfig(certificate=tmp_path)

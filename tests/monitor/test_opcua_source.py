@@ -135,7 +135,7 @@ def test_a_node_without_numbers_is_said_once_and_counted(server):
         server.write("text", ["a", "b"], [20.0, 20.01])
         reader.until(lambda reader: sum(e.kind is EventKind.MALFORMED for e in reader.events) == 2)
     (said,) = reader.said(EventKind.MALFORMED)
-    assert "ns=1;s=text holds a str instead of a number" in said
+    assert "ns=1;s=text contains a str instead of a number" in said
 
 
 def test_a_source_that_is_closed_leaves_no_thread_and_no_subscription(server):
@@ -167,7 +167,7 @@ def test_a_channel_that_cannot_be_read_is_refused_before_it_is_connected(config,
 
 @pytest.mark.parametrize("url", ["opc.tcp://", "http://host", "opc.tcp://host:99999", "opc.tcp://host/x?y"])
 def test_what_is_no_address_is_refused(url):
-    with pytest.raises(ConfigError, match=r"written opc\.tcp://host:port/path"):
+    with pytest.raises(ConfigError, match=r"as opc\.tcp://host:port/path"):
         OpcUaSource(url, FAST, CHANNELS, RATE)
 
 

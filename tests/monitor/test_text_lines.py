@@ -195,7 +195,7 @@ def test_lines_above_the_limit_are_counted_and_left_out(cuts):
 @pytest.mark.parametrize(
     ("text", "encoding", "message"),
     [
-        (CSV.decode(), "utf-16", "the stream: is in UTF-16; streams are in UTF-8, as 'iconv"),
+        (CSV.decode(), "utf-16", "the stream: is in UTF-16; convert it to UTF-8 with 'iconv"),
         (CSV.decode(), "utf-16-le", "the stream: is not text in UTF-8; is it a binary file, or in UTF-16?"),
         ("time [s],P1 [bar],u [V],T [\u00b0C]\n1,2,3,4\n", "utf-16-be", "is not text in UTF-8"),
     ],

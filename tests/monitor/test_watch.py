@@ -214,7 +214,7 @@ def test_an_alarm_is_not_cleared_before_it_was_raised():
     calm = stream(100)
     _, more = watch.step(state, Chunk(calm.time - 200.0, calm.channels))
     (cleared,) = events_of(more, EventKind.ALARM_CLEARED)
-    assert cleared.text == "no alarm in 10 windows; it was raised before the clock was set back"
+    assert cleared.text == "no alarm in 10 windows; the alarm was raised before the clock was set back"
 
 
 def test_novel_windows_whose_score_comes_to_lie_beyond_the_limit_are_said_anew():

@@ -132,7 +132,7 @@ def said_after_post(sink):
 
 @pytest.mark.parametrize("url", ["", "ftp://host/x", "https://", "https://host:x/", "https://host/a b"])
 def test_what_is_no_address_is_refused(url):
-    with pytest.raises(ConfigError, match="written https://host/path"):
+    with pytest.raises(ConfigError, match="as https://host/path"):
         WebhookSink(WebhookConfig(url=url))
 
 
@@ -151,5 +151,5 @@ def test_secrets_are_refused_where_others_see_them(tmp_path):
 def test_a_file_that_holds_no_single_line_is_named(tmp_path, content):
     file = tmp_path / "token"
     file.write_text(content)
-    with pytest.raises(ConfigError, match=f"{file}: must hold one line"):
+    with pytest.raises(ConfigError, match=f"{file}: must contain one line"):
         WebhookSink(WebhookConfig(url="https://host/", token_file=file))

@@ -1,4 +1,4 @@
-"""MQTT: addresses, connections that come back, and messages that are sent at least once."""
+"""MQTT: addresses, connections that reconnect, and messages that are sent at least once."""
 
 from hydrofdi.monitor.mqtt.address import MqttAddress, is_mqtt
 from hydrofdi.monitor.mqtt.configuration import MqttConfig

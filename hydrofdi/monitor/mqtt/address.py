@@ -36,19 +36,19 @@ class MqttAddress:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Such as ``mqtts://broker.example/press/samples``; without a host, the own machine.
+        """The address in a text such as ``mqtts://broker.example/press/samples``; by default on this machine.
 
         Raises
         ------
         ConfigError
-            It is no such address, names no single topic, or holds ``@``, which ends credentials (a topic
-            has ``%40`` for it).
+            It is not such an address, does not name a single topic, or contains ``@`` as for credentials
+            (write ``%40`` in a topic).
         """
         scheme, _, rest = text.partition("://")
         place, _, topic = rest.partition("/")
         if "@" in rest:
             raise ConfigError(
-                f"{scheme}://…: credentials in an address are seen by all users of the machine; use"
+                f"{scheme}://…: all users of the machine can see credentials in an address; use"
                 " 'mqtt.password_file', or HYDROFDI_MQTT_USERNAME and HYDROFDI_MQTT_PASSWORD"
                 " (in a topic, write %40)"
             )

@@ -1,4 +1,4 @@
-"""What is said of a connection that comes and goes."""
+"""Events of a connection that is made and lost."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections import deque
 from hydrofdi.monitor.lines import Event, EventKind
 
 _MOST_SAID = 3
-"""Connections that break soon after each other, of which all is said."""
+"""Number of short connections in a row that are all reported."""
 
 
 class Announcements:
-    """Says when a connection comes, and once each reason why there is none.
+    """Reports when a connection is made, and once each reason why there is none.
 
-    What breaks again and again is said a few times; then it is counted alone, until it holds.
+    A connection that breaks repeatedly is reported a few times, then only counted until it is stable.
 
     Parameters
     ----------
@@ -27,30 +27,30 @@ class Announcements:
         self._n_short = 0
 
     def take(self) -> tuple[Event, ...]:
-        """All since the last call."""
+        """All events since the last call."""
         return tuple(self._events.popleft() for _ in range(len(self._events)))
 
     def doubt(self, text: str) -> None:
-        """Something is less safe than it could be."""
+        """Report that something is less safe than it could be."""
         self._events.append(Event(EventKind.INSECURE, text))
 
     def connected(self, remark: str = "") -> None:
-        """There is a connection."""
+        """Report a connection."""
         self._reasons.clear()
         self._n_short += 1
         self._say(EventKind.CONNECTED, f"connected to {self._address}{remark}")
 
     def lost(self, reason: str) -> None:
-        """There is no connection, or still none."""
+        """Report that there is no connection, or still none."""
         if reason not in self._reasons:
             self._reasons.add(reason)
-            again = "; this continues; the end of it is reported" if self._n_short == _MOST_SAID else ""
+            again = "; next report when the connection is stable" if self._n_short == _MOST_SAID else ""
             self._say(
                 EventKind.DISCONNECTED, f"no connection to {self._address}: {reason}; trying again{again}"
             )
 
     def steady(self) -> None:
-        """The connection is stable."""
+        """Report that the connection is stable."""
         if self._n_short > _MOST_SAID:
             self._n_short = 0
             self._say(EventKind.CONNECTED, f"connected to {self._address}, and the connection is stable")

@@ -1,4 +1,4 @@
-"""How brokers are spoken to."""
+"""Settings of connections to MQTT brokers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class MqttConfig(Section):
     """How long the broker keeps messages for a disconnected monitor [s], if its own limits allow."""
 
     ca_file: Path | None = None
-    """Certificates (PEM) that sign the broker's; by default those of the operating system."""
+    """Certificates (PEM) that sign the broker's certificate; by default those of the operating system."""
 
     certificate: Path | None = None
     """Certificate (PEM) of this client, if the broker requires one."""

@@ -20,30 +20,30 @@ if TYPE_CHECKING:
     from paho.mqtt.client import Client, MQTTMessage
 
 LONGEST_WAIT = 120.0
-"""Between attempts [s]."""
+"""Longest wait between attempts [s]."""
 
 _STEADY = 60.0
-"""After a connection of this duration [s] the first attempt comes soon again."""
+"""Duration of a stable connection [s]; after it, the first new attempt comes soon."""
 
 
 class MqttUser(Protocol):
-    """What uses a connection. Its methods run in the thread of the network and do not wait."""
+    """The user of a connection. Its methods run in the network thread; nothing is received meanwhile."""
 
     def connected(self, client: Client, had_session: bool) -> None:
-        """The broker has answered; it may have kept messages."""
+        """The broker has accepted the connection; with a session, it kept messages."""
         ...
 
     def received(self, client: Client, message: MQTTMessage) -> None:
-        """A message has come."""
+        """A message has arrived."""
         ...
 
     def lost(self) -> None:
-        """The connection is gone."""
+        """The connection is lost."""
         ...
 
 
 class MqttConnection:
-    """Keeps a connection to a broker, with a new client each time, and says when it comes and goes.
+    """Keeps a connection to a broker, with a new client each time, and reports when it is made or lost.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class MqttConnection:
     session : Session
     user : MqttUser
     first_wait : float
-        After the first failure [s]; it doubles up to two minutes, less a random part.
+        Wait after the first failure [s]; it doubles up to two minutes, minus a random part.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class MqttConnection:
         Raises
         ------
         ConfigError
-            A file of the configuration cannot be used. A broker that does not answer is no such case.
+            A file of the configuration cannot be used. A broker that does not answer is not an error.
         """
         require_paho()
         new_client(self._address, self._config, self._session)
@@ -88,11 +88,11 @@ class MqttConnection:
         self._thread.start()
 
     def take_events(self) -> tuple[Event, ...]:
-        """What happened since the last call."""
+        """Events since the last call."""
         return self._announcements.take()
 
     def close(self, timeout: float = 3.0) -> None:
-        """Say goodbye and end; after `timeout` seconds without an answer."""
+        """Disconnect and end; wait for an answer for `timeout` seconds at most."""
         self._is_closed.set()
         if client := self._client:
             client.disconnect()

@@ -1,4 +1,4 @@
-"""Messages that are sent at least once, and that never hold up who sends them."""
+"""Messages that are sent at least once, without blocking the sender."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ class _Message:
 
 
 class Outbox:
-    """A bounded queue of messages; it uses a connection, and sends what is left again after a new one.
+    """A bounded queue of messages; a new connection sends again what the broker did not acknowledge.
 
     Parameters
     ----------
     capacity : int
-        Messages that wait or are on their way.
+        Most messages that the broker has not acknowledged.
     greeting : tuple of (str, bytes), optional
-        Topic and retained message that each connection begins with, unless it was refused before.
+        Topic and retained message that each connection sends first, unless the broker refused it before.
     """
 
     def __init__(self, capacity: int, greeting: tuple[str, bytes] | None = None) -> None:
@@ -41,7 +41,7 @@ class Outbox:
         self._refusals: list[str] = []
 
     def put(self, topic: str, payload: bytes, is_retained: bool = False) -> bool:
-        """Queue a message; whether there was room."""
+        """Queue a message; False if there was no room."""
         with self._lock:
             self._forget_sent()
             if len(self._messages) >= self._capacity:
@@ -53,20 +53,20 @@ class Outbox:
 
     @property
     def n_waiting(self) -> int:
-        """Messages that the broker has not acknowledged."""
+        """Number of messages that the broker has not acknowledged."""
         with self._lock:
             self._forget_sent()
             return len(self._messages)
 
     def take_refusals(self) -> list[str]:
-        """Why the broker refused messages since the last call, a reason for each."""
+        """The reason for each message that the broker refused since the last call."""
         with self._lock:
             self._forget_sent()
             refusals, self._refusals = self._refusals, []
         return refusals
 
     def wait_until(self, n_waiting: int, timeout: float) -> bool:
-        """Wait until so few are waiting, for `timeout` seconds at most; whether it came to it."""
+        """Wait until at most `n_waiting` messages wait; False if that takes longer than `timeout` seconds."""
         end = time.monotonic() + timeout
         while self.n_waiting > n_waiting:
             if time.monotonic() >= end:
@@ -75,7 +75,7 @@ class Outbox:
         return True
 
     def connected(self, client: Client, had_session: bool) -> None:
-        """Send all that waits."""
+        """Send all waiting messages."""
         client.on_publish = self._answered
         if self._greeting:
             self._greeting_number = client.publish(*self._greeting, qos=1, retain=True).mid
@@ -86,7 +86,7 @@ class Outbox:
                 self._send(message)
 
     def received(self, client: Client, message: MQTTMessage) -> None:
-        """Nothing is subscribed to."""
+        """Do nothing: no topic is subscribed to."""
 
     def lost(self) -> None:
         """Keep what the broker has not acknowledged."""
@@ -100,7 +100,7 @@ class Outbox:
             message.number = sent.mid
 
     def _answered(self, client: Client, _: Any, number: int, code: Any, properties: Any) -> None:
-        """paho holds a lock of its own here that `publish` needs: no other may be taken."""
+        """Note an answer. paho holds a lock here that `publish` needs, so take no other lock."""
         self._answers.append((client, number, code))
 
     def _forget_sent(self) -> None:

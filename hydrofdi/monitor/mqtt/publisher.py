@@ -1,4 +1,4 @@
-"""Samples as messages, for trying a monitor out."""
+"""Samples as messages, to try a monitor."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from hydrofdi.records.batch import Array
 from hydrofdi.records.streams import Chunk
 
 AHEAD = 20
-"""Messages that are on their way at most; the next one waits."""
+"""Most messages that the broker has not acknowledged; the next one waits."""
 
 
 class SamplePublisher:
-    """Sends blocks of samples, each as one message, and none faster than the broker takes them.
+    """Sends blocks of samples, each as one message, no faster than the broker accepts them.
 
     Parameters
     ----------
     address : MqttAddress
     config : MqttConfig
     first_wait : float
-        Before the second attempt to connect [s].
+                Wait before the second attempt to connect [s].
 
     Raises
     ------
@@ -47,11 +47,11 @@ class SamplePublisher:
         )
 
     def take_events(self) -> tuple[Event, ...]:
-        """Connections that came and went."""
+        """Events of the connection since the last call."""
         return self._connection.take_events()
 
     def flush(self, timeout: float) -> bool:
-        """Wait until the broker has all; whether it has."""
+        """Wait until the broker has all messages; False if that takes longer than `timeout` seconds."""
         return self._outbox.wait_until(0, timeout)
 
     def close(self) -> None:
@@ -60,7 +60,7 @@ class SamplePublisher:
 
 
 def payload_of(chunk: Chunk) -> bytes:
-    """Samples as JSON: ``time`` and channels, each in SI and as an array; null if one is missing."""
+    """Samples as JSON: ``time`` and channels, each in SI and as an array; null if a sample is missing."""
     columns = {"time": chunk.time} | {channel.value: samples for channel, samples in chunk.channels.items()}
     return json.dumps({name: _numbers(samples) for name, samples in columns.items()}).encode()
 

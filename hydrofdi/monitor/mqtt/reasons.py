@@ -11,7 +11,7 @@ _OF_CODES = {
     "Unsupported protocol version": "it does not speak MQTT 5",
     "Client identifier not valid": "it refuses the client id",
     "Session taken over": "another client connected under the same client id",
-    "Server shutting down": "it shuts down",
+    "Server shutting down": "it is shutting down",
     "Keep alive timeout": "it received nothing for too long",
     "Packet too large": "a message is too large for it",
     "Banned": "it bans this client",

@@ -19,14 +19,14 @@ _THIS_MACHINE = ("localhost", "127.0.0.1", "::1")
 
 @dataclass(frozen=True)
 class Credentials:
-    """A user and a password, which no text shows."""
+    """A user and a password; their representation shows neither."""
 
     username: str | None = field(repr=False)
     password: str | None = field(repr=False)
 
 
 def credentials_of(config: MqttConfig, environment: Mapping[str, str] = os.environ) -> Credentials:
-    """From the configuration, or else from the environment.
+    """User and password from the configuration, or else from the environment.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def credentials_of(config: MqttConfig, environment: Mapping[str, str] = os.envir
 
 
 def tls_context(config: MqttConfig) -> ssl.SSLContext:
-    """The rules of encrypted connections.
+    """The TLS settings of encrypted connections.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def tls_context(config: MqttConfig) -> ssl.SSLContext:
 
 
 def doubts(address: MqttAddress, config: MqttConfig) -> Iterator[str]:
-    """What is less safe than it could be, as sentences."""
+    """A sentence for each setting that is less safe than it could be."""
     if address.is_secure and not config.verify:
         yield f"mqtt.verify is false: the certificate of {address.broker} is not checked"
     yield from exposed(config.password_file, config.key)
@@ -77,10 +77,10 @@ def doubts(address: MqttAddress, config: MqttConfig) -> Iterator[str]:
 
 @contextmanager
 def _usable(key: str, file: Path) -> Iterator[None]:
-    """Errors of a file as those of its key; never with what the file contains."""
+    """Raise errors of a file under its key, never with the content of the file."""
     try:
         yield
     except ssl.SSLError as error:
-        raise ConfigError(f"mqtt.{key}: {file}: cannot be used ({error.reason or 'no PEM'})") from None
+        raise ConfigError(f"mqtt.{key}: {file}: cannot be used ({error.reason or 'not PEM'})") from None
     except OSError as error:
         raise ConfigError(f"mqtt.{key}: {file}: {error.strerror}") from None

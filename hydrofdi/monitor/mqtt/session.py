@@ -1,4 +1,4 @@
-"""What a client asks of the broker."""
+"""Sessions of a client with a broker."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ if TYPE_CHECKING:
     from paho.mqtt.client import Client
 
 SENT_AT_ONCE = 10
-"""Messages on their way to the broker that it did not acknowledge; more of them wait."""
+"""Most messages that are sent before the broker acknowledges one; the others wait."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """What a client is and asks for.
+    """Settings of a session.
 
     Attributes
     ----------
     client_id : str
-        The broker makes one where it is empty.
+        If it is empty, the broker assigns one.
     topic : str
-        Is subscribed to; none where empty.
+        Topic to subscribe to; none if empty.
     expiry : int
-        How long the broker keeps messages after the connection broke [s].
+        How long the broker keeps messages after the connection breaks [s].
     most_unacknowledged : int
-        Messages that the broker sends before it waits for an acknowledgement.
+        Most messages that the broker sends before it waits for an acknowledgement.
     largest : int
-        Bytes of a message; the broker leaves out larger ones.
+        Largest message [bytes]; the broker does not send larger ones.
     will : tuple of (str, bytes) or None
-        Topic and retained message that the broker publishes when the connection broke.
+        Topic and retained message that the broker publishes when the connection breaks.
     """
 
     client_id: str = ""
@@ -46,7 +46,7 @@ class Session:
 
 
 def require_paho() -> None:
-    """The library of MQTT is there.
+    """Check that the MQTT library is installed.
 
     Raises
     ------
@@ -89,12 +89,12 @@ def new_client(address: MqttAddress, config: MqttConfig, session: Session) -> Cl
 
 
 def connect(client: Client, address: MqttAddress, config: MqttConfig, session: Session) -> None:
-    """Reach the broker and greet it; its answer comes later.
+    """Connect to the broker and send the request; its answer comes later.
 
     Raises
     ------
     OSError
-        It is not reached, or not trusted.
+        The broker cannot be reached, or is not trusted.
     """
     from paho.mqtt.packettypes import PacketTypes
     from paho.mqtt.properties import Properties
@@ -108,7 +108,7 @@ def connect(client: Client, address: MqttAddress, config: MqttConfig, session: S
 
 
 def subscribe(client: Client, topic: str) -> None:
-    """Ask for the messages of a topic from now on, and not for a retained one of earlier."""
+    """Subscribe to new messages of a topic, without an earlier retained one."""
     from paho.mqtt.subscribeoptions import SubscribeOptions
 
     options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)

@@ -1,4 +1,4 @@
-"""Names of the variables that an OPC UA server has, for one that it has not."""
+"""Variables of an OPC UA server, to suggest one for an unknown name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MOST = 2_000
 
 
 async def nearest_nodes(client: Client, wanted: str) -> str:
-    """What may have been meant, as the end of a sentence; empty if nothing is similar."""
+    """A suggestion of similar nodes, as the end of a sentence; empty if none is similar."""
     found: list[str] = []
     with suppress(OSError, UaError):
         found = await _variables(client)
@@ -23,7 +23,7 @@ async def nearest_nodes(client: Client, wanted: str) -> str:
 
 
 async def _variables(client: Client) -> list[str]:
-    """Node ids of variables below the folder of objects, the standard ones left out."""
+    """Node ids of variables below the folder of objects, without the standard ones."""
     found: list[str] = []
     waiting = deque([client.nodes.objects.nodeid])
     seen: set[ua.NodeId] = set()

@@ -1,4 +1,4 @@
-"""How an OPC UA server is reached: address, security, credentials."""
+"""Connection to an OPC UA server: address, security, credentials."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class OpcUaConfig(Section):
     """Length of the queue of samples waiting for the monitor [s]; beyond it, whole windows are dropped."""
 
     security: Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"] = "none"
-    """Policy of signing and encrypting. ``none``: anyone on the network can read and change samples."""
+    """Policy for signing and encryption. ``none``: anyone on the network can read and change samples."""
 
     certificate: Path | None = None
     """Certificate of this monitor, PEM or DER; the server must trust it."""
@@ -42,7 +42,7 @@ class OpcUaConfig(Section):
     """Private key of the certificate, PEM or DER, without a passphrase."""
 
     server_certificate: Path | None = None
-    """Certificate of the server, PEM or DER; a server with another one is refused."""
+    """Certificate of the server, PEM or DER; a server with another certificate is refused."""
 
     username: str = ""
     """User name; by default from the environment variable HYDROFDI_OPCUA_USERNAME. Anonymous if neither is
@@ -58,24 +58,24 @@ class OpcUaConfig(Section):
         given = [name for name, path in files.items() if path is not None]
         missing = [name for name, path in files.items() if path is None]
         if self.security != "none" and missing:
-            raise ValueError(f"security {self.security} needs {', '.join(missing)} as well")
+            raise ValueError(f"security {self.security} also needs {', '.join(missing)}")
         if self.security == "none" and given:
-            raise ValueError(f"{given[0]} without a policy; write 'security: Basic256Sha256'")
+            raise ValueError(f"{given[0]} needs a policy; write 'security: Basic256Sha256'")
         return self
 
 
 def server_url(source: str) -> str:
-    """The address of a server in full.
+    """The full address of a server.
 
     Parameters
     ----------
     source : str
-        Such as ``opc.tcp://plc.example:4840/path``; the port is 4840 where left out.
+        Such as ``opc.tcp://plc.example:4840/path``; the default port is 4840.
 
     Raises
     ------
     ConfigError
-        It is no such address, or holds credentials.
+        It is not such an address, or contains credentials.
     """
     try:
         parts = urlsplit(source)
@@ -83,7 +83,7 @@ def server_url(source: str) -> str:
     except ValueError:
         host, port = None, 0
     if not host or parts.scheme != SCHEME or parts.query or parts.fragment:
-        raise ConfigError(f"an OPC UA server is written {SCHEME}://host:port/path")
+        raise ConfigError(f"write the address of an OPC UA server as {SCHEME}://host:port/path")
     if "@" in source:
         raise ConfigError(
             f"do not put a user or password in an address, which others can read; set {_USERNAME} and "
@@ -99,7 +99,7 @@ def credentials(config: OpcUaConfig) -> tuple[str, str] | None:
     Raises
     ------
     ConfigError
-        One lacks the other, the file cannot be read, or the password would not be encrypted.
+        User name or password is missing, the file cannot be read, or the password would not be encrypted.
     """
     username = config.username or os.environ.get(_USERNAME, "")
     file = config.password_file
@@ -115,7 +115,7 @@ def credentials(config: OpcUaConfig) -> tuple[str, str] | None:
 
 
 def doubts(url: str, config: OpcUaConfig) -> Iterator[str]:
-    """What is less safe than it could be, as sentences."""
+    """A sentence for each setting that is less safe than it could be."""
     if config.security == "none":
         yield f"the connection to {url} is not encrypted, and the server is not checked; see 'opcua.security'"
     yield from exposed(config.password_file, config.key)

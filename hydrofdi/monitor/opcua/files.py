@@ -15,7 +15,7 @@ from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 
 @dataclass(frozen=True)
 class KeyFiles:
-    """Contents of the files (certificates in DER), and the application URI that the own one states."""
+    """Contents of the files (certificates in DER), and the application URI in the monitor's own."""
 
     certificate: bytes
     private_key: CertProperties
@@ -29,7 +29,7 @@ def key_files(config: OpcUaConfig) -> KeyFiles | None:
     Raises
     ------
     ConfigError
-        One cannot be read, is not a certificate or key, or they do not fit.
+        A file cannot be read, is not a certificate or key, or they do not match.
     """
     if config.certificate is None or config.key is None or config.server_certificate is None:
         return None
@@ -75,7 +75,7 @@ def _private_key(path: Path, certificate: x509.Certificate) -> CertProperties:
 
 
 def _application_uri(certificate: x509.Certificate, path: Path) -> str:
-    """What a server compares with what a client says of itself."""
+    """The application URI in a certificate; a server compares it with that of the client."""
     try:
         names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
         return str(names.get_values_for_type(x509.UniformResourceIdentifier)[0])

@@ -1,4 +1,4 @@
-"""A server that is followed for as long as the monitor runs: lost and found again."""
+"""A server that is read for as long as the monitor runs, with new connections after losses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hydrofdi.settings.counting import counted
 _LONGEST_WAIT = 120.0
 
 _PATIENCE = 3.0
-"""Before a connection that has not ended is cancelled again [s]; longer than its farewell."""
+"""Wait before a connection that has not ended is cancelled again [s]; disconnecting takes less."""
 
 
 class ServerFollower:
@@ -35,7 +35,7 @@ class ServerFollower:
     period : float
         Sampling period [s].
     first_wait : float
-        Before the second attempt to connect [s]; it doubles up to two minutes.
+        Wait before the second attempt to connect [s]; it doubles up to two minutes.
     put : callable
         Takes instants (n_time,) [s] and samples (n_time, n_node), in the units of the nodes.
     say : callable
@@ -44,7 +44,7 @@ class ServerFollower:
     Raises
     ------
     ConfigError
-        A text is no node id.
+        A text is not a node id.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class ServerFollower:
             following.result()
 
     def stop(self) -> None:
-        """End; called from another thread."""
+        """End; another thread calls this."""
         self._is_stopped = True
         if self._loop is not None and not self._loop.is_closed():
             with suppress(RuntimeError):
@@ -132,7 +132,7 @@ class ServerFollower:
         self._put(*self._joiner.add(values, now))
 
     def _values(self, change: ua.MonitoredItemNotification, now: float) -> list[NodeValue]:
-        """Values of a change; none of the first of a node, which is its last value before, however old."""
+        """Values of a change; none for the first of a node, which is an earlier value of any age."""
         position = change.ClientHandle - FIRST_HANDLE
         if position not in self._begun:
             self._begun.add(position)
@@ -141,13 +141,13 @@ class ServerFollower:
             return node_values(change.Value, position, self._period, now)
         except NoNumberError as error:
             node = self._nodes[position]
-            text = f"{self._server.url}: {node} holds {error} instead of a number"
+            text = f"{self._server.url}: {node} contains {error} instead of a number"
             self._say(Event(EventKind.MALFORMED, text, is_silent=node in self._wrong))
             self._wrong.add(node)
             return []
 
     def _found(self, sampling_interval: float, publishing_interval: float) -> None:
-        """Some servers answer with the publishing interval, however fast they sample."""
+        """Report a connection. Some servers state the publishing interval even if they sample faster."""
         self._said.clear()
         n_node = len(self._nodes)
         text = f"connected to {self._server.url}, {counted(n_node, 'node')}"
@@ -160,5 +160,5 @@ class ServerFollower:
         if reason in self._said:
             return
         self._said.add(reason)
-        text = f"{self._server.url} is not followed: {reason}; it is tried again, at least every 2 minutes"
+        text = f"{self._server.url} is not read: {reason}; trying again, at least every 2 minutes"
         self._say(Event(EventKind.DISCONNECTED, text))

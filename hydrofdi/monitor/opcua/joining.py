@@ -29,9 +29,9 @@ class _Instant:
 class Joiner:
     """Joins values whose time stamps lie within half a sampling period.
 
-    An instant that lacks a node is given, with NaN, when the node has sent a later value or `wait` seconds
-    have passed. Before the first whole instant of a connection such instants are left out, `wait` seconds of
-    them at most: nodes do not begin together.
+    If a node has no value for an instant, the sample is NaN. The instant is complete without it as soon as
+    the node has sent a later value, or after `wait` seconds. Before the first instant with all nodes, up to
+    `wait` seconds of other instants are dropped, because nodes do not begin together.
 
     Parameters
     ----------
@@ -49,24 +49,24 @@ class Joiner:
         self.begin()
 
     def begin(self) -> None:
-        """A new connection: what was not whole stays so."""
+        """Begin a new connection; pending values of the old one are dropped."""
         self._pending: list[NodeValue] = []
         self._latest = [-np.inf] * self._n_channel
         self._left_out = 0
 
     def add(self, values: Sequence[NodeValue], now: float) -> tuple[Array, Array]:
-        """New values; those of one node in the order in which it sent them.
+        """Add values, those of a node in the order in which it sent them, and return the ready samples.
 
         Parameters
         ----------
         values : sequence of NodeValue
         now : float
-            On the clock of `arrival` [s].
+            Present instant on the clock of `arrival` [s].
 
         Returns
         -------
         time : ndarray, shape (n_time,)
-            Instants that are whole or have waited enough [s].
+            Instants that have all nodes, or have waited long enough [s].
         samples : ndarray, shape (n_time, n_channel)
             In the units of the nodes; NaN if a node has no value.
         """

@@ -1,4 +1,4 @@
-"""Why an OPC UA server is not followed, in plain words."""
+"""Why an OPC UA server is not read, in plain words."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from hydrofdi.monitor.network_reasons import network_reason
 _REASONS = {
     "BadUserAccessDenied": "it refuses the user name or password",
     "BadIdentityTokenRejected": "it refuses the user name or password",
-    "BadIdentityTokenInvalid": "it refuses the user name or password, or wants one",
-    "BadSecurityChecksFailed": "it does not trust the certificate of this monitor, or not the policy",
+    "BadIdentityTokenInvalid": "it refuses the user name or password, or requires one",
+    "BadSecurityChecksFailed": "it does not trust the certificate of this monitor, or the policy",
     "BadCertificateUntrusted": "it does not trust the certificate of this monitor",
-    "BadCertificateUriInvalid": "the certificate of this monitor lacks its application URI",
+    "BadCertificateUriInvalid": "the application URI in the certificate of this monitor does not match",
     "BadCertificateTimeInvalid": "it says that the certificate of this monitor has expired",
     "BadTooManySessions": "it has too many sessions",
     "BadTooManySubscriptions": "it has too many subscriptions",
-    "BadShutdown": "it shuts down",
+    "BadShutdown": "it is shutting down",
     "BadTimeout": "it has ended the subscription",
     "BadMonitoredItemFilterUnsupported": "it cannot report each new time stamp of a value",
 }
 
 
 class LostError(Exception):
-    """A server that is not there, refuses, or has gone; the text is the reason in plain words."""
+    """A server cannot be reached, refuses, or is lost; the text is the reason in plain words."""
 
 
 @contextmanager
 def plain_reasons() -> Iterator[None]:
-    """Surrounds what the library does: whatever a server makes it raise is a reason to try again.
+    """Turn every exception of the library into `LostError`: a reason to try again.
 
     Raises
     ------

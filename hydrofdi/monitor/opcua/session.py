@@ -21,10 +21,10 @@ from hydrofdi.monitor.opcua.reasons import LostError, plain_reasons
 logging.getLogger("asyncua").addHandler(logging.NullHandler())
 
 LIFETIME = 60.0
-"""How long the server keeps a session that is lost [s]; servers have few."""
+"""How long the server keeps a lost session [s]; servers have few sessions."""
 
 KEEP_ALIVE = 5.0
-"""How often both sides show that they are there [s]."""
+"""Interval at which both sides send signs of life [s]."""
 
 _TIMEOUT = 10.0
 _FAREWELL = 2.0
@@ -32,7 +32,7 @@ _FAREWELL = 2.0
 
 @dataclass(frozen=True)
 class Server:
-    """What is needed to reach a server.
+    """Address, settings and credentials of a server.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Server:
     config : OpcUaConfig
     credentials : tuple of (str, str), optional
     files : KeyFiles, optional
-        Where the connection is encrypted.
+        Needed if the connection is encrypted.
     """
 
     url: str
@@ -56,7 +56,7 @@ async def session(server: Server) -> AsyncIterator[Client]:
     Raises
     ------
     LostError
-        There is no session.
+        The session cannot be opened.
     """
     client = Client(server.url, timeout=_TIMEOUT, watchdog_intervall=KEEP_ALIVE)
     client.name = client.description = "hydrofdi"
@@ -93,7 +93,7 @@ async def _encrypt(client: Client, policy_name: str, files: KeyFiles) -> None:
 
 
 def _check(endpoints: Sequence[ua.EndpointDescription], policy: str, files: KeyFiles) -> None:
-    """What would otherwise end in silence: the server cannot read what is encrypted for another one."""
+    """Check policy and certificate: a server does not answer what is encrypted for another certificate."""
     mode = ua.MessageSecurityMode.SignAndEncrypt
     offered = [each for each in endpoints if (each.SecurityPolicyUri, each.SecurityMode) == (policy, mode)]
     if not offered:

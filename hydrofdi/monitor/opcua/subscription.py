@@ -17,22 +17,22 @@ from hydrofdi.monitor.opcua.reasons import LostError, plain_reasons
 from hydrofdi.monitor.opcua.session import KEEP_ALIVE, LIFETIME
 
 FIRST_HANDLE = 1
-"""Client handle of the first node; some servers take 0 for none."""
+"""Client handle of the first node; for some servers 0 means none."""
 
 _HELD = 10.0
-"""What the server shall hold beside a publishing interval while the network is slow [s]."""
+"""What the server should queue in addition to a publishing interval while the network is slow [s]."""
 
 _SILENCE = 4 * KEEP_ALIVE
 _UNKNOWN = ("BadNodeIdUnknown", "BadNodeIdInvalid", "BadAttributeIdInvalid")
 
 
 def node_id(text: str) -> ua.NodeId:
-    """A node id as it is written.
+    """The node id that a text states.
 
     Raises
     ------
     ConfigError
-        It is none.
+                The text is not a node id.
     """
     try:
         return ua.NodeId.from_string(text)
@@ -59,7 +59,7 @@ class Subscription:
         self.sampling_interval = 0.0
         """Longest interval at which the server samples a node [s]."""
         self.publishing_interval = 0.0
-        """How often the server sends what it has [s]."""
+        """Interval at which the server sends messages [s]."""
 
     async def begin(self, period: float, publishing_interval: float) -> None:
         """Subscribe.
@@ -74,7 +74,7 @@ class Subscription:
         Raises
         ------
         LostError
-            The server refuses it, has no such node, or is gone.
+            The server refuses it, has no such node, or is lost.
         """
         with plain_reasons():
             await self._begin(period, publishing_interval)

@@ -14,7 +14,7 @@ _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 class NoNumberError(Exception):
-    """A node holds something else than a number or an array of numbers with a time stamp."""
+    """A node contains something other than a number, or an array of numbers, with a time stamp."""
 
 
 def node_values(data: ua.DataValue, channel: int, period: float, arrival: float) -> list[NodeValue]:
@@ -23,18 +23,18 @@ def node_values(data: ua.DataValue, channel: int, period: float, arrival: float)
     Parameters
     ----------
     data : DataValue
-        A number; or an array: consecutive samples, of which the time stamp is that of the last.
+        A number, or an array of consecutive samples with the time stamp of the last.
     channel : int
         Position of the channel.
     period : float
         Sampling period [s].
     arrival : float
-        When it came [s].
+        Instant of arrival [s].
 
     Raises
     ------
     NoNumberError
-        It holds something else.
+        It contains something else.
     """
     stamp = data.SourceTimestamp or data.ServerTimestamp
     if stamp is None:
@@ -56,7 +56,7 @@ def has_overflowed(data: ua.DataValue) -> bool:
 
 
 def changes_of(result: ua.PublishResult) -> Iterator[ua.MonitoredItemNotification]:
-    """Changes that a message of the server tells.
+    """Changes in a message of the server.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def changes_of(result: ua.PublishResult) -> Iterator[ua.MonitoredItemNotificatio
 
 
 def _seconds(stamp: datetime) -> float:
-    """Since 1970, in UTC [s]."""
+    """Time since 1970, in UTC [s]."""
     return (stamp.replace(tzinfo=UTC) - _EPOCH).total_seconds()
 
 

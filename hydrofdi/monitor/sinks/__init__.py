@@ -1,4 +1,4 @@
-"""Where lines go."""
+"""Sinks of lines."""
 
 from hydrofdi.monitor.sinks.contract import Sink
 

@@ -1,4 +1,4 @@
-"""What takes lines."""
+"""The contract of sinks."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from hydrofdi.records.streams import Chunk
 
 
 class Sink(Protocol):
-    """Something that takes lines: standard output, a log, a broker, a web address, metrics, a view.
+    """A receiver of lines: standard output, a log, a broker, a web address, metrics, a view.
 
-    A sink that may be slow keeps a bounded queue of its own and never holds the monitor up; only standard
-    output and the log may.
+    A sink that may be slow has a bounded queue of its own and never blocks the monitor; only standard output
+    and the log may block it.
     """
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Take the samples of a reading and the lines that came of it; gives what it has to say itself."""
+        """Take the samples and the lines of a reading; return the sink's own events."""
         ...
 
     def close(self) -> None:
-        """Send what is left, for a few seconds at most, and end."""
+        """Send what is left, within a few seconds, and end."""
         ...

@@ -13,11 +13,11 @@ from hydrofdi.monitor.sources import Position
 from hydrofdi.store.files import reason, require_regular
 
 LARGEST_BACKLOG = 16 * 2**20
-"""Bytes of lines that wait in memory while the disk is full."""
+"""Most bytes of lines that wait in memory while the disk is full."""
 
 
 class WindowLog:
-    """JSON lines in a file. The state file keeps its length, so that what came behind it is cut off again.
+    """JSON lines in a file. The state file stores its length; a restart cuts off later lines.
 
     The file is opened anew for each step: it may be rotated at any moment.
 
@@ -25,7 +25,7 @@ class WindowLog:
     ----------
     path : Path
     unit : str
-        Of scores.
+                Unit of scores.
     """
 
     def __init__(self, path: Path, unit: str = "1") -> None:
@@ -33,14 +33,14 @@ class WindowLog:
         self._waiting = b""
 
     def open(self, position: Position) -> None:
-        """Go on at a position that was stored; behind all that there is where it tells of no such file.
+        """Continue at a stored position; at the end of the file if the position is that of another file.
 
         A shorter file was rotated: its lines are elsewhere.
 
         Raises
         ------
         StoreError
-            It is no regular file, or cannot be written.
+            It is not a regular file, or cannot be written.
         """
         require_regular(self.path)
         is_same = position.get("path") == str(self.path.resolve())
@@ -54,7 +54,7 @@ class WindowLog:
 
     @property
     def position(self) -> Position:
-        """Behind all lines: of which file, and its length [bytes], 0 if it was rotated away."""
+        """The position after all lines: path and length of the file [bytes], 0 if it was rotated away."""
         length = self.path.stat().st_size if self.path.exists() else 0
         return {"path": str(self.path.resolve()), "length": length}
 
@@ -83,7 +83,7 @@ class WindowLog:
         self._waiting = b""
 
     def _write(self, descriptor: int, length: int) -> None:
-        """All that waits, or nothing."""
+        """Write all waiting lines, or none."""
         try:
             written = 0
             while written < len(self._waiting):

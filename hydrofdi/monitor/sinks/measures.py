@@ -1,4 +1,4 @@
-"""What is measured of a monitor, under the names that Prometheus sees."""
+"""Metrics of a monitor, with their names in Prometheus."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.records.streams import Chunk
 
 _EARLIEST = 1e9
-"""Stream times above it are taken as seconds since 1970 (it is in 2001) [s]."""
+"""Stream times above this [s], an instant in 2001, are taken as seconds since 1970."""
 
 
 class Measures:
@@ -44,12 +44,12 @@ class Measures:
             registry=self.registry,
         )
         self._score = self._gauge("score", f"Score of the last window that has one, in {file.unit}")
-        self._margin = self._gauge("margin", "Distance of this score to its limit, in healthy spreads")
+        self._margin = self._gauge("margin", "Distance of this score from its limit, in healthy spreads")
         for unknown in (self._score, self._margin):
             unknown.set(math.nan)
         self._window = self._gauge(
             "last_window_timestamp_seconds",
-            "When the last window came, at first the start of the monitor (Unix time)",
+            "Arrival of the last window; before the first, start of the monitor (Unix time)",
         )
         self._window.set(time.time())
         self._sample = self._gauge(
@@ -59,7 +59,7 @@ class Measures:
         self._latest = math.nan
 
     def count(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
-        """Take the samples of a reading and the lines that came of it."""
+        """Count the samples and the lines of a reading."""
         if chunk is not None and chunk.n_time:
             self._count_samples(chunk)
         for line in lines:

@@ -23,7 +23,7 @@ class MetricsSink:
     Raises
     ------
     ConfigError
-        It is no address, cannot be served on, or the extra is not installed.
+        It is not an address, cannot be used, or the extra is not installed.
     """
 
     def __init__(self, address: str, file: DetectorFile) -> None:
@@ -48,7 +48,7 @@ class MetricsSink:
         self._is_told = False
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Count; at first, say where."""
+        """Count samples and lines; report the address once."""
         self._measures.count(chunk, lines)
         if self._is_told:
             return ()

@@ -11,7 +11,7 @@ from hydrofdi.monitor.mqtt.session import Session
 from hydrofdi.records.streams import Chunk
 
 CAPACITY = 10_000
-"""Messages that wait for the broker; when it is full, new ones are lost."""
+"""Most messages that wait for the broker; further ones are lost."""
 
 
 class MqttSink:
@@ -22,13 +22,13 @@ class MqttSink:
     address : MqttAddress
     config : MqttConfig
     unit : str
-        Of scores.
+                Unit of scores.
     with_windows : bool
-        Whether windows are sent beside events.
+        Whether windows are sent as well as events.
     capacity : int
-        Messages that wait for the broker.
+                Most messages that wait for the broker.
     first_wait : float
-        Before the second attempt to connect [s]; it doubles up to two minutes.
+        Wait before the second attempt to connect [s]; it doubles up to two minutes.
     """
 
     def __init__(
@@ -51,13 +51,13 @@ class MqttSink:
         self._connection.open()
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Queue what is to be sent; never waits."""
+        """Queue the lines to send; never waits."""
         wanted = [line for line in lines if self._is_wanted(line)]
         n_lost = sum(not self._outbox.put(self._topic, self._payload(line)) for line in wanted)
         return [*self._connection.take_events(), *self._losses(n_lost), *self._refusals()]
 
     def close(self) -> None:
-        """Send what is left, for three seconds at most."""
+        """Send what is left, within three seconds."""
         if self._is_closed:
             return
         self._is_closed = True

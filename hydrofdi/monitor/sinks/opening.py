@@ -1,4 +1,4 @@
-"""Sinks beside standard output: what texts on the command line mean."""
+"""Sinks beside standard output, from texts on the command line."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ def open_sinks(
     config : MonitorConfig
     file : DetectorFile
     metrics : str or None
-        Where metrics are served, ``host:port``.
+        Address at which metrics are served, ``host:port``.
     events : sequence of str
-        Where events are sent: ``mqtt(s)://host/topic`` or ``https://…``.
+        Addresses to which events are sent: ``mqtt(s)://host/topic`` or ``https://…``.
 
     Raises
     ------
     ConfigError
-        One of them cannot be used, or an extra is not installed.
+        A sink cannot be used, or an extra is not installed.
     """
     with ExitStack() as stack:
         sinks: list[Sink] = []

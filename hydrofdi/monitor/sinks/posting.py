@@ -17,15 +17,15 @@ _AGAIN = (408, 425, 429)
 
 
 class NotTakenError(Exception):
-    """A server that refuses a post for good; the text says why."""
+    """A server refuses a post permanently; the text says why."""
 
 
 class NotReachedError(Exception):
-    """A server that may take the post later; the text says why."""
+    """A server may accept the post later; the text says why."""
 
 
 class Poster:
-    """Posts documents; redirects are not followed, since the secret is meant for one server.
+    """Posts documents; redirects are not followed, because the secret is for one server only.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Poster:
         document : bytes
             JSON.
         number : str
-            The same for each attempt, so that a receiver can tell a repetition.
+            The same for each attempt, so that a receiver can recognise a repetition.
 
         Raises
         ------

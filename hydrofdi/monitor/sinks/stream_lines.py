@@ -11,14 +11,14 @@ from hydrofdi.records.streams import Chunk
 
 
 class StreamLines:
-    """Writes each line as JSON, and flushes behind each step; what is silent is left out.
+    """Writes each line as JSON, except silent ones, and flushes after each step.
 
     Parameters
     ----------
     stream : file object
         Standard output.
     unit : str
-        Of scores.
+                Unit of scores.
     """
 
     def __init__(self, stream: TextIO, unit: str = "1") -> None:
@@ -30,7 +30,7 @@ class StreamLines:
         Raises
         ------
         BrokenPipeError
-            Nobody reads any more.
+            Nobody reads the output any more.
         """
         if text := lines_text(lines, self._unit):
             self._stream.write(text)
@@ -38,10 +38,10 @@ class StreamLines:
         return ()
 
     def close(self) -> None:
-        """Nothing is left."""
+        """Do nothing: all lines are written."""
 
 
 def lines_text(lines: Sequence[Line], unit: str) -> str:
-    """All lines but silent ones, as lines of JSON."""
+    """All lines except silent ones, as lines of JSON."""
     said = (line for line in lines if not (isinstance(line, Event) and line.is_silent))
     return "".join(line_text(line, unit) for line in said)

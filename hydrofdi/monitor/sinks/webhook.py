@@ -1,4 +1,4 @@
-"""Events posted to a web address, by a thread of its own."""
+"""Events posted to a web address, in a thread of their own."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from hydrofdi.monitor.sinks.webhook_config import WebhookConfig, doubts, shown_u
 from hydrofdi.records.streams import Chunk
 
 CAPACITY = 1_000
-"""Events that wait; when they are more, new ones are lost."""
+"""Most events that wait; further ones are lost."""
 
 _LONGEST_WAIT = 120.0
 _FAREWELL = 3.0
 
 
 class WebhookSink:
-    """Posts events; those that a server cannot take now are tried again, in order.
+    """Posts events in order; if the server cannot accept one now, it is posted again.
 
     Parameters
     ----------
     config : WebhookConfig
     capacity : int
-        Events that wait.
+                Most events that wait.
     first_wait : float
-        Before the second attempt [s]; it doubles up to two minutes.
+                Wait before the second attempt [s]; it doubles up to two minutes.
 
     Raises
     ------
@@ -50,7 +50,7 @@ class WebhookSink:
         self._thread.start()
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Queue what is to be posted; never waits."""
+        """Queue the events to post; never waits."""
         wanted = [line for line in lines if isinstance(line, Event) and self._is_wanted(line)]
         with self._changed:
             n_lost = sum(not self._queued(line) for line in wanted)
@@ -59,7 +59,7 @@ class WebhookSink:
         return [*said, *self._losses(len(wanted), n_lost)]
 
     def close(self) -> None:
-        """Post what is left, for three seconds at most."""
+        """Post what is left, within three seconds."""
         with self._changed:
             self._is_closing = True
             self._changed.notify()
@@ -105,7 +105,7 @@ class WebhookSink:
             self._waiting.popleft()
 
     def _first(self) -> tuple[str, bytes] | None:
-        """What is to be posted next; None at the end."""
+        """The next event to post; None at the end."""
         with self._changed:
             self._changed.wait_for(lambda: self._waiting or self._is_closing)
             return self._waiting[0] if self._waiting else None

@@ -1,4 +1,4 @@
-"""Where events are posted to."""
+"""Settings of events that are posted to a web address."""
 
 from __future__ import annotations
 
@@ -36,19 +36,20 @@ class WebhookConfig(Section):
     the environment variable HYDROFDI_WEBHOOK_TOKEN."""
 
     ca_file: Path | None = None
-    """Certificates (PEM) that sign the server's; by default those of the operating system."""
+    """Certificates (PEM) that sign the server's certificate; by default those of the operating system."""
 
     timeout: Annotated[float, SI("s", above=0.0, most=300.0)] = 10.0
     """Time to wait for a response [s]."""
 
 
 def checked_url(config: WebhookConfig) -> str:
-    """The address.
+    """The address in a configuration.
 
     Raises
     ------
     ConfigError
-        It is none, or holds credentials; the message does not repeat it.
+        It is not an address, contains credentials, or would send the secret unencrypted. The message does not
+        repeat it.
     """
     try:
         parts = urlsplit(config.url)
@@ -56,7 +57,7 @@ def checked_url(config: WebhookConfig) -> str:
     except ValueError:
         host = None
     if not host or parts.scheme not in ("http", "https") or not config.url.isprintable() or " " in config.url:
-        raise ConfigError("webhook: the address is written https://host/path")
+        raise ConfigError("webhook: write the address as https://host/path")
     if "@" in parts.netloc:
         raise ConfigError(f"webhook: no credentials in an address; use 'webhook.token_file' or {TOKEN}")
     if parts.scheme == "http" and host not in _THIS_MACHINE and bearer_token(config):
@@ -76,7 +77,7 @@ def bearer_token(config: WebhookConfig) -> str:
     Raises
     ------
     ConfigError
-        Its file cannot be read, or holds something else than one line.
+        Its file cannot be read or does not contain exactly one line, or the secret does not fit in a header.
     """
     file = config.token_file
     token = os.environ.get(TOKEN, "") if file is None else secret_in(file, "webhook.token_file", "secret")
@@ -86,5 +87,5 @@ def bearer_token(config: WebhookConfig) -> str:
 
 
 def doubts(config: WebhookConfig) -> Iterator[str]:
-    """What is less safe than it could be, as sentences."""
+    """A sentence for each setting that is less safe than it could be."""
     yield from exposed(config.token_file)

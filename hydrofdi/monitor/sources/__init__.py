@@ -1,4 +1,4 @@
-"""Where streams come from."""
+"""Sources of streams."""
 
 from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
 

@@ -1,4 +1,4 @@
-"""Columns of a stream: which channels they are, and their way to SI."""
+"""Columns of a stream: their channels, and their conversion to SI."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from hydrofdi.records.measured.description.sections import ChannelConfig, TimeCo
 from hydrofdi.records.measured.formats.table import find_column, shortened, split_title
 
 Channels = Mapping[Channel, ChannelConfig]
-"""Channel → column, as in descriptions of measured files. Empty where names and units say it."""
+"""Channel → column, as in descriptions of measured files. Empty if names and units are self-explanatory."""
 
 _USUAL = {"Pa": "bar", "m": "mm", "m/s": "mm/s", "V": "V"}
 
@@ -36,12 +36,12 @@ class Column:
     Attributes
     ----------
     position : int
-        Among the titles.
+                Position among the titles.
     title : str
     config : ChannelConfig
         Gain, offset and sign.
     factor : Fraction or None
-        From its unit to SI; None for a column of dates without a unit.
+                Factor from its unit to SI; None for a column of dates without a unit.
     """
 
     position: int
@@ -50,7 +50,7 @@ class Column:
     factor: Fraction | None
 
     def in_si(self, values: Array) -> Array:
-        """Values in SI, as a file with this column gives them.
+        """Values in SI, as from a file with this column.
 
         Raises
         ------
@@ -65,12 +65,12 @@ class Column:
 
 @dataclass(frozen=True)
 class Columns:
-    """What is used of a stream.
+    """The columns of a stream that are used.
 
     Attributes
     ----------
     time : Column or None
-        None if there is no column of time.
+        None if there is no time column.
     channels : dict of Channel to Column
     """
 
@@ -87,10 +87,10 @@ def columns_of(
     needed: Collection[Channel] = (),
     dated: Collection[int] = (),
 ) -> Columns:
-    """What titles mean: by the configuration, or else by the names and units that plain files use.
+    """The columns that titles mean, by the configuration, or else by the names and units of plain files.
 
-    A channel under its full name, such as ``chamber_1_pressure``, and ``time`` are in SI where no unit
-    is stated.
+    A channel under its full name, such as ``chamber_1_pressure``, and ``time`` are in SI if no unit is
+    stated.
 
     Parameters
     ----------
@@ -101,16 +101,17 @@ def columns_of(
     configured : mapping of Channel to ChannelConfig, optional
     time : TimeConfig, optional
     units : sequence of str, optional
-        Units from a row of their own.
+        Units from a separate row.
     needed : collection of Channel
-        What a column must not miss by its unit alone.
+        Channels whose columns are refused, not ignored, if their unit has another dimension.
     dated : collection of int
         Positions of columns that contain dates, which need no unit.
 
     Raises
     ------
     DataError
-        No title is a channel, two are the same one, or a unit is missing, unknown, or of another dimension.
+        No title is a channel, two titles are the same one, or a unit is missing, unknown or of another
+        dimension.
     """
     stated = [split_title(title)[1] for title in titles]
     if units is not None:
@@ -184,7 +185,7 @@ def _time(
     if config is not None:
         found = [find_column(titles, config.column, place)]
     elif len(found := _named_time(titles, units, dated)) > 1:
-        raise DataError(f"{place}: has more than one time: {', '.join(titles[n] for n in found)}")
+        raise DataError(f"{place}: has more than one time column: {', '.join(titles[n] for n in found)}")
     if not found:
         return None
     title, header = titles[found[0]], units[found[0]]
@@ -201,7 +202,7 @@ def _time(
 
 
 def _named_time(titles: Sequence[str], units: Sequence[str], dated: Collection[int]) -> list[int]:
-    """Columns named like a time: numbers with a unit come before dates."""
+    """Columns with a name of time: numbers with a unit are preferred to dates."""
     named = titles_of_time(titles, units)
     usable = [n for n in named if n in dated or units[n] or unit_by_name(titles[n])]
     return usable or titles_of_dates(titles, dated) or named

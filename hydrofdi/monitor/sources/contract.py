@@ -1,4 +1,4 @@
-"""What a source of a stream is."""
+"""The contract of sources."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from hydrofdi.monitor.lines import Event
 from hydrofdi.records.streams import Chunk
 
 Position = Mapping[str, Any]
-"""Where a source continues after a restart: small, and fit for JSON. Empty if it cannot go back."""
+"""Where a source continues after a restart: small, and valid as JSON. Empty if it cannot go back."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What a source gave.
+    """What was read from a source.
 
     Attributes
     ----------
     chunk : Chunk or None
         New samples; at most about 65,536, so that results come steadily.
     events : tuple of Event
-        What happened meanwhile: malformed payloads, lost connections, dropped samples.
+        Events in the meantime: malformed payloads, lost connections, dropped samples.
     is_over : bool
         Whether nothing will follow.
     """
@@ -35,38 +35,38 @@ class Reading:
 class StreamSource(Protocol):
     """A stream of samples. One thread calls its methods; sockets, event loops and other threads are its own.
 
-    Samples that come again (after a restart, or from a broker that was not sure) need no care: the watch
-    leaves out what is not later than what it has seen. A source that keeps nothing need not say so.
+    A source may repeat samples, after a restart or as a broker does: the watch drops samples that are not
+    later than the last one. The defaults below are those of a source that stores nothing.
     """
 
     @property
     def name(self) -> str:
-        """What a person calls it; without credentials."""
+        """Name for display, without credentials."""
         ...
 
     def open(self, position: Position) -> None:
-        """Begin, at a position that an earlier run has stored; empty at the first start.
+        """Begin at the position that an earlier run stored; it is empty at the first start.
 
         Raises
         ------
         DataError
-            It cannot be used: no such file, no permission. A server that does not answer is no such case.
+            It cannot be used: no such file, no permission. A server that does not answer is not an error.
         """
         ...
 
     def read(self, timeout: float) -> Reading:
-        """What has come; after `timeout` seconds without anything, an empty reading."""
+        """New samples and events; an empty reading after `timeout` seconds without any."""
         ...
 
     @property
     def position(self) -> Position:
-        """Where to continue after all that `read` gave; nothing if it cannot go back."""
+        """Where to continue after all that was read; empty if it cannot go back."""
         return {}
 
     @property
     def may_repeat_all(self) -> bool:
-        """Whether a restart without a position may bring all of the stream again, as a pipe does; a broker
-        brings the last few seconds again at most."""
+        """Whether a restart without a position may repeat the whole stream, as a pipe does; a broker repeats
+        at most the last few seconds."""
         return False
 
     @property
@@ -75,7 +75,7 @@ class StreamSource(Protocol):
         return False
 
     def confirm(self) -> None:
-        """A state that contains all that `read` gave is stored: a broker may forget it."""
+        """A state that contains all that was read is stored: a broker may discard it."""
         return
 
     def close(self) -> None:

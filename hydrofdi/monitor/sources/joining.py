@@ -1,4 +1,4 @@
-"""Chunks one after the other as one."""
+"""Concatenated chunks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hydrofdi.records.streams import Chunk
 
 
 def joined(chunks: Sequence[Chunk]) -> Chunk:
-    """All samples in one chunk; NaN if one of them has no such channel."""
+    """All samples in one chunk; NaN where a chunk does not have a channel."""
     if len(chunks) == 1:
         return chunks[0]
     channels = dict.fromkeys(channel for chunk in chunks for channel in chunk.channels)

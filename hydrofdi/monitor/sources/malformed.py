@@ -1,4 +1,4 @@
-"""What is not understood: counted, and said once."""
+"""Lines or payloads that are not understood: counted, and reported once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Malformed:
     Parameters
     ----------
     what : str
-        Such as ``line``.
+                What is counted, such as ``line``.
     """
 
     def __init__(self, what: str) -> None:
@@ -23,19 +23,19 @@ class Malformed:
         self._n_good = _MUCH
 
     def note(self, text: str, reason: str) -> None:
-        """One more."""
+        """Count one."""
         if not self._count:
             self._first = f"malformed {self._what} {text[:60]!r}: {reason}"
         self._count += 1
 
     def events(self, n_good: int, time: float | None = None) -> tuple[Event, ...]:
-        """What came since the last call, beside so many good samples.
+        """An event for those since the last call, in which `n_good` good samples came.
 
         Parameters
         ----------
         n_good : int
         time : float, optional
-            Of the last good sample [s].
+                    Instant of the last good sample [s].
         """
         self._n_good += n_good
         if not self._count:

@@ -1,4 +1,4 @@
-"""Streams of samples from a broker of MQTT."""
+"""Streams of samples from an MQTT broker."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from hydrofdi.monitor.sources.payload import LARGEST, PayloadError
 from hydrofdi.records.streams import Chunk
 
 CONFIRM_AFTER = 5
-"""Messages after which the state should be stored; brokers wait after 20, or as configured."""
+"""Number of messages after which the state should be stored; brokers wait after 20, or as configured."""
 
 CONFIRM_WITHIN = 1.0
-"""The same [s]."""
+"""Time after which the state should be stored [s]."""
 
 _MOST_SAMPLES = 65_536
 _MOST_MESSAGES = 1000
@@ -44,9 +44,9 @@ class MqttSource(StreamSource):
     detector : Path
         File of the detector: monitors with other detectors have sessions of their own.
     largest : int
-        Bytes of a message; larger ones are counted as malformed.
+        Largest message [bytes]; larger ones are counted as malformed.
     first_wait : float
-        Before the second attempt to connect [s]; it doubles up to two minutes.
+        Wait before the second attempt to connect [s]; it doubles up to two minutes.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class MqttSource(StreamSource):
         self._connection.open()
 
     def read(self, timeout: float) -> Reading:
-        """The samples of the messages that have come."""
+        """The samples of the messages that have arrived."""
         chunks: list[Chunk] = []
         n_sample = n_message = 0
         delivery = self._deliveries.take(timeout)
@@ -105,7 +105,7 @@ class MqttSource(StreamSource):
 
     @property
     def wants_confirmation(self) -> bool:
-        """After a few messages, or a second."""
+        """Whether a few messages were read, or a second has passed since."""
         n_read = self._deliveries.n_read
         waited = time.monotonic() - self._unconfirmed_since
         return n_read >= CONFIRM_AFTER or (n_read > 0 and waited >= CONFIRM_WITHIN)
@@ -143,6 +143,6 @@ class MqttSource(StreamSource):
 
 
 def _client_id(address: MqttAddress, detector: Path) -> str:
-    """The same at each start, in the 23 letters that every broker takes."""
+    """A client id that is the same at each start; every broker accepts its 23 characters."""
     text = "\n".join((socket.gethostname(), str(detector.resolve()), str(address)))
     return f"hydrofdi-{hashlib.sha256(text.encode()).hexdigest()[:14]}"

@@ -1,4 +1,4 @@
-"""Messages that a broker delivered, until it may forget them."""
+"""Messages that a broker delivered, until it may discard them."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ if TYPE_CHECKING:
     from paho.mqtt.client import Client, MQTTMessage
 
 MOST_UNACKNOWLEDGED = 64
-"""Messages that the broker is asked to send before it waits. mosquitto 2.0.11 sends many more as soon as the
-first are acknowledged."""
+"""Most unacknowledged messages that the broker is asked to send. mosquitto 2.0.11 sends many more as soon as
+the first are acknowledged."""
 
 MOST_WAITING = 1000
-"""Messages that wait to be read."""
+"""Most messages that wait to be read."""
 
 MOST_BYTES = 32 << 20
-"""The same in bytes."""
+"""Most bytes of messages that wait to be read."""
 
 _REMEMBERED = 4 * MOST_WAITING
-"""Messages that are recognised when they come again: waiting, read and lately acknowledged ones."""
+"""Number of messages that are recognised if they are sent again: waiting, read or lately acknowledged."""
 
 _SHOWN = 60
-"""Bytes of what is unfit that are kept."""
+"""Bytes of a malformed message that are kept."""
 
 
 @dataclass
@@ -36,17 +36,17 @@ class Delivery:
     Attributes
     ----------
     payload : bytes
-        Its beginning where it is unfit.
+        Only the beginning if it is malformed.
     fault : str
-        Why it is unfit; empty if it is not.
+        Why it is malformed; empty if it is not.
     number : int
-        Its packet identifier; 0 at quality of service 0.
+                Packet identifier; 0 at quality of service 0.
     digest : int
-        Of the payload.
+                Hash of the payload.
     client : Client
-        The connection that brought it last, and that can acknowledge it.
+        The connection that delivered it last and can acknowledge it.
     is_confirmed : bool
-        Whether it needs to be delivered no more.
+        Whether it need not be delivered again.
     """
 
     payload: bytes
@@ -58,17 +58,17 @@ class Delivery:
 
 
 class Deliveries:
-    """The queue between the thread of the network and the monitor.
+    """The queue between the network thread and the monitor.
 
-    At quality of service 1 nothing is lost: while it is full, no more is read from the network. What the
-    broker sends again after a new connection is recognised. At 0, messages that find it full are lost, and
-    all that follow until it is empty: one long gap instead of many short ones.
+    At quality of service 1 nothing is lost: while the queue is full, nothing is read from the network.
+    Messages that the broker sends again after a new connection are recognised. At quality of service 0, a
+    full queue drops all messages until it is empty: one long gap instead of many short ones.
 
     Parameters
     ----------
     topic : str
     largest : int
-        Bytes of a message.
+                Largest message [bytes].
     """
 
     def __init__(self, topic: str, largest: int) -> None:
@@ -81,16 +81,16 @@ class Deliveries:
         self._is_dropping = self._is_closed = False
 
     def connected(self, client: Client, had_session: bool) -> None:
-        """Without the session of before, numbers mean other messages."""
+        """Forget known messages if the session is new: its numbers mean other messages."""
         with self._changed:
             if not had_session:
                 self._known.clear()
 
     def lost(self) -> None:
-        """What waits can be read all the same."""
+        """Do nothing: waiting messages can still be read."""
 
     def received(self, client: Client, message: MQTTMessage) -> None:
-        """Queue a message, unless it is one that was here before."""
+        """Queue a message, unless it was received before."""
         digest = hash(message.payload)
         with self._changed:
             known = self._known.get(message.mid) if message.qos and message.dup else None
@@ -113,7 +113,7 @@ class Deliveries:
             self._changed.notify_all()
 
     def take(self, timeout: float) -> Delivery | None:
-        """The next message, waited for."""
+        """The next message; None after `timeout` seconds without one."""
         with self._changed:
             if not self._changed.wait_for(lambda: self._waiting, timeout):
                 return None
@@ -127,11 +127,11 @@ class Deliveries:
 
     @property
     def n_read(self) -> int:
-        """Messages that were taken and are not confirmed."""
+        """Number of messages that were taken and are not confirmed."""
         return len(self._read)
 
     def confirm(self) -> None:
-        """Acknowledge, in their order, what was taken."""
+        """Acknowledge the messages that were taken, in order."""
         with self._changed:
             for delivery in self._read:
                 delivery.is_confirmed = True
@@ -139,13 +139,13 @@ class Deliveries:
             self._read.clear()
 
     def close(self) -> None:
-        """Hold the network up no more."""
+        """No longer block the network thread."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
 
     def take_dropped(self) -> int:
-        """Messages that were lost since the last call."""
+        """Number of messages that were lost since the last call."""
         with self._changed:
             n_dropped, self._n_dropped = self._n_dropped, 0
             return n_dropped

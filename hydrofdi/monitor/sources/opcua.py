@@ -33,11 +33,11 @@ class OpcUaSource(StreamSource):
         ``opc.tcp://host:port/path``.
     config : OpcUaConfig
     channels : mapping of Channel to ChannelConfig
-        `column` is the node id; the unit has to be given.
+        `column` is the node id; the unit must be stated.
     sampling_frequency : float
-        Of the detector [Hz].
+                Sampling frequency of the detector [Hz].
     first_wait : float
-        Before the second attempt to connect [s]; it doubles up to two minutes.
+        Wait before the second attempt to connect [s]; it doubles up to two minutes.
 
     Raises
     ------
@@ -68,13 +68,13 @@ class OpcUaSource(StreamSource):
         return self._name
 
     def open(self, position: Position) -> None:
-        """Begin to connect; a server that does not answer is waited for."""
+        """Begin to connect; keep trying if the server does not answer."""
         for doubt in doubts(self._name, self._config):
             self._queue.say(Event(EventKind.INSECURE, doubt))
         self._thread.start()
 
     def read(self, timeout: float) -> Reading:
-        """What has come."""
+        """New samples and events."""
         return self._queue.take(timeout)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What a text on the command line means as a stream."""
+"""The stream that a text on the command line means."""
 
 from __future__ import annotations
 
@@ -40,18 +40,18 @@ def open_stream(
         ``-``, a file, ``mqtt://…``, ``mqtts://…`` or ``opc.tcp://…``.
     config : MonitorConfig
     file : DetectorFile
-        What is to judge it.
+                The detector that judges it.
     detector : Path
-        Its file.
+        File of the detector.
     sampling_frequency : float, optional
-        Of text without a column of time [Hz].
+        Sampling frequency of text without a time column [Hz].
     is_followed : bool
         Whether a file is expected to grow.
 
     Raises
     ------
     ConfigError
-        It is nothing of these, an option does not fit, or an extra is not installed.
+        It is none of these, an option does not fit, or an extra is not installed.
     """
     config = _needed(config, file)
     scheme = _SCHEME.match(text)
@@ -69,7 +69,7 @@ def open_stream(
 
 
 def _needed(config: MonitorConfig, file: DetectorFile) -> MonitorConfig:
-    """The configuration without channels that the detector does not look at, if others are left."""
+    """The configuration with only the channels that the detector uses; unchanged if it has none of them."""
     seen = {*file.channels, file.config.window.channel}
     channels = {channel: each for channel, each in config.channels.items() if channel in seen}
     return config.model_copy(update={"channels": channels}) if channels else config

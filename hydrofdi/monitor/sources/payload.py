@@ -1,4 +1,4 @@
-"""JSON as samples: one sample, or a block of them, per object."""
+"""Samples from JSON: one sample, or a block of samples, per object."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from hydrofdi.settings.counting import counted
 from hydrofdi.units import parse_quantity
 
 LARGEST = 1 << 20
-"""Bytes of a payload that are read at most."""
+"""Largest payload that is read [bytes]."""
 
 _FREQUENCY = "sampling_frequency"
 _MOST_KEYS = 256
 
 
 class PayloadError(ValueError):
-    """A payload that is not understood; a short sentence says why. It is counted and left out."""
+    """A payload that is not understood; a short sentence says why. It is counted and skipped."""
 
 
 class PayloadReader:
@@ -38,15 +38,15 @@ class PayloadReader:
     Parameters
     ----------
     channels : mapping of Channel to ChannelConfig, optional
-        Channel → key; by the names that plain files use where left out.
+        Channel → key; by default from the names that plain files use.
     time : TimeConfig, optional
         The key that contains time.
     clock : SampleClock, optional
-        Gives instants to samples without time, which are refused otherwise.
+        Gives instants to samples without time; without a clock, such samples are refused.
     largest : int
-        Bytes of a payload.
+                Largest payload [bytes].
     needed : collection of Channel
-        What a key must not miss by its unit alone.
+        Channels whose keys are refused, not ignored, if their unit has another dimension.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class PayloadReader:
         Raises
         ------
         PayloadError
-            It is anything else.
+                    The payload is anything else.
         """
         if len(payload) > self._largest:
             raise PayloadError(f"is larger than {counted(self._largest, 'byte')}")
@@ -86,7 +86,7 @@ class PayloadReader:
         Raises
         ------
         PayloadError
-            Names, units, lengths or values are not what they should be.
+            Names, units, lengths or values are wrong.
         """
         columns = self._columns_of({key: value for key, value in found.items() if key != _FREQUENCY})
         values = {
@@ -99,7 +99,7 @@ class PayloadReader:
         return Chunk(self._instants(columns, found, lengths.pop()), values)
 
     def _columns_of(self, found: Mapping[str, Any]) -> Columns:
-        """What keys mean; those of the last object are remembered."""
+        """The columns that keys mean; those of the last object are cached."""
         keys, dated = tuple(found), self._dated(found)
         if (keys, dated) != self._known:
             if len(keys) > _MOST_KEYS:
@@ -114,13 +114,13 @@ class PayloadReader:
         return self._columns
 
     def _dated(self, found: Mapping[str, Any]) -> tuple[int, ...]:
-        """Places of the keys with texts; a sampling frequency replaces dates that nobody named."""
+        """Positions of the keys with texts; none if a sampling frequency replaces unnamed dates."""
         if self._clock is not None and self._time is None:
             return ()
         return tuple(place for place, value in enumerate(found.values()) if _is_text(value))
 
     def _present(self, keys: tuple[str, ...]) -> Channels:
-        """What is configured, of the keys that are there."""
+        """The configured channels whose keys are present."""
         names = {*keys, *(split_title(key)[0] for key in keys)}
         present = {channel: each for channel, each in self._channels.items() if each.column in names}
         if self._channels and not present:
@@ -151,7 +151,7 @@ def parsed(text: bytes | str) -> dict[str, Any]:
     Raises
     ------
     PayloadError
-        It is none.
+                The text is not a JSON object.
     """
     try:
         found = json.loads(text)
@@ -163,7 +163,7 @@ def parsed(text: bytes | str) -> dict[str, Any]:
 
 
 def _numbers(key: str, value: Any) -> Array:
-    """One number or a list of them, shape (n_time,); NaN for null."""
+    """One number or a list of numbers, shape (n_time,); NaN for null."""
     values = value if isinstance(value, list) else [value]
     kinds = set(map(type, values))
     if not kinds <= {float, int, type(None)}:

@@ -1,4 +1,4 @@
-"""Instants of samples that come without."""
+"""Instants of samples without a time stamp."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class SampleClock:
     sampling_frequency : float
         [Hz]
     n_sample : int
-        Samples that came before.
+        Number of earlier samples.
     """
 
     def __init__(self, sampling_frequency: float, n_sample: int = 0) -> None:
@@ -27,5 +27,5 @@ class SampleClock:
         return np.arange(first, self.n_sample) / self.sampling_frequency
 
     def skip(self, n_time: int) -> None:
-        """Samples that cannot be read leave a gap."""
+        """Leave a gap for samples that cannot be read."""
         self.n_sample += n_time

@@ -1,4 +1,4 @@
-"""Samples of a live source that wait for the monitor, in a bounded number."""
+"""A bounded queue of samples from a live source to the monitor."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _MOST = 65_536
 class SampleQueue:
     """Samples and events from the thread of a connection, for the thread of the monitor.
 
-    When it is full, what comes is dropped until somebody reads: one long gap, not many short ones.
+    When it is full, new samples are dropped until the monitor reads: one long gap, not many short ones.
 
     Parameters
     ----------
     channels : tuple of Channel
     capacity : int
-        Samples that it holds.
+                Most samples in the queue.
     """
 
     def __init__(self, channels: tuple[Channel, ...], capacity: int) -> None:
@@ -38,7 +38,7 @@ class SampleQueue:
         self._changed = Condition()
 
     def put(self, time: Array, samples: Array) -> None:
-        """Samples in SI: instants (n_time,) [s] and values (n_time, n_channel)."""
+        """Add samples in SI: instants (n_time,) [s] and values (n_time, n_channel)."""
         if not time.size:
             return
         with self._changed:
@@ -50,19 +50,19 @@ class SampleQueue:
             self._changed.notify()
 
     def say(self, event: Event) -> None:
-        """Something that happened."""
+        """Add an event."""
         with self._changed:
             self._events.append(event)
             self._changed.notify()
 
     def fail(self, failure: BaseException) -> None:
-        """The connection ended by a bug in hydrofdi, which the monitor raises."""
+        """Pass on an exception that is a bug in hydrofdi; the monitor raises it."""
         with self._changed:
             self._failure = failure
             self._changed.notify()
 
     def take(self, timeout: float) -> Reading:
-        """What waits; an empty reading after `timeout` seconds without anything."""
+        """The waiting samples and events; an empty reading after `timeout` seconds without any."""
         with self._changed:
             self._changed.wait_for(self._has_news, timeout)
             if self._failure is not None:
@@ -84,7 +84,7 @@ class SampleQueue:
         self._is_dropping = True
 
     def _dropped(self, count: int, time: float | None, *, is_silent: bool) -> Event:
-        text = "the monitor is slower than the stream: what comes while its queue is full is dropped"
+        text = "the monitor is slower than the stream: samples that come while its queue is full are dropped"
         return Event(EventKind.DROPPED, text, time, count, is_silent)
 
     def _chunk(self) -> Chunk | None:

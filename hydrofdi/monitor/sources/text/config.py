@@ -1,4 +1,4 @@
-"""How streams of text are written."""
+"""The format of text streams."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrofdi.settings.quantities import SI, Section
 
 
 class TextConfig(Section):
-    """Format of a text stream. Whatever is left out is detected from its first lines."""
+    """Format of a text stream. By default, its header shows the delimiter and the time."""
 
     delimiter: Annotated[str, Field(min_length=1, max_length=5)] | None = None
     """Separator of the columns: one character, ``tab`` or ``space`` (one or more spaces). By default detected
@@ -30,11 +30,11 @@ class TextConfig(Section):
     """Column or key of sampling instants; by default recognised by its name."""
 
     sampling_frequency: Annotated[float, SI("Hz", above=0.0)] | None = None
-    """For a stream without time: its samples are then counted."""
+    """Sampling frequency of a stream without time; its samples are counted."""
 
     @property
     def form(self) -> FormatConfig:
-        """The same for a file."""
+        """The same format for a file."""
         return FormatConfig(
             delimiter=self.delimiter, decimal=self.decimal, comment=self.comment, missing=self.missing
         )

@@ -22,15 +22,15 @@ from hydrofdi.settings.naming import setting
 
 
 class CsvLines:
-    """A header, perhaps a row of units, and rows.
+    """Reads a header, an optional row of units, and rows.
 
-    Whole blocks of lines are read at once. A block with a line that is no row is halved until that line is
-    found: it is a comment, a header once more, or malformed.
+    Blocks of lines are read at once. A block with a line that is not a row is halved until that line is
+    found: it is a comment, a repeated header, or malformed.
 
     Attributes
     ----------
     header : list of str
-        The lines that are needed to continue in the middle.
+        The lines that are needed to continue within the stream.
     """
 
     def __init__(
@@ -52,12 +52,12 @@ class CsvLines:
         self._reason = ""
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
-        """Samples of whole lines; those that are malformed are counted.
+        """Samples of complete lines; malformed lines are counted.
 
         Raises
         ------
         DataError
-            The first line is no usable header.
+            The first line is not a usable header.
         """
         if not lines:
             return []
@@ -69,7 +69,7 @@ class CsvLines:
         return self.read(lines[:middle]) + self.read(lines[middle:])
 
     def _block(self, lines: Sequence[str], columns: Columns) -> Chunk | None:
-        """Samples of lines that are rows, all of them; None if one is not."""
+        """Samples of lines; None if one of them is not a row."""
         try:
             cells, width = self._cells(lines)
             self._check_width(cells, width)
@@ -85,7 +85,7 @@ class CsvLines:
         return None
 
     def _cells(self, lines: Sequence[str]) -> tuple[list[str], int]:
-        """All cells of lines that have equally many, and how many."""
+        """All cells of lines with equal numbers of cells, and that number."""
         text = self._delimiter.join(lines)
         comment = self._config.comment
         if comment and comment in text and (len(lines) > 1 or text.lstrip().startswith(comment)):
@@ -98,7 +98,7 @@ class CsvLines:
             widths = {line.count(self._delimiter) for line in lines}
             return text.split(self._delimiter), _only(widths) + 1
         if len(rows) != len(lines):
-            raise ValueError("a quoted cell goes over more than one line")
+            raise ValueError("a quoted cell extends over more than one line")
         return list(chain.from_iterable(rows)), _only({len(row) for row in rows})
 
     def _check_width(self, cells: Sequence[str], width: int) -> None:
@@ -120,7 +120,7 @@ class CsvLines:
         return unix_seconds(texts) if is_dated(texts[0]) else columns.time.in_si(self._numbers(texts))
 
     def _line(self, line: str) -> list[Chunk]:
-        """A line that is no row, or the first after a header."""
+        """Read a line that is not a row, or the first after a header."""
         text = line.strip("\r ")
         comment = self._config.comment
         if not text.strip() or (comment and text.startswith(comment)):
@@ -191,7 +191,7 @@ class CsvLines:
         return self.read([text])
 
     def _dated(self, cells: Sequence[str]) -> Collection[int]:
-        """Columns of the first row that are no numbers; a sampling frequency replaces dates nobody named."""
+        """Columns of the first row without numbers; none if a sampling frequency replaces unnamed dates."""
         if self._clock is not None and self._config.time is None:
             return ()
         return [n for n in range(len(self._titles)) if n >= len(cells) or not self._is_number(cells[n])]
@@ -214,7 +214,7 @@ class CsvLines:
 
 
 def _reason(error: Exception) -> str:
-    """Why a line is no row; the library for CSV says it in its own words."""
+    """Why a line is not a row, also for errors of the CSV library."""
     return "cannot be split into cells" if isinstance(error, csv.Error) else str(error)
 
 

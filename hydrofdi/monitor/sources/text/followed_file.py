@@ -1,4 +1,4 @@
-"""A file that is distinguished from others of its name: it is found again after a rename."""
+"""A file that is found again after it is renamed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from hydrofdi.monitor.sources.contract import Position
 
 _HEAD = 256
-"""Bytes at the beginning that tell a file from a later one with the same inode."""
+"""Bytes at the beginning that distinguish a file from a later one with the same inode."""
 
 
 class FollowedFile:
@@ -21,12 +21,12 @@ class FollowedFile:
     ----------
     path : path
     offset : int
-        Where to begin to read.
+                Byte at which reading begins.
 
     Attributes
     ----------
     offset : int
-        Where the next byte is read.
+                Position of the next byte.
 
     Raises
     ------
@@ -42,7 +42,7 @@ class FollowedFile:
         self.offset = offset
 
     def read(self, n_byte: int) -> bytes:
-        """What follows; nothing at the end."""
+        """The next bytes; empty at the end."""
         data = self._file.read(n_byte)
         self.offset += len(data)
         if len(self._head) < _HEAD:
@@ -50,12 +50,12 @@ class FollowedFile:
         return data
 
     def position(self, n_unfinished: int) -> dict[str, Any]:
-        """Where the unfinished line begins."""
+        """The position of the unfinished line."""
         offset = self.offset - n_unfinished
         return {"inode": self.inode, "offset": offset, "head": _digest(self._head[:offset])}
 
     def was_truncated(self) -> bool:
-        """Whether it ends before what was read."""
+        """Whether the file is now shorter than what was read."""
         return os.fstat(self._file.fileno()).st_size < self.offset
 
     def begin_anew(self) -> None:
@@ -65,17 +65,17 @@ class FollowedFile:
 
     @property
     def modified(self) -> int:
-        """When it was written last [ns]."""
+        """Time of the last write [ns]."""
         return os.fstat(self._file.fileno()).st_mtime_ns
 
     def is_at(self, position: Position) -> bool:
-        """Whether it still begins as it did when a position was stored, and goes as far."""
+        """Whether it begins like the file of a stored position, and is long enough."""
         offset = int(position["offset"])
         is_long = os.fstat(self._file.fileno()).st_size >= offset
         return is_long and _digest(self._head[:offset]) == position["head"]
 
     def close(self) -> None:
-        """End reading."""
+        """Close the file."""
         self._file.close()
 
 
@@ -98,9 +98,9 @@ def found_again(path: Path, position: Position) -> FollowedFile | None:
 
 
 def following(path: Path, file: FollowedFile) -> Path:
-    """The file that was begun after one was renamed: another one that was renamed since, or that of the name.
+    """The file that was begun after `file` was renamed: a file that was renamed later, or the one at `path`.
 
-    Renamed files are those beside it whose names begin with its name, as logrotate calls them.
+    Renamed files are those in the folder of `path` whose names begin with its name, as with logrotate.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A file that somebody writes to, as a stream."""
+"""A growing file as a stream."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
 _POLL = 0.1
-"""Time between looks at a file that does not grow [s]."""
+"""Time between checks of a file that does not grow [s]."""
 
 
 class GrowingFile(StreamSource):
     """A text file, read from its beginning and followed as it grows.
 
-    A file that is renamed is read to its end; the new one of its name begins once it holds something. A file
-    that became shorter is read from its beginning. One that is not there yet is waited for.
+    A renamed file is read to its end; then the new file with its name is read, once it is not empty. A file
+    that became shorter is read from its beginning. A file that does not exist yet is waited for.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class GrowingFile(StreamSource):
     follow : bool
         Whether to wait for more at the end.
     largest : int
-        Bytes of a line.
+                Longest line [bytes].
     needed : collection of Channel
-        What a column must not miss by its unit alone.
+        Channels whose columns are refused, not ignored, if their unit has another dimension.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class GrowingFile(StreamSource):
 
     @property
     def name(self) -> str:
-        """Its path."""
+        """The path of the file."""
         return str(self._path)
 
     def open(self, position: Position) -> None:
@@ -72,7 +72,7 @@ class GrowingFile(StreamSource):
         Raises
         ------
         DataError
-            It is a folder, packed, not readable, or not there and nobody waits for it.
+            It is a folder, compressed or not readable, or it does not exist and is not followed.
         """
         if self._path.suffix.lower() == ".gz":
             raise DataError(
@@ -91,12 +91,12 @@ class GrowingFile(StreamSource):
             raise DataError(f"{self._path}: cannot be read: {error.strerror}") from None
 
     def read(self, timeout: float) -> Reading:
-        """What has come; after `timeout` seconds without anything, an empty reading.
+        """New samples and events; an empty reading after `timeout` seconds without any.
 
         Raises
         ------
         DataError
-            The first line is no usable header.
+            The first line is not a usable header.
         """
         end = time.monotonic() + timeout
         while True:
@@ -109,7 +109,7 @@ class GrowingFile(StreamSource):
 
     @property
     def position(self) -> Position:
-        """The file, the place of its unfinished line, and what has to be known of its header."""
+        """The file, the position of its unfinished line, and its header."""
         if self._file is None:
             return self._stored
         return self._file.position(self._text.n_unfinished) | self._text.position
@@ -136,7 +136,7 @@ class GrowingFile(StreamSource):
         found = found_again(self._path, stored) if "inode" in stored else None
         file = found or FollowedFile(self._path)
         if self._trouble:
-            self._say("is there now")
+            self._say("can be read now")
         if "inode" in stored and found is None:
             self._say("the previous file is gone; this one is read from the start")
             stored = {key: value for key, value in stored.items() if key == "n_sample"}
@@ -162,7 +162,7 @@ class GrowingFile(StreamSource):
         return None
 
     def _is_replaced(self, file: FollowedFile) -> bool:
-        """Whether another file has the name now, and its writer has begun with it."""
+        """Whether another file has the name now, and is not empty."""
         try:
             found = self._path.stat()
         except FileNotFoundError:
@@ -175,10 +175,10 @@ class GrowingFile(StreamSource):
         return chunk
 
     def _trouble_with(self, error: OSError) -> None:
-        """Say once what is wrong; the next reading tries again."""
+        """Report once what is wrong; the next reading tries again."""
         self.close()
         is_missing = isinstance(error, FileNotFoundError)
-        text = "is not there yet; waiting for it" if is_missing else f"cannot be read: {error.strerror}"
+        text = "does not exist yet; waiting for it" if is_missing else f"cannot be read: {error.strerror}"
         if text != self._trouble:
             self._trouble = text
             self._say(text, EventKind.NOTICE if is_missing else EventKind.DISCONNECTED)

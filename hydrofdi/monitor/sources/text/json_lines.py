@@ -15,12 +15,12 @@ from hydrofdi.records.streams import Chunk
 
 
 class JsonLines:
-    """Lines of one JSON object each.
+    """Reads lines with one JSON object each.
 
     Attributes
     ----------
     header : list of str
-        What is needed to continue in the middle: nothing.
+        Empty: no lines are needed to continue within the stream.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class JsonLines:
         self._clock, self._malformed = clock, malformed
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
-        """Samples of whole lines; those that are malformed are counted."""
+        """Samples of complete lines; malformed lines are counted."""
         objects = []
         for line in lines:
             if not line or line.isspace():
@@ -49,7 +49,7 @@ class JsonLines:
         return [together] if together else self._one_by_one(objects)
 
     def _together(self, objects: Sequence[dict[str, Any]]) -> Chunk | None:
-        """Objects of one sample each with the same keys, as one block; None if they are not."""
+        """Objects with the same keys and one sample each, as one block; None for other objects."""
         if len(objects) < 2 or len({tuple(found) for found in objects}) > 1:
             return None
         try:

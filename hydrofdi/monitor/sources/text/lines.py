@@ -28,16 +28,16 @@ class TextLines:
     Parameters
     ----------
     channels : mapping of Channel to ChannelConfig
-        Empty where names and units say it.
+                Empty if names and units are self-explanatory.
     config : TextConfig
     name : str
         The stream, for messages.
     position : mapping
-        What `position` gave in an earlier run.
+        `position` of an earlier run.
     largest : int
-        Bytes of a line; longer ones are counted as malformed.
+        Longest line [bytes]; longer ones are counted as malformed.
     needed : collection of Channel
-        What a column must not miss by its unit alone.
+        Channels whose columns are refused, not ignored, if their unit has another dimension.
     """
 
     def __init__(
@@ -63,12 +63,12 @@ class TextLines:
 
     @property
     def n_unfinished(self) -> int:
-        """Bytes of the last line, whose end did not come yet."""
+        """Number of bytes of the unfinished last line."""
         return len(self._rest)
 
     @property
     def position(self) -> dict[str, Any]:
-        """What is needed to continue with the unfinished line."""
+        """Header and sample count, which are needed to continue with the unfinished line."""
         known: dict[str, Any] = {}
         if self._lines is not None and self._lines.header:
             known["header"] = list(self._lines.header)
@@ -77,22 +77,22 @@ class TextLines:
         return known
 
     def forget_unfinished(self) -> None:
-        """The end of the last line will never come."""
+        """Discard the unfinished last line."""
         self._rest, self._is_skipping = b"", False
 
     def read(self, data: bytes, *, is_end: bool = False) -> tuple[Chunk | None, tuple[Event, ...]]:
-        """Samples of the lines that are whole now, and what was malformed.
+        """Samples of the lines that are now complete, and an event for malformed lines.
 
         Parameters
         ----------
         data : bytes
         is_end : bool
-            Whether nothing follows; the last line needs no line end then.
+            Whether nothing follows; the last line then needs no line end.
 
         Raises
         ------
         DataError
-            It begins with no text in UTF-8, or the first line is no usable header.
+            It does not begin with text in UTF-8, or the first line is not a usable header.
         """
         self._require_text(data)
         text = (self._rest + data).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -114,12 +114,12 @@ class TextLines:
         return chunk, self._malformed.events(n_time, time)
 
     def _require_text(self, data: bytes) -> None:
-        """Refuse what is not text in UTF-8, as far as it is seen before the first line."""
+        """Refuse UTF-16 and binary data before the first line."""
         if self._lines is not None:
             return
         if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
             raise DataError(
-                f"{self._name}: is in UTF-16; streams are in UTF-8, as 'iconv -f UTF-16 -t UTF-8' writes it"
+                f"{self._name}: is in UTF-16; convert it to UTF-8 with 'iconv -f UTF-16 -t UTF-8'"
             )
         if b"\0" in data.partition(b"\n")[0]:
             raise DataError(f"{self._name}: is not text in UTF-8; is it a binary file, or in UTF-16?")

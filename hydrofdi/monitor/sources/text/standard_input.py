@@ -15,10 +15,10 @@ from hydrofdi.monitor.sources.text.lines import TextLines
 from hydrofdi.records.channels import Channel
 
 BLOCK = 1 << 17
-"""Bytes that are read at once: some thousand samples."""
+"""Bytes that are read at once: a few thousand samples."""
 
 _LEAP = 2
-"""Counted samples that are left out at a restart, so that a gap is seen where there was one."""
+"""Sample numbers that a restart skips, so that the gap is detected."""
 
 
 class StandardInput(StreamSource):
@@ -30,9 +30,9 @@ class StandardInput(StreamSource):
     config : TextConfig, optional
     descriptor : int
     largest : int
-        Bytes of a line.
+                Longest line [bytes].
     needed : collection of Channel
-        What a column must not miss by its unit alone.
+        Channels whose columns are refused, not ignored, if their unit has another dimension.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class StandardInput(StreamSource):
         return "standard input"
 
     def open(self, position: Position) -> None:
-        """Begin; samples without time are counted on, behind a gap.
+        """Begin; the count of samples without time continues after a gap.
 
         Raises
         ------
@@ -70,12 +70,12 @@ class StandardInput(StreamSource):
         self._text = self._lines({} if counted is None else {"n_sample": int(counted) + _LEAP})
 
     def read(self, timeout: float) -> Reading:
-        """What has come; after `timeout` seconds without anything, an empty reading.
+        """New samples and events; an empty reading after `timeout` seconds without any.
 
         Raises
         ------
         DataError
-            The first line is no usable header.
+            The first line is not a usable header.
         """
         if self._is_over:
             return Reading(is_over=True)
@@ -88,16 +88,16 @@ class StandardInput(StreamSource):
 
     @property
     def position(self) -> Position:
-        """How many samples without time were counted."""
+        """The number of samples without time."""
         return {key: value for key, value in self._text.position.items() if key == "n_sample"}
 
     @property
     def may_repeat_all(self) -> bool:
-        """Whoever writes may begin anew."""
+        """True: the writer may begin anew."""
         return True
 
     def close(self) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def _data(self) -> bytes:
         try:

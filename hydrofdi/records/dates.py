@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import UTC, datetime, tzinfo
 from typing import NamedTuple
+from zoneinfo import ZoneInfo, available_timezones
 
 import numpy as np
 
 from hydrofdi.records.batch import Array
+from hydrofdi.settings.naming import setting
+from hydrofdi.settings.suggestions import similar
 
 _POINTED = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):(.*)")
 """Day, month and year separated by dots, as in 31.01.2026 12:00."""
@@ -27,7 +30,7 @@ class Instant(NamedTuple):
     Attributes
     ----------
     nanoseconds : int
-        Time since 1970-01-01T00:00 [ns], in UTC if the text states a zone.
+        Time since 1970-01-01T00:00 [ns], in UTC if the zone is known.
     has_zone : bool
     """
 
@@ -40,8 +43,30 @@ def is_dated(text: str) -> bool:
     return ":" in text
 
 
-def instant(text: str) -> Instant:
+def time_zone(name: str) -> tzinfo:
+    """A time zone by its name, such as ``Europe/Berlin``, or its offset, such as ``+01:00``.
+
+    Raises
+    ------
+    ValueError
+        There is none.
+    """
+    try:
+        offset = datetime.fromisoformat(f"1970-01-01T00:00{name}").tzinfo if name[:1] in "+-" else None
+        return offset or ZoneInfo(name)
+    except (ValueError, OSError, KeyError):
+        hint = similar(name, sorted(available_timezones())) or "; write it like Europe/Berlin, UTC or +01:00"
+        raise ValueError(f"{name[:40]!r} is not a time zone{hint}") from None
+
+
+def instant(text: str, zone: tzinfo | None = None) -> Instant:
     """The instant of a text in ISO 8601, or such as 31.01.2026 12:00:00,25, with or without a zone.
+
+    Parameters
+    ----------
+    text : str
+    zone : tzinfo, optional
+        Zone of a text without one; in an hour that repeats, its first pass.
 
     Raises
     ------
@@ -53,6 +78,8 @@ def instant(text: str) -> Instant:
         found = datetime.fromisoformat(written)
     except ValueError:
         found = _pointed(written)
+    if found.tzinfo is None and zone is not None:
+        found = found.replace(tzinfo=zone)
     try:
         passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
     except OverflowError:
@@ -97,15 +124,24 @@ def seconds_from_first(instants: Sequence[Instant | None]) -> Array:
     return np.fromiter(passed, np.float64, len(instants))
 
 
-def unix_seconds(texts: Sequence[str]) -> Array:
-    """Dates with their zones as time since 1970-01-01T00:00Z [s], shape (n_time,).
+def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
+    """Dates as time since 1970-01-01T00:00Z [s], shape (n_time,).
+
+    Parameters
+    ----------
+    texts : sequence of str
+    zone : tzinfo, optional
+        Zone of texts without one.
 
     Raises
     ------
     ValueError
-        A text is not a date, or has no zone.
+        A text is not a date, or its zone is not known.
     """
-    instants = [instant(text) for text in texts]
+    instants = [instant(text, zone) for text in texts]
     if not all(found.has_zone for found in instants):
-        raise ValueError(f"the time has no zone; write it like {_EXAMPLE}")
+        raise ValueError(
+            f"the time has no zone; write it like {_EXAMPLE}, or state the zone in the file of"
+            f" {setting('config')}: 'text: {{zone: Europe/Berlin}}'"
+        )
     return np.array([found.nanoseconds / _BILLION for found in instants], dtype=np.float64)

@@ -22,6 +22,7 @@ from hydrofdi.records.measured.column_units import (
 )
 from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
 from hydrofdi.records.measured.formats.table import find_column, shortened, split_title
+from hydrofdi.settings.naming import setting
 
 Channels = Mapping[Channel, ChannelConfig]
 """Channel → column, as in descriptions of measured files. Empty if names and units are self-explanatory."""
@@ -122,7 +123,8 @@ def columns_of(
         _refuse_other_dimensions(titles, stated, {*needed} - {*channels}, place)
     if not channels:
         shown = ", ".join(map(shortened, titles[:12]))
-        raise DataError(f"{place}: no column is named like a channel; found {shown[:200]!r}")
+        hint = _encoding_hint() if "\ufffd" in shown else ""
+        raise DataError(f"{place}: no column is named like a channel; found {shown[:200]!r}{hint}")
     return Columns(_time(titles, stated, time, place, dated), channels)
 
 
@@ -206,6 +208,13 @@ def _named_time(titles: Sequence[str], units: Sequence[str], dated: Collection[i
     named = titles_of_time(titles, units)
     usable = [n for n in named if n in dated or units[n] or unit_by_name(titles[n])]
     return usable or titles_of_dates(titles, dated) or named
+
+
+def _encoding_hint() -> str:
+    file = setting("config")
+    return (
+        f"; this is not UTF-8: state the encoding in the file of {file}, such as 'text: {{encoding: cp1252}}'"
+    )
 
 
 def _no_unit_of_time(where: str) -> DataError:

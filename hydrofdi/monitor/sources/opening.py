@@ -115,8 +115,10 @@ def _mqtt(text: str, config: MonitorConfig, file: DetectorFile, detector: Path) 
     from hydrofdi.monitor.sources.mqtt import MqttSource
     from hydrofdi.monitor.sources.payload import PayloadReader
 
-    largest = config.limits.payload
-    reader = PayloadReader(config.channels, config.text.time, largest=largest, needed=file.channels)
+    form, largest = config.text, config.limits.payload
+    reader = PayloadReader(
+        config.channels, form.time, largest=largest, needed=file.channels, zone=form.time_zone
+    )
     return MqttSource(MqttAddress.parse(text), config.mqtt, reader.read, detector, largest)
 
 

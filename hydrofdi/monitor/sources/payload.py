@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping
+from datetime import tzinfo
 from typing import Any
 
 import numpy as np
@@ -44,9 +45,11 @@ class PayloadReader:
     clock : SampleClock, optional
         Gives instants to samples without time; without a clock, such samples are refused.
     largest : int
-                Largest payload [bytes].
+        Largest payload [bytes].
     needed : collection of Channel
         Channels whose keys are refused, not ignored, if their unit has another dimension.
+    zone : tzinfo, optional
+        Zone of dates that state none.
     """
 
     def __init__(
@@ -56,9 +59,10 @@ class PayloadReader:
         clock: SampleClock | None = None,
         largest: int = LARGEST,
         needed: Collection[Channel] = (),
+        zone: tzinfo | None = None,
     ) -> None:
         self._channels, self._time, self._needed = channels or {}, time, needed
-        self._clock, self._largest = clock, largest
+        self._clock, self._largest, self._zone = clock, largest, zone
         self._known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
         self._columns = Columns(None, {})
 
@@ -134,7 +138,7 @@ class PayloadReader:
                 raise PayloadError("has no time; add 'time' [s]")
             return self._clock.take(n_time)
         title, value = columns.time.title, found[columns.time.title]
-        times = _times(title, value)
+        times = _times(title, value, self._zone)
         times = times if _is_text(value) else columns.time.in_si(times)
         if times.size == 1 and _FREQUENCY in found:
             with np.errstate(over="ignore"):
@@ -182,13 +186,13 @@ def _is_text(value: Any) -> bool:
     return isinstance(value[0] if isinstance(value, list) and value else value, str)
 
 
-def _times(key: str, value: Any) -> Array:
+def _times(key: str, value: Any, zone: tzinfo | None) -> Array:
     texts = value if isinstance(value, list) else [value]
     if texts and all(isinstance(text, str) for text in texts):
         try:
-            return unix_seconds(texts)
+            return unix_seconds(texts, zone)
         except (ValueError, OverflowError) as error:
-            raise PayloadError(f"{key[:60]!r}: {str(error)[:120]}") from None
+            raise PayloadError(f"{key[:60]!r}: {str(error)[:200]}") from None
     return _numbers(key, value)
 
 

@@ -48,7 +48,7 @@ class CsvLines:
         self._delimiter, self._titles = ",", list[str]()
         self._units: list[str] | None = None
         self._columns: Columns | None = None
-        self._has_begun = False
+        self._zone, self._has_begun = config.time_zone, False
         self._reason = ""
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
@@ -117,7 +117,11 @@ class CsvLines:
             assert self._clock is not None
             return self._clock.take(n_time)
         texts = cells[columns.time.position :: width]
-        return unix_seconds(texts) if is_dated(texts[0]) else columns.time.in_si(self._numbers(texts))
+        return (
+            unix_seconds(texts, self._zone)
+            if is_dated(texts[0])
+            else columns.time.in_si(self._numbers(texts))
+        )
 
     def _line(self, line: str) -> list[Chunk]:
         """Read a line that is not a row, or the first after a header."""

@@ -32,7 +32,7 @@ class JsonLines:
         needed: Collection[Channel] = (),
     ) -> None:
         self.header: list[str] = []
-        self._reader = PayloadReader(channels, config.time, clock, needed=needed)
+        self._reader = PayloadReader(channels, config.time, clock, needed=needed, zone=config.time_zone)
         self._clock, self._malformed = clock, malformed
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:

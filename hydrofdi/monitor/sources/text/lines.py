@@ -55,6 +55,7 @@ class TextLines:
         n_sample = int(position.get("n_sample", 0))
         self._clock = None if frequency is None else SampleClock(frequency, n_sample)
         self._malformed = Malformed("line")
+        self._encoding = "utf-8-sig" if config.encoding.lower() in ("utf-8", "utf8") else config.encoding
         self._lines: CsvLines | JsonLines | None = None
         self._rest, self._is_skipping = b"", False
         if header := position.get("header"):
@@ -100,12 +101,12 @@ class TextLines:
         if is_end:
             whole, end, rest = whole + end + rest, b"", b""
         self._rest = rest
-        lines = whole.decode("utf-8-sig", errors="replace").split("\n") if whole else []
+        lines = whole.decode(self._encoding, errors="replace").split("\n") if whole else []
         if self._is_skipping and (lines or end):
             lines, self._is_skipping = lines[1:], False
         if len(whole) > self._largest:
             lines = [line for line in lines if self._fits(line)]
-        if len(rest) > self._largest and not self._fits(rest.decode(errors="replace")):
+        if len(rest) > self._largest and not self._fits(rest.decode(self._encoding, errors="replace")):
             self._rest, self._is_skipping = b"", True
         chunks = self._chunks(lines)
         chunk = joined(chunks) if chunks else None

@@ -1,0 +1,85 @@
+"""Dates without a time zone and texts that are not in UTF-8, in streams."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.monitor.configuration import load_monitor_config
+from hydrofdi.monitor.sources.payload import PayloadReader
+from hydrofdi.records import Channel
+from hydrofdi.records.dates import time_zone
+from hydrofdi.records.measured.description.sections import ChannelConfig
+from tests.monitor.streams_of_text import read_in_pieces, reader
+
+ROWS = "Zeit,P1 [bar]\n2026-07-01 12:00:00.000,50\n2026-07-01 12:00:00.010,51\n"
+
+
+def seconds(*when: int) -> float:
+    return datetime(*when, tzinfo=UTC).timestamp()
+
+
+@pytest.mark.parametrize(
+    ("zone", "hour"), [("UTC", 12), ("Europe/Berlin", 10), ("+05:30", 6.5), ("-03:00", 15)]
+)
+def test_dates_without_a_zone_are_in_the_stated_one(zone, hour) -> None:
+    chunk, events = read_in_pieces(reader(zone=zone), ROWS.encode())
+    assert chunk.time.tolist() == pytest.approx(
+        [seconds(2026, 7, 1) + 3600 * hour, seconds(2026, 7, 1) + 3600 * hour + 0.01], abs=1e-6
+    )
+    assert not events
+
+
+def test_a_stated_zone_does_not_move_dates_that_have_one() -> None:
+    data = ROWS.replace(".000,", ".000Z,").replace(".010,", ".010Z,").encode()
+    chunk, _ = read_in_pieces(reader(zone="Europe/Berlin"), data)
+    assert chunk.time[0] == seconds(2026, 7, 1, 12)
+
+
+def test_the_hour_that_repeats_is_its_first_pass() -> None:
+    data = b"Zeit,P1 [bar]\n2026-10-25 02:30:00,50\n2026-10-25 03:30:00,51\n"
+    chunk, _ = read_in_pieces(reader(zone="Europe/Berlin"), data)
+    assert chunk.time.tolist() == [seconds(2026, 10, 25, 0, 30), seconds(2026, 10, 25, 2, 30)]
+
+
+def test_json_knows_the_zone_as_well() -> None:
+    chunk = PayloadReader(zone=time_zone("Europe/Berlin")).read(
+        b'{"time": "2026-01-31T12:00:00", "P1 [bar]": 1}'
+    )
+    assert chunk.time.tolist() == [seconds(2026, 1, 31, 11)]
+    lines, _ = read_in_pieces(
+        reader(zone="Europe/Berlin"), b'{"time": "2026-01-31T12:00:00", "P1 [bar]": 1}\n'
+    )
+    assert lines.time.tolist() == [seconds(2026, 1, 31, 11)]
+
+
+def test_without_a_zone_the_reason_names_the_key() -> None:
+    _, events = read_in_pieces(reader(), ROWS.encode())
+    assert "'text: {zone: Europe/Berlin}'" in events[0].text
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("zone: Europe/Berln", r":1: text\.zone: 'Europe/Berln' is not .*; did you mean 'Europe/Berlin'"),
+        ("encoding: cp12525", r":1: text\.encoding: unknown encoding 'cp12525'"),
+        ("encoding: utf-16", r":1: text\.encoding: utf-16 is not an encoding of streams"),
+    ],
+)  # fmt: skip
+def test_a_wrong_zone_or_encoding_is_refused_with_its_line(tmp_path, text, message) -> None:
+    path = tmp_path / "monitor.yaml"
+    path.write_text(f"text: {{{text}}}\n")
+    with pytest.raises(ConfigError, match=message):
+        load_monitor_config(path)
+
+
+def test_a_stated_encoding_reads_the_names_of_columns() -> None:
+    data = "time [s];Weg Stößel (mm)\n0;1\n1;2\n".encode("cp1252")
+    position = {Channel.PISTON_POSITION: ChannelConfig(column="Weg Stößel (mm)", unit="mm")}
+    chunk, _ = read_in_pieces(reader(channels=position, encoding="cp1252"), data)
+    np.testing.assert_allclose(chunk.channels[Channel.PISTON_POSITION], [1e-3, 2e-3])
+    with pytest.raises(DataError, match=r"'text: \{encoding: cp1252\}'"):
+        read_in_pieces(reader(), data)

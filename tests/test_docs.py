@@ -84,7 +84,7 @@ def monitored(script, folder):
 
 def test_every_command_has_help_and_stands_in_the_documentation():
     help_text = run("--help", check=0).stdout
-    for code in ("0 done", "1 done, but runs failed", "2 something", "3 a bug", "130 interrupted"):
+    for code in ("0 done", "1 done, but runs failed", "2 an error", "3 a bug", "130 interrupted"):
         assert code in " ".join(help_text.replace("\n", " ").split())
     commands = re.findall(r"^  ([a-z]+)  +\S", help_text.partition("Commands:")[2], re.MULTILINE)
     assert len(commands) >= 10

@@ -34,6 +34,16 @@ INSTEAD = {
     r"what (the|two|both) [a-z ]*balances? lacks?\b": "residual of the balance",
     r"balances? of volume": "volume balance",
     r"(left|leave it) alone\b": "was not changed",
+    r"is no such case\b": "is not an error",
+    r"stays? as it was\b": "does not change",
+    r"\bstate behind\b": "state after",
+    r"something else than\b": "something other than",
+    r"(is|was) to be said\b": "is reported",
+    r"\b(do|does) not say enough\b": "is not sufficient",
+    r"\bbrought into SI\b": "converted to SI",
+    r"what it cannot be\b": "an invalid value",
+    r"\bpass(ed|es) over\b": "ignored",
+    r"\bnumbered on\b": "numbered consecutively",
 }
 """Phrase that must not occur → what to write."""
 

@@ -49,7 +49,7 @@ from hydrofdi.settings.suggestions import similar
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
 _MOST_OF_PATH = 60
-"""Characters that are shown of a name that is too long."""
+"""Number of characters that are shown of a name that is too long."""
 
 _QUOTED = re.compile("'([^']*)'")
 
@@ -60,10 +60,10 @@ DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 class _Commands(TyperGroup):
-    """The commands; an interruption says what is stored, which typer would leave out."""
+    """The commands. After an interruption, a message says what is stored; typer would omit it."""
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
-        """Run a command; its exit code."""
+        """Run a command and return its exit code."""
         try:
             _take_back_ctrl_c()
             return super().invoke(ctx)
@@ -76,7 +76,7 @@ app = typer.Typer(
     name="hydrofdi",
     cls=_Commands,
     help="Detect internal leakage in hydraulic actuators: simulate, study what can be detected, monitor.",
-    epilog="Exit codes: 0 done; 1 done, but runs failed; 2 something that you can fix; "
+    epilog="Exit codes: 0 done; 1 done, but runs failed; 2 an error that you can fix; "
     "3 a bug in hydrofdi; 130 interrupted.",
     context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
@@ -130,7 +130,7 @@ def main() -> None:
 
 
 def _unexpected(error: Exception) -> int:
-    """A name that no file system takes is the user's, wherever it was met; all else is a bug."""
+    """Exit code of an unexpected error: a file name that is too long is the user's; all else is a bug."""
     if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
         return _complain(f"{str(error.filename)[:_MOST_OF_PATH]}…: {error.strerror}")
     traceback.print_exc()
@@ -139,7 +139,7 @@ def _unexpected(error: Exception) -> int:
 
 
 def _usage_message(error: Exception) -> str:
-    """What typer says of an option; of a choice, also what was probably meant."""
+    """The message of typer about an option; for a choice, with a suggestion."""
     text: str = getattr(error, "format_message", error.__str__)()
     told, is_choice, choices = text.replace("Value error, ", "").partition(" is not one of ")
     if is_choice:
@@ -149,7 +149,7 @@ def _usage_message(error: Exception) -> str:
 
 
 def _take_back_ctrl_c() -> None:
-    """Let Ctrl-C raise `KeyboardInterrupt` again, which the entry of the program handles until here."""
+    """Let Ctrl-C raise `KeyboardInterrupt` again; until here, the entry point handles it."""
     if callable(signal.getsignal(signal.SIGINT)):
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -1,4 +1,4 @@
-"""What ``check`` and ``calibrate`` show."""
+"""Output of ``check`` and ``calibrate``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def print_inspection(found: Inspection) -> None:
-    """An inspection: step, modes, record, and warnings."""
+    """Print an inspection: step, modes, record, and warnings."""
     console = terminal()
     limits = ", ".join(
         f"{part} {convert(limit, 'ms'):.3g}"
@@ -68,7 +68,7 @@ def _noise_table(found: Inspection) -> PartedTable:
 
 
 def print_convergence(found: Convergence) -> None:
-    """The change of the features from step to step, and the step that is good enough."""
+    """Print the change of the features from step to step, and the step that is good enough."""
     console = terminal()
     console.print(Text("\nLargest change of the detail RMS when the step is halved", style="bold"))
     shown = PartedTable(["step [ms]", *(f"d{level}" for level in range(1, len(found.changes[0]) + 1))])
@@ -82,7 +82,7 @@ def print_convergence(found: Convergence) -> None:
 
 
 def print_targets(targets: Sequence[LeakageTarget]) -> None:
-    """Leakage flows with their coefficients."""
+    """Print leakage flows with their coefficients."""
     shown = PartedTable(
         ["mean leakage\nL/min", "K_i (orifice)\nm³/s/√Pa", "laminar\nm³/(s·Pa)", "of piston\nflow"]
     )
@@ -97,7 +97,7 @@ def print_targets(targets: Sequence[LeakageTarget]) -> None:
 
 
 def inspection_record(found: Inspection, convergence: Convergence | None) -> dict[str, Any]:
-    """An inspection as plain data for JSON; numbers that do not exist are None."""
+    """An inspection as plain data for JSON; numbers that are not finite are None."""
     record = asdict(found) | {
         "binding": found.binding,
         "problems": found.problems,

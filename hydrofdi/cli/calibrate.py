@@ -22,9 +22,9 @@ def calibrate(
     settings: Settings = None,
     json: Json = False,
 ) -> int:
-    """Solve mean leakage flows for their coefficients K_i.
+    """Compute the coefficients K_i of mean leakage flows.
 
-    Under the conditions of the baseline.
+    They are valid under the conditions of the baseline.
     """
     from dataclasses import asdict
 

@@ -17,7 +17,7 @@ def check(
     ] = None,
     settings: Settings = None,
     converge: Annotated[
-        bool, typer.Option("--converge", help="Halve the step until the detail RMS no longer change.")
+        bool, typer.Option("--converge", help="Halve the step until no detail RMS changes any more.")
     ] = False,
     tolerance: Annotated[
         float, typer.Option(min=1e-9, help="Relative change of a detail RMS that --converge accepts.")
@@ -26,11 +26,11 @@ def check(
 ) -> int:
     """Inspect an experiment before running it.
 
-    Step, hydraulic mode and bands, record, leakage, stroke, sensor noise; what a healthy record tells of the
-    unknowns of model-based indicators.
+    Shows step, hydraulic mode and bands, record, leakage, stroke and sensor noise, and how well a healthy
+    record determines the unknowns of model-based indicators.
 
-    All runs that differ in more than their sensors are simulated, up to 60; step limits are those of all
-    runs. Exit code 1 if results would be wrong.
+    Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
+    Exit code 1 if results would be wrong.
     """
     from hydrofdi.api.checking import check as look
     from hydrofdi.api.experiments import experiment_with

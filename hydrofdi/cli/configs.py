@@ -12,9 +12,7 @@ from hydrofdi.cli.options import Json
 
 
 def configs(
-    name: Annotated[
-        str | None, typer.Argument(help="Print this one, to copy and change; or list this group.")
-    ] = None,
+    name: Annotated[str | None, typer.Argument(help="Configuration to print, or group to list.")] = None,
     json: Json = False,
 ) -> int:
     """List the ready configurations, or print one to copy.
@@ -62,5 +60,5 @@ def _print_all(summaries: dict[str, str]) -> None:
         for name in names:
             table.add_row(indent + name.rpartition("/")[2], summaries[name])
     console.print(table)
-    console.print("\nA name stands for a file: 'hydrofdi sweep table3', 'hydrofdi plan delays/smoke'.")
+    console.print("\nUse a name like a file: 'hydrofdi sweep table3', 'hydrofdi plan delays/smoke'.")
     console.print("'hydrofdi configs NAME' prints one to copy.")

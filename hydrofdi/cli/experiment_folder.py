@@ -1,4 +1,4 @@
-"""Questions to an experiment's folder: ``status``, ``verify``, ``why``, ``rerun``, and ``collect``."""
+"""Commands on an experiment's folder: ``status``, ``verify``, ``why``, ``rerun``, and ``collect``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Run = Annotated[
 def status(directory: Directory, json: Json = False) -> int:
     """Show sweep progress and damaged shards.
 
-    Exit code 1 when runs failed or a shard is damaged.
+    Exit code 1 if runs failed or a shard is damaged.
     """
     from dataclasses import asdict
 
@@ -45,7 +45,7 @@ def status(directory: Directory, json: Json = False) -> int:
 def verify(directory: Directory, json: Json = False) -> int:
     """Check every shard of a folder against its checksum.
 
-    The index and the experiment file are checked as well. Exit code 1 when anything is wrong.
+    Also checks the index and the experiment file. Exit code 1 if anything is wrong.
     """
     from hydrofdi.api.folders import verify as find_faults
     from hydrofdi.cli.terminal import print_json, write_out
@@ -63,13 +63,13 @@ def why(
     run: Run,
     config: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Compare with this experiment, not the latest request."),
+        typer.Option(metavar="FILE", help="Compare with this experiment file, not the latest request."),
     ] = None,
     json: Json = False,
 ) -> int:
     """Explain a run: its settings, verdict and what changed.
 
-    Also shows its differences from the baseline, how it failed, and what computed it.
+    Also shows its differences from the baseline, its failure, and how it was computed.
     """
     from dataclasses import asdict
 
@@ -90,7 +90,7 @@ def why(
 def rerun(directory: Directory, run: Run, json: Json = False) -> int:
     """Recompute a stored run and compare it bit for bit.
 
-    Exit code 1 if they differ.
+    Exit code 1 if the two results differ.
     """
     from hydrofdi.api.folders import rerun as compute_again
     from hydrofdi.cli.terminal import print_json, write_out

@@ -1,4 +1,4 @@
-"""What ``why`` shows."""
+"""Output of ``why``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def print_explanation(explanation: Explanation) -> None:
-    """What a run was asked to do, how it went, and what changed since."""
+    """Print the request of a run, its result, and what changed since."""
     console = terminal()
     title = f"run {explanation.run_id}, row {explanation.position}, record {explanation.record_id}"
     console.print(Text(title, style="bold"))
@@ -49,7 +49,7 @@ def print_explanation(explanation: Explanation) -> None:
         console.print("This run has the same parameters as the baseline.")
     if explanation.calibration:
         modulus = shown_value("fluid.bulk_modulus", explanation.calibration["fluid"]["bulk_modulus"])
-        console.print(f"K_i was solved at an EBM of {modulus}, under the other baseline conditions")
+        console.print(f"K_i was computed at an EBM of {modulus}, under the other baseline conditions")
     if explanation.provenance:
         _print_provenance(explanation.provenance)
     if explanation.log:
@@ -67,7 +67,7 @@ def _print_provenance(made: Mapping[str, Any]) -> None:
 
 
 def _pairs(title: str, headers: tuple[str, ...], pairs: Mapping[str, tuple[Any, Any]]) -> Table:
-    """Names, each with two values in readable units."""
+    """A table of names, each with two values in readable units."""
     grid = Table(title=title, title_justify="left", box=None, pad_edge=False)
     for header in headers:
         grid.add_column(header, overflow="fold")
@@ -77,7 +77,7 @@ def _pairs(title: str, headers: tuple[str, ...], pairs: Mapping[str, tuple[Any, 
 
 
 def _shown(name: str, value: Any) -> str:
-    """A value, or those of an axis, such as ``sweep.grid: fluid.bulk_modulus``."""
+    """A value, or the values of an axis, such as ``sweep.grid: fluid.bulk_modulus``."""
     parameter = name.rpartition(": ")[2]
     if value is None:
         return "–"

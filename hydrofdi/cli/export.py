@@ -13,7 +13,7 @@ from hydrofdi.settings.counting import counted
 
 
 class Format(StrEnum):
-    """Forms of exported signals."""
+    """Formats of exported signals."""
 
     csv = "csv"
     parquet = "parquet"
@@ -46,7 +46,7 @@ def export(
     unit: Annotated[
         str | None,
         typer.Option(
-            metavar="UNIT,…", help="Units such as bar,mm, each for the channels that it fits [default: SI]."
+            metavar="UNIT,…", help="Units such as bar,mm, each for channels of its dimension [default: SI]."
         ),
     ] = None,
     runs: Annotated[

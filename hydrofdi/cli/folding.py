@@ -1,4 +1,4 @@
-"""Names and sentences in lines that fit, never broken inside a part of a name."""
+"""Names and sentences folded into lines, never inside a part of a name."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from rich.text import Text
 
 
 def folded(text: str, width: int) -> list[str]:
-    """A text in lines of at most `width`: broken at blanks, and long words behind points and underscores.
+    """A text in lines of at most `width`: broken at blanks, and long words after dots and underscores.
 
-    Only a part of a name that is longer than a line is cut. A mark of one letter stays with its word.
+    A part of a name is cut only if it is longer than a line. A mark of one character stays with the word
+    before it.
     """
     lines = [""]
     for word in _words(text):
@@ -40,16 +41,16 @@ def _pieces(word: str, width: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Folded:
-    """A cell of a table that is folded at the width that its column is given."""
+    """A table cell that is folded at the width of its column."""
 
     text: str
     style: str = ""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Its lines."""
+        """The lines of the cell."""
         yield Text("\n".join(folded(self.text, options.max_width)), style=self.style)
 
     def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
-        """From its longest part to the whole text in a line."""
+        """The width of its longest part, and of the whole text in a line."""
         parts = (part for word in _words(self.text) for part in _pieces(word, options.max_width))
         return Measurement(max(map(len, parts), default=0), len(self.text))

@@ -14,7 +14,7 @@ _COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
 
 
 class Template(StrEnum):
-    """What a new configuration begins as."""
+    """Templates of a new configuration."""
 
     ACTUATOR = "actuator"
     PAPER = "paper"
@@ -23,14 +23,14 @@ class Template(StrEnum):
 
 def init(
     name: Annotated[
-        str, typer.Argument(help="Name of the experiment; the file is NAME.yaml here.")
+        str, typer.Argument(help="Name of the experiment; writes NAME.yaml to this folder.")
     ] = "my-actuator",
     template: Annotated[
         Template,
         typer.Option(
             "--from",
-            help="actuator: which leak is found on your actuator. online: how long it takes to find a "
-            "leak that sets in. paper: the actuator and the sweep of the paper.",
+            help="actuator: the smallest leak that is found on your actuator. online: the delay until a "
+            "new leak is found. paper: the actuator and the sweep of the paper.",
         ),
     ] = Template.ACTUATOR,
 ) -> int:

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from hydrofdi.assessment.inspection import ModeOfRun
 
 _MOST_ROWS = 24
-"""Runs up to which each has a row; of more, such as those of a sample, the ranges are shown."""
+"""Most runs that have a row each; for more, such as a sample, the ranges are shown."""
 
 Column = tuple[Callable[["ModeOfRun"], float], str]
-"""Number of a run, and its form."""
+"""Number of a run, and its format."""
 
 _OTHERS: dict[str, Column] = {
     "K_i\nm³/s/√Pa": (lambda mode: mode.leakage_coefficient, ".3g"),
@@ -35,18 +35,18 @@ _OTHERS: dict[str, Column] = {
     "octaves\nto edge": (lambda mode: mode.octaves_to_edge, ".2f"),
     "stroke\nused": (lambda mode: mode.stroke_share, ".0%"),
 }
-"""Header → column, of all but the EBM."""
+"""Header → column, without the EBM."""
 
 _LEADING = 3
 """Columns that distinguish runs."""
 
 
 def print_modes(found: Inspection) -> None:
-    """A row for each run and its further parameters below, or the ranges of many runs."""
+    """Print a row for each run and further parameters below, or the ranges of many runs."""
     console = terminal()
     if len(found.modes) > _MOST_ROWS:
         console.print(_ranges(found))
-        console.print(f"of {counted(len(found.modes), 'run')}; --json has each")
+        console.print(f"of {counted(len(found.modes), 'run')}; --json lists each")
         return
     console.print(_rows(found))
     for text, number in _condition_marks(found).items():
@@ -55,7 +55,7 @@ def print_modes(found: Inspection) -> None:
 
 
 def _columns() -> dict[str, Column]:
-    """Header → column; the EBM in the unit of the reader."""
+    """Header → column; the EBM in the user's unit."""
     modulus = shown_modulus()
     return {f"EBM\n{modulus.unit}": (lambda mode: modulus.number(mode.bulk_modulus), "g"), **_OTHERS}
 
@@ -89,7 +89,7 @@ def _quantile(values: NDArray[np.float64], place: float) -> float:
 
 
 def _condition_marks(found: Inspection) -> dict[str, int]:
-    """Further parameters as text → the number that stands for them, in order of appearance."""
+    """Further parameters as text → their number in the table, in order of appearance."""
     texts = dict.fromkeys(labels_text(mode.labels) for mode in found.modes)
     return {text: number for number, text in enumerate(texts, 1)}
 

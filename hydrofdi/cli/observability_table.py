@@ -1,4 +1,4 @@
-"""What records tell model-based indicators, on the terminal."""
+"""How well records determine the unknowns of model-based indicators, on the terminal."""
 
 from __future__ import annotations
 
@@ -18,9 +18,14 @@ if TYPE_CHECKING:
 
 
 def print_observability(found: Observability) -> None:
-    """Each unknown before and after a record, the direction that it tells least of, and collinear pairs."""
+    """Print each unknown before and after a record, the least known direction, and collinear pairs."""
     console = terminal()
-    console.print(Text(f"What {found.duration:g} s without a leak tell {found.indicator}", style="bold"))
+    console.print(
+        Text(
+            f"Standard deviations before and after {found.duration:g} s without a leak: {found.indicator}",
+            style="bold",
+        )
+    )
     if not found.unknowns:
         console.print("nothing: the estimate diverges; do its options fit the actuator?")
         return
@@ -29,7 +34,7 @@ def print_observability(found: Observability) -> None:
         shown.add_row(each.name, *_row(each))
     console.print(shown)
     if not any(found.singular_values):
-        console.print("the record carries no information on them; does the valve open?")
+        console.print("the record contains no information on them; does the valve open?")
         return
     console.print(_singular_values(found))
     left = f"{found.weakest_left:.0%} of the prior deviation remains"

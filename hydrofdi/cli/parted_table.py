@@ -1,4 +1,4 @@
-"""Tables of numbers that are never cut: what does not fit beside each other goes below."""
+"""Tables of numbers that are never cut: columns that do not fit continue below."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _GAP = 2
 
 @dataclass
 class PartedTable:
-    """Columns of short texts and numbers, in as many tables as the width asks for.
+    """Columns of short texts and numbers, in as many tables as the width requires.
 
     Attributes
     ----------
     headers : sequence of str
-        Lines of a header are divided by line ends.
+        Lines of a header are separated by line ends.
     n_lead : int
-        Columns that say what a row is; each of the tables begins with them.
+        Number of first columns, which identify a row; each table begins with them.
     left : collection of int
-        Columns that are aligned at the left.
+        Left-aligned columns.
     """
 
     headers: Sequence[str]
@@ -36,7 +36,7 @@ class PartedTable:
         self.rows.append(cells)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Its tables, one below the other."""
+        """The tables, one below the other."""
         for columns in self._parts(options.max_width):
             part = Table(box=None, pad_edge=False, padding=(0, _GAP, 0, 0))
             for column in columns:

@@ -103,7 +103,7 @@ def _run_lines(record: dict[str, Any]) -> list[str]:
 
 
 def _shares(record: dict[str, Any]) -> str:
-    """How many records are simulated for the missing runs, where that is not one for each."""
+    """The number of records to simulate for the missing runs, if it is not one for each."""
     simulated, measured = record["simulated_records"], record["measured_analyses"]
     if simulated == record["missing"]:
         return ""
@@ -112,7 +112,7 @@ def _shares(record: dict[str, Any]) -> str:
 
 
 def _solution_lines(record: dict[str, Any]) -> list[str]:
-    """How often K_i is solved; empty if it is given."""
+    """The number of solutions for K_i; empty if K_i is given."""
     flows, conditions, total = record["solutions"].values()
     if not total:
         return []

@@ -1,4 +1,4 @@
-"""What a plan says of a study: its populations, its designs, and what varies."""
+"""Lines of a plan about a study: its populations, its designs, and what varies."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 from hydrofdi.settings.counting import counted
 
 _PURPOSES = {"alone": "to explain", "sobol": "to explain", "before": "to compare with"}
-"""Kind of a population that is not tested → what it is for."""
+"""Kind of a population that is not tested → its purpose."""
 
 _MOST_DESIGNS = 12
-"""Designs up to which each has a line."""
+"""Most designs that have a line each."""
 
 
 def study_lines(study: Mapping[str, Any]) -> list[str]:
@@ -57,7 +57,7 @@ def _population_lines(populations: list[dict[str, Any]]) -> Iterator[str]:
 
 
 def _listed(names: list[str]) -> str:
-    """Names one after the other, with a unit that all have once."""
+    """Names in a list; a unit that all of them have is written once."""
     unit = names[0].partition(" ")[2]
     if len(names) > 1 and unit and all(name.endswith(f" {unit}") for name in names):
         return f"{', '.join(name.removesuffix(f' {unit}') for name in names)} {unit}"

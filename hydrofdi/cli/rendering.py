@@ -20,16 +20,16 @@ from hydrofdi.report.sections.quantiles import MANY_ROWS
 from hydrofdi.settings.counting import counted
 
 _FEW_ROWS = 20
-"""Rows of a table that the first page has room for."""
+"""Most rows of a long table on the first page."""
 
 _PAGE = 60
-"""Lines up to which details follow on the first page."""
+"""Most lines of the first page, if it has details."""
 
 
 def tell_doubtful_settings(
     experiment: ExperimentConfig, *, with_sweep: bool = True, with_study: bool = False
 ) -> None:
-    """Warn of strange values, distant baselines, idle parameters, and studies that state too little."""
+    """Warn of unusual values, distant baselines, parameters without effect, and incomplete studies."""
     sentences = unusual_values(experiment, with_sweep=with_sweep)
     sentences += distant_baseline(experiment) if with_sweep else []
     if with_study and experiment.study is not None:
@@ -41,7 +41,7 @@ def tell_doubtful_settings(
 
 
 def print_run(summary: RunSummary) -> None:
-    """The features of one run."""
+    """Print the features of one run."""
     console = terminal()
     console.print(Text(summary.title, style="bold"))
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
@@ -54,7 +54,7 @@ def print_run(summary: RunSummary) -> None:
 
 
 def print_document(document: Document, file: Path, *, full: bool = False) -> None:
-    """A report: what fits on about a page and how much more there is, or all of it."""
+    """Print a report: about one page and the size of the rest, or all of it."""
     console = terminal()
     console.print(Text(document.title, style="bold"))
     console.print(f"from {file}")
@@ -68,7 +68,7 @@ def print_document(document: Document, file: Path, *, full: bool = False) -> Non
 
 
 def _first_page(console: Console, blocks: list[Block]) -> list[Block]:
-    """The sections that are no details, and the first details as far as they fit."""
+    """The sections that are not details, and as many details as fit."""
     chosen = {block.key for block in blocks if not block.is_detail}
     room = _PAGE - sum(_height(console, block) for block in blocks if not block.is_detail)
     for block in blocks:
@@ -81,7 +81,7 @@ def _first_page(console: Console, blocks: list[Block]) -> list[Block]:
 
 
 def _height(console: Console, block: Block) -> int:
-    """Lines of a section; those of a long detail are not printed to count them."""
+    """Number of lines of a section; the rows of a long detail are counted without printing."""
     n_row = sum(len(sheet.rows) for sheet in block.shown_sheets)
     if block.is_detail and n_row > _PAGE:
         return n_row
@@ -91,7 +91,7 @@ def _height(console: Console, block: Block) -> int:
 
 
 def _more(blocks: list[Block], shown: list[Block]) -> str:
-    """What the first page leaves out; empty if that is nothing."""
+    """A sentence about what the first page omits; empty if it omits nothing."""
     hidden = [
         sheet
         for block in blocks

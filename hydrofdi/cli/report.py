@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Format(StrEnum):
-    """Forms of the report."""
+    """Formats of the report."""
 
     text = "text"
     markdown = "markdown"
@@ -27,7 +27,7 @@ class Format(StrEnum):
 
 
 def _format(text: str) -> Format:
-    """The form with this name."""
+    """The format with this name."""
     if text in list(Format):
         return Format(text)
     raise ReportError(f"--format: '{text}' is not one of the formats {', '.join(Format)}")
@@ -37,7 +37,7 @@ _FORMAT = typer.Option(
     "--format",
     parser=_format,
     metavar=f"[{'|'.join(Format)}]",
-    help="Form of the report [default: text]; html writes a page, as --html does.",
+    help="Format of the report [default: text]; html writes a page, as --html does.",
 )
 
 
@@ -145,7 +145,7 @@ def _print(made: ComposedReport, form: Format, full: bool) -> None:
 
 
 def _check_code(made: ComposedReport) -> int:
-    """0 if all that the experiment file asks for holds, else 1."""
+    """0 if all claims that the experiment file lists hold, else 1."""
     from hydrofdi.cli.terminal import tell
 
     checks = made.checks()

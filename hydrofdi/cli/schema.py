@@ -9,7 +9,7 @@ import typer
 
 
 class Kind(StrEnum):
-    """What a file describes."""
+    """Kinds of files."""
 
     EXPERIMENT = "experiment"
     MEASURED = "measured"
@@ -18,7 +18,7 @@ class Kind(StrEnum):
 
 
 def schema(
-    kind: Annotated[Kind, typer.Argument(help="What the schema describes.")] = Kind.EXPERIMENT,
+    kind: Annotated[Kind, typer.Argument(help="Kind of file that the schema describes.")] = Kind.EXPERIMENT,
 ) -> int:
     """Print the JSON Schema of a kind of file, for editors and programs.
 

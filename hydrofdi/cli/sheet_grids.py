@@ -26,9 +26,9 @@ _HEADER_FORMS = (
 
 
 def sheet_grids(sheet: Sheet, console: Console) -> Iterator[Table]:
-    """A table, in several parts with the same first columns where the terminal is too narrow for all.
+    """A table, in several parts with the same first columns if the terminal is too narrow for all.
 
-    No number is ever broken, unless the first columns and a single one more are too wide.
+    Numbers are broken only if the first columns and a single further column are too wide.
     """
     rest = list(range(sheet.n_lead, len(sheet.headers)))
     lead = list(range(sheet.n_lead))
@@ -70,7 +70,7 @@ def _broken(sheet: Sheet, breaks: str) -> list[str]:
 
 
 def _fitting_grid(sheet: Sheet, console: Console) -> Table:
-    """A table whose headings are broken at units, dots and underscores as far as its width asks for."""
+    """A table whose headings are broken at units, dots and underscores as far as its width requires."""
     room = _room(sheet, console)
     for breaks, gap in _HEADER_FORMS:
         grid = _grid(sheet, _broken(sheet, breaks), gap)
@@ -80,7 +80,7 @@ def _fitting_grid(sheet: Sheet, console: Console) -> Table:
 
 
 def _foldable(sheet: Sheet, column: int) -> int:
-    """Characters of a column of sentences that go into further lines."""
+    """Characters of a column of sentences that are folded into further lines."""
     return max([0, *(len(row[column].text) + 1 - _SENTENCE_WIDTH for row in sheet.rows)])
 
 
@@ -104,5 +104,5 @@ def _shown_cell(cell: Cell, is_text: bool) -> Text | Folded:
 
 
 def _marked(cell: Cell) -> str:
-    """A cell with a mark that also stands if there is no bold type."""
+    """A cell with a mark, which also shows without bold type."""
     return cell.text + (cell.mark if cell.is_strong else " ")

@@ -91,7 +91,7 @@ def sweep(
 
 
 def _show(summary: SweepSummary, *, json: bool) -> None:
-    """What a sweep did, and the verdicts on its runs."""
+    """Print what a sweep did, and the verdicts on its runs."""
     from dataclasses import asdict
 
     from hydrofdi.quality.doubts import doubt_lines

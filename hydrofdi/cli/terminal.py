@@ -13,11 +13,11 @@ from typing import Any
 from rich.console import Console
 
 _PLAIN_WIDTH = 100
-"""Columns of text where the output is no terminal."""
+"""Columns of text if the output is not a terminal."""
 
 
 def tell(message: str) -> None:
-    """A message on standard error."""
+    """Print a message on standard error."""
     print(message, file=sys.stderr)
 
 
@@ -25,13 +25,13 @@ class _Told(logging.Handler):
     """Shows what the package logs as messages."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Tell it."""
+        """Print the message of a record."""
         tell(record.getMessage())
 
 
 @contextmanager
 def told_on_standard_error() -> Iterator[None]:
-    """What the package logs, such as how far a simulation is, goes to standard error meanwhile."""
+    """In this context, what the package logs, such as progress, goes to standard error."""
     log, handler = logging.getLogger("hydrofdi"), _Told()
     before = log.level
     log.addHandler(handler)
@@ -44,12 +44,12 @@ def told_on_standard_error() -> Iterator[None]:
 
 
 def write_out(text: str) -> None:
-    """Text on standard output as it is."""
+    """Write a text to standard output, unchanged."""
     sys.stdout.write(text)
 
 
 def print_json(record: Any) -> None:
-    """A record on standard output."""
+    """Print a record as JSON on standard output."""
     write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
@@ -57,7 +57,7 @@ class _PipedConsole(Console):
     """A console whose reader may leave early, as ``head`` does."""
 
     def on_broken_pipe(self) -> None:
-        """Leave it to the one place that knows the exit codes."""
+        """Raise; `main` decides on the exit code."""
         raise BrokenPipeError
 
 

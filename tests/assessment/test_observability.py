@@ -76,7 +76,7 @@ def test_check_prints_what_a_record_tells(tmp_path):
         "name: estimating\nrecord: {duration: 4 s}\nindicators: {weak_rls: {spool: command}}\n"
     )
     shown = run("check", tmp_path / "estimating.yaml", check=0).stdout
-    assert "What 4 s without a leak tell weak_rls" in shown
+    assert "Standard deviations before and after 4 s without a leak: weak_rls" in shown
     assert "least known: lap" in shown
     assert "100% of the prior deviation remains" in " ".join(shown.split())
     (record,) = run_json("check", tmp_path / "estimating.yaml")["observability"]
@@ -86,7 +86,7 @@ def test_check_prints_what_a_record_tells(tmp_path):
 
 def test_check_of_other_indicators_says_nothing_of_it(tmp_path):
     (tmp_path / "plain.yaml").write_text("name: plain\nrecord: {duration: 2 s}\ninput: {period: 1 s}\n")
-    assert "without a leak tell" not in run("check", tmp_path / "plain.yaml", check=0).stdout
+    assert "Standard deviations" not in run("check", tmp_path / "plain.yaml", check=0).stdout
     assert run_json("check", tmp_path / "plain.yaml")["observability"] == []
 
 
@@ -131,5 +131,5 @@ def test_a_record_that_tells_nothing_is_not_said_to_tell_unknowns_apart(tmp_path
         "name: shut\nrecord: {duration: 4 s}\nindicators: {weak_rls: {least_opening: 1 mm}}\n"
     )
     text = run("check", tmp_path / "shut.yaml", check=0).stdout
-    assert "the record carries no information" in text
+    assert "the record contains no information" in text
     assert "collinear" not in text

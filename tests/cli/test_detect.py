@@ -134,7 +134,7 @@ def test_a_record_that_cannot_be_judged_says_why(trained, tmp_path, kind, said, 
     assert ended.returncode == 1
     assert found["windows"][-1]["fault"] == {"kind": kind, "text": said}
     assert found["summary"]["not_judged"] == {kind: 1}
-    assert f"no window was judged of odd.csv: {said}" in ended.stderr
+    assert f"no window of odd.csv was judged: {said}" in ended.stderr
 
 
 def test_a_short_record_is_not_judged_beside_its_neighbours(trained, tmp_path):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Format(StrEnum):
-    """Forms of judged windows."""
+    """Formats of judged windows."""
 
     table = "table"
     csv = "csv"
@@ -81,11 +81,11 @@ def _tell(tally: Tally) -> None:
         tell(f"not judged: {tally.faults.total():,} ({kinds}){beyond}")
     for (_, record), reason in list(tally.unjudged.items())[:1]:
         more = f"; {counted(len(tally.unjudged), 'record')} in all" if len(tally.unjudged) > 1 else ""
-        tell(f"no window was judged of {record}: {reason}{more}")
+        tell(f"no window of {record} was judged: {reason}{more}")
 
 
 def _share(tally: Tally) -> str:
-    """Alarms of windows that were judged, with the interval if there is one."""
+    """Share of alarms among judged windows, with the interval if there is one."""
     from hydrofdi.detectors.trained.wording import percent, percentage
 
     rate, share = tally.rate, percent(tally.rate.value)

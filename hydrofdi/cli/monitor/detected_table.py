@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 _Rows = list[tuple[int, "JudgedWindow"]]
 
 _SHOWN = 20
-"""Windows that the terminal shows."""
+"""Most windows that the terminal shows."""
 
 _MOST_TEXT = 28
-"""Characters of the name of a record."""
+"""Most characters of the name of a record."""
 
 
 def print_windows(tally: Tally) -> None:
-    """A table of the first windows, in their order; alarms, and behind them scores beyond a limit that are
-    none, take the place of others, however late they are.
+    """Print a table of the first windows, in order. If not all fit, alarms come first, then other scores
+    beyond a limit, then the rest.
     """
     console, file = terminal(), tally.file
     alarms: _Rows = []

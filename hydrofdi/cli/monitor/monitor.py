@@ -62,10 +62,10 @@ def monitor(
 ) -> int:
     """Judge a stream with a trained detector until it ends.
 
-    A line of JSON for each window and for each event goes to standard output; on a terminal, a live view is
-    shown instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples already read; with
-    --state it resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1
-    where the stream ends and no sample of it could be read, 130 after Ctrl-C.
+    Writes a line of JSON to standard output for each window and for each event; a terminal shows a live view
+    instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples already read; with --state it
+    resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1 if the stream ends and no
+    sample of it could be read, 130 after Ctrl-C.
     """
     from hydrofdi.cli.monitor.stopping import StopSignals
 

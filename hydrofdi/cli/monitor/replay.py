@@ -14,7 +14,7 @@ from hydrofdi.settings.counting import counted
 
 
 class Form(StrEnum):
-    """Forms of samples."""
+    """Formats of samples."""
 
     csv = "csv"
     json = "json"
@@ -32,7 +32,7 @@ def replay(
         str | None,
         typer.Option(
             metavar="FREQUENCY|max",
-            help="Samples per second, e.g. 500Hz, or 'max': as fast as the reader takes them"
+            help="Samples per second, e.g. 500Hz, or 'max': as fast as the reader accepts them"
             " [default: as measured].",
         ),
     ] = None,
@@ -60,8 +60,7 @@ def replay(
 ) -> int:
     """Replay records as a stream, to try out a monitor.
 
-    Samples are in SI; reading them gives the same bits. Several records follow each other with
-    a short gap.
+    Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
     """
     from hydrofdi.api.monitoring.sending import sample_target
     from hydrofdi.api.replaying import replay as played

@@ -1,4 +1,4 @@
-"""What ends a monitor from outside."""
+"""Signals that end a monitor."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any, Self
 
 
 class StopSignals:
-    """Within this context Ctrl-C and SIGTERM ask to end; a second one ends at once.
+    """In this context, Ctrl-C and SIGTERM request to end; a second signal ends at once.
 
     Attributes
     ----------
     number : int or None
-        The signal that asked.
+        The signal that requested the end.
     """
 
     def __init__(self) -> None:
@@ -21,11 +21,11 @@ class StopSignals:
         self._previous: dict[int, Any] = {}
 
     def __call__(self) -> bool:
-        """Whether the monitor is asked to end."""
+        """Whether the monitor should end."""
         return self.number is not None
 
     def __enter__(self) -> Self:
-        """Take over both signals."""
+        """Handle both signals."""
         for number in (signal.SIGINT, signal.SIGTERM):
             self._previous[number] = signal.signal(number, self._handle)
         return self
@@ -41,6 +41,6 @@ class StopSignals:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Give both signals back."""
+        """Restore the previous handlers."""
         for number, handler in self._previous.items():
             signal.signal(number, handler)

@@ -27,7 +27,7 @@ class By(StrEnum):
 
 
 class Departure(StrEnum):
-    """Which departure raises an alarm."""
+    """Direction of change that raises an alarm."""
 
     RISING = "rising"
     FALLING = "falling"
@@ -35,7 +35,7 @@ class Departure(StrEnum):
 
 
 class Rule(StrEnum):
-    """How limits are set."""
+    """Rules that set limits."""
 
     QUANTILE = "quantile"
     TOLERANCE = "tolerance"
@@ -66,12 +66,12 @@ def train(
     ] = None,
     direction: Annotated[
         Departure | None,
-        typer.Option(help="Direction of change that raises an alarm [default: that of the output]."),
+        typer.Option(help="Direction of change that raises an alarm [default: from the output]."),
     ] = None,
     window: Annotated[
         str | None,
         typer.Option(
-            metavar="TIME", help="Duration of a window, e.g. '20 s' [default: that of the records]."
+            metavar="TIME", help="Duration of a window, e.g. '20 s' [default: length of the records]."
         ),
     ] = None,
     every: Annotated[
@@ -113,8 +113,8 @@ def train(
 ) -> int:
     """Train a detector on healthy records and show the evidence for its false-alarm rate.
 
-    Of labelled records those with a healthy label are used, of a sweep the runs without a leak, of a study
-    its healthy fit records; of other records all. Too few records are refused with the number that is needed.
+    Uses the records with a healthy label, the runs of a sweep without a leak, or the healthy fit records of a
+    study; all records if they have no labels. If there are too few, a message says how many are needed.
     Exit code 1 if records are rejected or repeat the samples of another.
     """
     from hydrofdi.api.detectors.training import train as train_detector

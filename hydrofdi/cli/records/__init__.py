@@ -1,1 +1,1 @@
-"""Commands on records, simulated or measured, and on what is measured of them."""
+"""Commands on simulated or measured records, and on their indicators."""

@@ -36,7 +36,7 @@ def evaluate(
         ),
     ] = None,
     false_alarm_rate: Annotated[
-        str, typer.Option(metavar="RATE", help="False-alarm rate that thresholds are set for, e.g. 5%.")
+        str, typer.Option(metavar="RATE", help="False-alarm rate for which thresholds are set, e.g. 5%.")
     ] = "1%",
     confidence: Annotated[
         str, typer.Option(metavar="SHARE", help="Confidence of intervals and bounds.")
@@ -55,9 +55,9 @@ def evaluate(
     """Evaluate indicators on labelled records: what each detects, and its alarms on healthy groups.
 
     Labels and groups come from the descriptions. Healthy groups are tested at the threshold of the other
-    healthy groups, and set against each other as if they were faulty. What the records do not carry is
-    refused with the number that would. Scores made of several numbers are cross-fitted: no record is scored
-    by a model that saw it or its group. Exit code 1 if records are rejected, repeat the samples of
+    healthy groups, and compared with each other as if they were faulty. If there are too few records for a
+    result, the output says how many are needed. Scores made of several numbers are cross-fitted: no record is
+    scored by a model that saw it or its group. Exit code 1 if records are rejected, repeat the samples of
     another or have no number of any indicator, or an indicator fails.
     """
     from hydrofdi.api.evaluating import evaluate as evaluate_records

@@ -1,4 +1,4 @@
-"""The columns of an evaluation: what each score tells, in numbers that are never cut."""
+"""The columns of an evaluation: the results of each score, in numbers that are never cut."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class _Column:
 
 
 def print_scores(console: Console, evaluation: Evaluation, judgements: Sequence[Judgement]) -> None:
-    """A table of scores; below each other where the columns do not fit beside each other.
+    """Print a table of scores; columns that do not fit continue below.
 
-    Names fold if they are long, numbers never; columns without any entry are left out. Scores by which
-    healthy groups differ as much as faults are marked.
+    Long names are folded, numbers never; columns without any entry are omitted. Scores by which healthy
+    groups differ as much as faults are marked.
     """
     names = [each.scored.name for each in judgements]
     clear = [evaluation.stands_clear(each) for each in judgements]
@@ -60,7 +60,7 @@ def print_scores(console: Console, evaluation: Evaluation, judgements: Sequence[
 
 
 def _columns(evaluation: Evaluation, judgements: Sequence[Judgement]) -> list[_Column]:
-    """All that have an entry: areas and their control, alarms, severities, records without a number."""
+    """All columns with an entry: areas and their control, alarms, severities, records without a number."""
 
     def column(heading: str, text: Callable[[Judgement], str]) -> _Column:
         return _Column(heading, tuple(text(each) for each in judgements))
@@ -96,7 +96,7 @@ def area_text(area: Area | None) -> str:
 
 
 def _between(pairs: Sequence[HealthyPair]) -> str:
-    """The areas between which those of healthy groups lie."""
+    """The range of the areas of healthy groups."""
     areas = [pair.area.value for pair in pairs]
     return f"{min(areas):.2f} … {max(areas):.2f}" if areas else HOLE
 
@@ -116,7 +116,7 @@ def _detected_at(place: int, judgement: Judgement) -> str:
 
 
 def _rate(judgement: Judgement, population: Population, rate: Rate, *, digits: int = 0) -> str:
-    """Alarms of all that have a number; the rate as well, if there are enough of them."""
+    """Alarms of all records with a number; also the rate, if there are enough records."""
     counted = f"{rate.count} of {rate.total}"
     if population in judgement.counted:
         return counted

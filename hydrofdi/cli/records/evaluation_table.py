@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from hydrofdi.studies.judgement import Judgement
 
 _SHOWN = 20
-"""Scores, and pairs of healthy groups, that the terminal shows."""
+"""Most scores, and most pairs of healthy groups, that the terminal shows."""
 
 _AREA_WIDTH = len("0.00 [0.00, 0.00]")
 
 
 def print_evaluation(evaluation: Evaluation) -> None:
-    """What healthy groups say; the scores, the best first; what is not stated, and why."""
+    """Print the conclusion from healthy groups, the scores (best first), and what is not stated, and why."""
     console, detection = terminal(), evaluation.detection
     _print_records(console, evaluation)
     if not detection.judgements:
@@ -63,11 +63,11 @@ def _print_pairs(console: Console, evaluation: Evaluation, judgement: Judgement)
     console.print(Text(f"\nHealthy groups against each other by {name}: none of them leaks", style="bold"))
     console.print(_pairs_table(pairs))
     if len(pairs) > _SHOWN:
-        console.print(f"… the {_SHOWN} that differ most of {len(pairs)} pairs; --json has all")
+        console.print(f"… the {_SHOWN} of {len(pairs)} pairs that differ most; --json has all")
 
 
 def _pairs_table(pairs: Sequence[HealthyPair]) -> Table:
-    """The pairs that differ most; each in both orders only where alarms differ with the order."""
+    """The pairs that differ most; in both orders only if alarms depend on the order."""
     has_alarms = any(pair.rate is not None for pair in pairs)
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for header in ("threshold of", "tested") if has_alarms else ("group", "reads higher"):
@@ -85,6 +85,6 @@ def _pairs_table(pairs: Sequence[HealthyPair]) -> Table:
 
 
 def _comes_first(pair: HealthyPair) -> bool:
-    """Whether it is the one of two orders in which the second group reads higher."""
+    """Whether the second group of a pair reads higher; equal groups are in the order of their names."""
     is_equal = pair.area.value == 0.5
     return pair.area.value > 0.5 or (is_equal and pair.fit_group < pair.test_group)

@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 _USUAL = 80
-"""Columns from which it has room for columns of their own."""
+"""Width from which the terminal has room for separate columns [columns]."""
 
 _WIDE = 110
-"""Columns from which the terminal has room for the sources."""
+"""Width from which the terminal has room for the sources [columns]."""
 
 
 def indicators(
-    name: Annotated[str | None, typer.Argument(help="One indicator, with its options.")] = None,
+    name: Annotated[str | None, typer.Argument(help="Indicator to describe, with its options.")] = None,
     json: Json = False,
 ) -> int:
     """List the indicators, or describe one."""
@@ -40,7 +40,7 @@ def indicators(
 
 
 def _all_that_load() -> list[Description]:
-    """All indicators; a package that cannot be loaded is named and hides no other."""
+    """All indicators; a package that cannot be loaded causes only a warning."""
     from hydrofdi.api.listing import described_indicators
     from hydrofdi.cli.terminal import tell
 
@@ -96,7 +96,7 @@ def _print_all(indicators: list[Description]) -> None:
     console.print(table)
     used = sorted({channel for each in indicators for channel in each.channels})
     console.print("\n" + ", ".join(f"{Channel(channel).symbol}: {channel}" for channel in used))
-    console.print("'hydrofdi indicators NAME' shows equation, source, options and outputs of one.")
+    console.print("'hydrofdi indicators NAME' shows equation, source, options and outputs of one indicator.")
 
 
 def _print_one(indicator: Description) -> None:

@@ -32,7 +32,7 @@ def inspect(
 ) -> int:
     """Inspect records: channels, rates, lengths, ranges and defects.
 
-    Of an experiment file (.yaml), at most 32 records are simulated, spread evenly over its runs.
+    Simulates at most 32 records of an experiment file (.yaml), spread evenly over its runs.
     Exit code 1 if records are rejected.
     """
     from hydrofdi.api.inspecting import inspect as look_at

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Format(StrEnum):
-    """Forms of measured records."""
+    """Formats of measured records."""
 
     table = "table"
     csv = "csv"
@@ -81,7 +81,7 @@ def _form(form: Format | None, out: Path | None) -> Format:
 
 
 class _Counted:
-    """Records on their way, tally."""
+    """Records that are counted while they are read."""
 
     def __init__(self, records: Iterable[RecordMeasures]) -> None:
         self._records = records

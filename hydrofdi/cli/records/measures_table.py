@@ -1,4 +1,4 @@
-"""Measured records on the terminal: the first of them, in readable units."""
+"""Measured records on the terminal: the first ones, in readable units."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
 _SHOWN = 20
-"""Records that the terminal shows."""
+"""Most records that the terminal shows."""
 
 _LARGE = 9_999.5
 
 _MOST_TEXT = 28
-"""Characters of a text in a row."""
+"""Most characters of a text in a row."""
 
 _GAP, _HEADER = 2, 3
 """Blanks between columns, and lines of a heading: two for the name, one for the unit."""
@@ -32,7 +32,7 @@ _LONG_NAME = 10
 
 
 def print_measures(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
-    """A table of the first records for each indicator, and how many there are."""
+    """Print a table of the first records for each indicator, and the number of records."""
     console, stream = terminal(), iter(records)
     shown = list(islice(stream, _SHOWN))
     n_record = len(shown) + sum(1 for _ in stream)
@@ -96,7 +96,7 @@ def _parts(columns: Sequence[list[str]], room: int) -> list[list[list[str]]]:
 
 
 def _lead(record: RecordMeasures) -> str:
-    """What a record is called in a row: its identity, what is known of it, a mark where it has remarks."""
+    """The first cell of a row: identity of the record, its label or group, and a mark if it has remarks."""
     known = [record.label or record.group, f"({record.status})" if record.is_rejected else ""]
     text = " ".join([_short(record.record_id), *(_short(text) for text in known if text)])
     return text if record.is_rejected or record.status == "ok" else f"{text}*"
@@ -107,7 +107,7 @@ def _short(text: str) -> str:
 
 
 def _texts(column: Column, records: Sequence[RecordMeasures], leading: Column) -> list[str]:
-    """Name, unit and numbers of a column; the unit is that of the leading one, an error's estimate."""
+    """Name, unit and numbers of a column; an error has the unit of its estimate, the leading column."""
     unit, factor = _readable_unit(leading if leading.unit == column.unit else column, records)
     name = _two_lines(column.output.name)
     numbers = (number_text(value * factor) for value in _values(column, records))
@@ -119,7 +119,7 @@ def _values(column: Column, records: Sequence[RecordMeasures]) -> list[float]:
 
 
 def _readable_unit(column: Column, records: Sequence[RecordMeasures]) -> tuple[str, float]:
-    """Unit in which the terminal shows a column, and its numbers for one in SI."""
+    """Unit in which the terminal shows a column, and the factor from SI to this unit."""
     largest = max((abs(value) for value in _values(column, records) if math.isfinite(value)), default=0.0)
     unit = readable_unit(column.unit, largest)
     return unit, convert(1.0, unit) if unit != column.unit else 1.0
@@ -135,7 +135,7 @@ def _two_lines(name: str) -> tuple[str, str]:
 
 
 def number_text(value: float) -> str:
-    """A number with four digits, whole if it is large."""
+    """A number with four digits; a large one is rounded to an integer."""
     if not math.isfinite(value):
         return "–"
     return f"{value:.0f}" if _LARGE <= abs(value) < 1e7 else f"{value:.4g}"

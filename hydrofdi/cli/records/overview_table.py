@@ -1,4 +1,4 @@
-"""What ``inspect`` shows on the terminal."""
+"""Output of ``inspect`` on the terminal."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from hydrofdi.cli.terminal import terminal
 from hydrofdi.records.overview import Overview
 
 _MOST_SHOWN = 12
-"""Groups and labels that are listed."""
+"""Most groups and labels that are listed."""
 
 
 def print_overview(overview: Overview) -> None:
-    """What a source contains."""
+    """Print what a source contains."""
     console = terminal()
     console.print(Text(overview.name, style="bold"))
     console.print(_facts(overview))
@@ -56,7 +56,7 @@ def _facts(overview: Overview) -> Table:
 
 
 def _counts(counted: Mapping[Any, int]) -> str:
-    """What occurs and how often; the number alone if there is one thing."""
+    """What occurs, and how often; without the number if only one thing occurs."""
     if len(counted) == 1:
         return str(next(iter(counted)))
     shown = [f"{name} ({count:,})" for name, count in list(counted.items())[:_MOST_SHOWN]]

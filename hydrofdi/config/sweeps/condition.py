@@ -1,6 +1,7 @@
 """Conditions on parameters, such as ``friction.coulomb > 0 and fluid.bulk_modulus < '900 MPa'``.
 
-They are written in Python syntax and parsed by Python, but never executed: any other construct is refused.
+They are written in Python syntax and parsed by Python, but never executed. Constructs that are not listed
+here are refused.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from hydrofdi.records.streams import Chunk
 
 
 def joined(chunks: Sequence[Chunk]) -> Chunk:
-    """All samples in one chunk; NaN where a chunk does not have a channel."""
+    """All samples in one chunk; NaN for a channel that a chunk does not have."""
     if len(chunks) == 1:
         return chunks[0]
     channels = dict.fromkeys(channel for chunk in chunks for channel in chunk.channels)

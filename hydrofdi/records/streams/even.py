@@ -22,7 +22,7 @@ _GAP = 1.5
 _STEPS = 10
 """Number of successive gaps that mean another rate."""
 _PATIENCE, _FEWEST = 60.0, 10
-"""Least duration [s] and number of only earlier samples that mean that the clock was set back."""
+"""The clock was set back if all samples are earlier for this duration [s], and for this number of samples."""
 _N_KIND = 6
 
 

@@ -59,7 +59,7 @@ def put_in_order(time: Array, last: float, n_earlier: int, patience: int, comes_
     n_earlier : int
         Number of earlier samples since.
     patience : int
-        Number of only earlier samples that means that the clock was set back.
+        Number of samples in a row, all of them earlier, after which the clock was set back.
     comes_again : bool
         Whether the stream is sent again: earlier samples before the first later one then do not count.
     """

@@ -1,4 +1,4 @@
-"""How quickly samples come, and how late."""
+"""Rate and delay of arriving samples."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import time
 from collections import deque
 
 _SECONDS_OF_RATE = 5.0
-"""Duration over which the rate is taken."""
+"""Duration over which the rate is averaged."""
 
 
 class Arrivals:
-    """When samples came."""
+    """Arrival times of samples."""
 
     def __init__(self) -> None:
         self._opened = time.monotonic()
@@ -20,7 +20,7 @@ class Arrivals:
         self._counts: deque[tuple[float, int]] = deque()
 
     def add(self, n_time: int, instant: float) -> None:
-        """So many samples came, the last of them stamped with an instant [s]."""
+        """Note that `n_time` samples arrived, the last with the time stamp `instant` [s]."""
         self._last = now = time.monotonic()
         self._least_delay = min(self._least_delay, now - instant)
         self._lag = now - instant - self._least_delay
@@ -38,16 +38,16 @@ class Arrivals:
 
     @property
     def rate(self) -> float:
-        """Samples in a second, over the last seconds [Hz]."""
+        """Samples per second, over the last seconds [Hz]."""
         self._forget(time.monotonic())
         return sum(n_time for _, n_time in self._counts) / min(_SECONDS_OF_RATE, max(self.age, 0.2))
 
     @property
     def lag(self) -> float:
-        """How much later the last sample came, on the clock of the stream, than the quickest one [s]."""
+        """Delay of the last sample, relative to the sample with the smallest delay [s]."""
         return self._lag
 
     @property
     def silence(self) -> float:
-        """Time since samples came [s]."""
+        """Time since the last arrival [s]."""
         return self.age if self._last is None else time.monotonic() - self._last

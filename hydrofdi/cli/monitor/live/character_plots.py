@@ -1,4 +1,4 @@
-"""Plots of characters: braille where a terminal has it, points where it has not."""
+"""Plots of characters: braille, or points if the terminal shows only ASCII."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _POINTS = " '.:"
 def envelope(values: Array, n_column: int) -> tuple[Array, Array]:
     """Lowest and highest value of each of `n_column` parts of a series, shape (n_column,).
 
-    Missing values are left out; a part that has nothing else is NaN. The parts join without gaps.
+    Missing values are ignored; a part without other values is NaN. The parts join without gaps.
     """
     if values.size < n_column:
         low = high = values[np.arange(n_column) * values.size // n_column]
@@ -36,7 +36,7 @@ def draw(low: Array, high: Array, span: tuple[float, float], height: int, *, pla
     Parameters
     ----------
     low, high : ndarray, shape (2 · width,)
-        Two dots lie side by side in each character; NaN draws nothing.
+        Each character has two dots side by side; NaN draws nothing.
     span : (float, float)
         Values at the lowest and highest row of dots.
     height : int

@@ -1,4 +1,4 @@
-"""What the live view counts, and what the detector promises, in words."""
+"""Texts of the live view: its counts, and the promise of the detector."""
 
 from __future__ import annotations
 
@@ -19,41 +19,41 @@ _COUNTED = {
     EventKind.DROPPED: ("dropped", "dropped"),
     EventKind.DISCONNECTED: ("disconnection", "disconnections"),
 }
-"""Events that are counted on the screen, with their names for one and for several."""
+"""Kind of event that the screen counts → singular and plural of its name."""
 
 
 def counts_text(watched: Watched) -> str:
-    """How many windows came, what became of them, and what was wrong with the stream."""
+    """The numbers of windows, of faults and of defects of the stream."""
     return "; ".join((windows_text(watched), *fault_texts(watched), *event_texts(watched)))
 
 
 def windows_text(watched: Watched) -> str:
-    """How many windows were judged, how many lie beyond the limit, and how many alarms were raised."""
+    """The numbers of judged windows, of windows beyond the limit, and of raised alarms."""
     judged = f"{counted(watched.n_judged, judged_noun(watched.file))} judged"
     return f"{judged}, {watched.n_beyond:,} beyond the limit, {counted(n_alarm(watched), 'alarm')}"
 
 
 def n_alarm(watched: Watched) -> int:
-    """Alarms that were raised."""
+    """Number of raised alarms."""
     return watched.counts[EventKind.ALARM_RAISED]
 
 
 def fault_texts(watched: Watched) -> Iterator[str]:
-    """How many windows were not judged, by kind."""
+    """The number of windows that were not judged, by kind of fault."""
     if watched.faults:
         kinds = ", ".join(f"{kind} {n:,}" for kind, n in watched.faults.most_common())
         yield f"{watched.faults.total():,} not judged ({kinds})"
 
 
 def event_texts(watched: Watched) -> Iterator[str]:
-    """What was wrong with the stream, counted."""
+    """The numbers of defects of the stream, by kind."""
     for kind, (one, several) in _COUNTED.items():
         if n := watched.counts[kind]:
             yield f"{n:,} {one if n == 1 else several}"
 
 
 def promise_text(file: DetectorFile) -> str:
-    """The promise of the detector, and what it rests on."""
+    """The promise of the detector, and the records behind it."""
     basis, limits = file.basis, file.limits
     groups = f" of {counted(basis.n_group, 'group')}" if basis.n_group else ""
     noun = judged_noun(file)

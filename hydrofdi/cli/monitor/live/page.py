@@ -1,4 +1,4 @@
-"""The room that a terminal has, and how its parts begin."""
+"""The size of a terminal, and the headings of its parts."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from rich.text import Text
 
 LABEL_WIDTH = 9
-"""Columns of the numbers beside a plot."""
+"""Width of the numbers beside a plot [columns]."""
 
 
 @dataclass(frozen=True)
 class Page:
-    """Room of a terminal.
+    """Size of a terminal.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Page:
 
 
 def heading(text: str, page: Page, aside: str = "") -> Text:
-    """A line that begins a part of the screen; what is secondary gives way where the line is full."""
+    """The heading of a part of the screen; `aside` is omitted if the line is full."""
     n_free = page.width - len(text) - len(aside) - 1
     if n_free < 1:
         n_free, aside = max(page.width - len(text) - 1, 0), ""

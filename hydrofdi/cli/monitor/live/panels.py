@@ -66,7 +66,7 @@ def score_lines(watched: Watched, page: Page, height: int) -> list[Text]:
 
 
 def _decisive(watched: Watched, windows: Sequence[WindowLine]) -> tuple[Array, list[float], str]:
-    """What decides on alarms: numbers of windows, limits, and a title."""
+    """The numbers that decide on alarms, one for each window; their limits; and a title."""
     file = watched.file
     duration = duration_text(windows[-1].end - windows[0].start) if windows else "no"
     noun = judged_noun(file)
@@ -89,7 +89,7 @@ def _number_or_nan(number: float | None) -> float:
 
 
 def _marks(windows: Sequence[WindowLine], n_each: int) -> Text:
-    """A mark below each window beyond the limit, and each that is not judged."""
+    """A mark below each window that is beyond the limit or not judged."""
     text = Text(" " * (LABEL_WIDTH + 1))
     for start in range(0, len(windows), n_each):
         verdicts = [window.verdict for window in windows[start : start + n_each]]

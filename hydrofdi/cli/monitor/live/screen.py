@@ -28,7 +28,7 @@ _LEAST_EVENTS, _MOST_EVENTS, _MOST_SIGNAL, _MOST_SCORE = 3, 7, 6, 12
 
 
 def screen_lines(watched: Watched, page: Page) -> list[Text]:
-    """All lines of the view; as many as the page has."""
+    """All lines of the view, at most as many as the page has."""
     head = [_title(watched, page), _state(watched), *_folded(reading_text(watched), page, most=2)]
     foot = [*_folded(counts_text(watched), page, most=3), *_folded(promise_text(watched.file), page, most=2)]
     free = page.height - len(head) - len(foot) - 4 - _event_height(watched, page)
@@ -40,7 +40,7 @@ def screen_lines(watched: Watched, page: Page) -> list[Text]:
 
 
 def _fitting(line: Text, page: Page) -> Text:
-    """A line that the terminal can show: not wider, and with its characters."""
+    """A line that fits the width and the characters of the terminal."""
     if page.plain:
         line = Text(line.plain.encode("ascii", "replace").decode(), spans=line.spans)
     line.truncate(page.width)
@@ -48,7 +48,7 @@ def _fitting(line: Text, page: Page) -> Text:
 
 
 def _heights(free: int, n_channel: int) -> tuple[int, int]:
-    """Lines of the plot of a channel, and of that of the score."""
+    """Heights of the plot of a channel and of the plot of the score [lines]."""
     each = max(free // (n_channel + 2), 1)
     return min(each, _MOST_SIGNAL), min(max(free - n_channel * each, 2), _MOST_SCORE)
 
@@ -67,7 +67,7 @@ def _title(watched: Watched, page: Page) -> Text:
 
 
 def _state(watched: Watched) -> Text:
-    """The condition; one that is not of now is not shown as if it were."""
+    """The condition; without present data it is unknown."""
     condition = Condition.UNKNOWN if watched.is_silent else watched.condition
     badge = "NO DATA" if watched.is_silent else condition.upper()
     return Text.assemble((f" {badge} ", _STYLES[condition]), f" {state_text(watched)}")
@@ -81,7 +81,7 @@ def _folded(text: str, page: Page, most: int) -> list[Text]:
 
 
 def _events(watched: Watched, page: Page, height: int) -> Sequence[Text]:
-    """The last events, the newest at the bottom, and how to leave."""
+    """The last events, the newest at the bottom, and how to end the view."""
     if height < 1:
         return ()
     title = heading("Events (Ctrl-C ends)", page)

@@ -1,4 +1,4 @@
-"""What is left on the terminal when the view is closed."""
+"""The summary that remains on the terminal when the view is closed."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, instant_text
 
 _MOST_ALARMS = 10
-"""Alarms whose instants are told."""
+"""Most alarms whose instants are listed."""
 
 
 def summary_lines(watched: Watched) -> Iterator[str]:
-    """How it ended, and what came: windows, alarms with their instants, what was not judged, events."""
+    """The condition at the end, and the counts: windows, alarms with instants, faults, events."""
     condition = str(watched.condition)
     if watched.since is not None:
         condition += f" since {instant_text(watched.since)}"

@@ -38,7 +38,7 @@ class LiveView:
         self._live = Live(self, console=console, screen=True, refresh_per_second=_FRAMES_IN_A_SECOND)
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Take samples and lines; the screen follows a few times a second."""
+        """Take samples and lines; the screen is updated a few times a second."""
         with self._lock:
             self.watched.take(chunk, lines)
         if not self._live.is_started:
@@ -46,7 +46,7 @@ class LiveView:
         return ()
 
     def close(self) -> None:
-        """Give the terminal back, and say how it was."""
+        """Restore the terminal, and print the summary."""
         if not self._live.is_started:
             return
         self._live.stop()
@@ -54,7 +54,7 @@ class LiveView:
             self._console.print(line, soft_wrap=True, markup=False, highlight=False)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """The screen as it is now."""
+        """The present screen."""
         page = Page(console.width, console.height, options.ascii_only)
         with self._lock:
             lines = screen_lines(self.watched, page)

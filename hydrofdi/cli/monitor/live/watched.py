@@ -1,4 +1,4 @@
-"""What a live view knows of a stream: its last samples and windows, and how much came."""
+"""The data of a live view: last samples, last windows, and counts."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from hydrofdi.records.streams import Chunk
 
 _MOST_WINDOWS, _MOST_EVENTS, _MOST_SAMPLES = 600, 50, 50_000
 _SECONDS_WITHOUT_WINDOWS = 10.0
-"""Duration that is plotted where estimates are judged."""
+"""Duration that is plotted if estimates are judged."""
 _SILENT_AFTER = 5.0
 """Least time without samples after which the last condition is out of date [s]."""
 
 
 class Watched:
-    """What came of a stream since the view was opened. Memory is bounded.
+    """Samples, windows and events since the view was opened. Memory is bounded.
 
     Attributes
     ----------
     arrivals : Arrivals
     condition : Condition
     since : float or None
-        End of the window that brought the condition [s].
+        End of the window with which the condition began [s].
     time : float or None
         Instant of the last sample [s].
     windows : deque of WindowLine
     events : deque of Event
     counts, faults : Counter
-        Kind of event → how often; kind of fault → windows that are not judged for it.
+        Kind of event → number of events; kind of fault → number of windows that are not judged because of it.
     n_beyond : int
-        Judged windows beyond the limit.
+                Number of judged windows beyond the limit.
     alarms : deque of float
         When the last alarms were raised [s].
     n_unread, unread_text : int, str
-        What was malformed since the last sample, and why the first was.
+        Number of malformed lines or messages since the last sample, and the text about the first.
     n_tail : int
-        Samples of a channel that are plotted.
+        Number of samples of a channel that are plotted.
     is_connected : bool or None
         None for sources that have no connection.
     """
@@ -67,7 +67,7 @@ class Watched:
         self._tails: dict[Channel, deque[float]] = {each: deque(maxlen=self.n_tail) for each in plotted(file)}
 
     def take(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
-        """Samples, and what was said of them."""
+        """Take samples and their lines."""
         if chunk is not None and chunk.n_time:
             self._take_samples(chunk)
         for line in lines:
@@ -117,17 +117,17 @@ class Watched:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Channels that are plotted and were seen."""
+        """Plotted channels that have samples."""
         return tuple(channel for channel, tail in self._tails.items() if tail)
 
     @property
     def n_judged(self) -> int:
-        """Windows that were judged."""
+        """Number of judged windows."""
         return self.n_window - self.faults.total()
 
     @property
     def is_silent(self) -> bool:
-        """Whether nothing is known of now: no connection, or no samples in the time of two windows."""
+        """Whether the present condition is unknown: no connection, or no samples for two windows."""
         patience = max(_SILENT_AFTER, 2.0 * self.file.n_sample / self.file.sampling_frequency)
         return self.is_connected is False or self.time is None or self.arrivals.silence > patience
 

@@ -1,4 +1,4 @@
-"""What the live view says, in words."""
+"""Texts of the live view."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import limits_text, plain, score_text
 
 _FIRST_DATE = 1e9
-"""Clocks of streams beyond it count from 1970 [s]; those below start when the machine does."""
+"""Instants above this count from 1970 [s]; smaller ones count from the start of the machine."""
 
 _PREFIXES = {EventKind.ALARM_RAISED: "ALARM, ", EventKind.ALARM_CLEARED: "alarm cleared, "}
 
 
 def instant_text(time: float) -> str:
-    """An instant on the clock of a stream [s]: local time where it counts from 1970."""
+    """An instant on the clock of a stream [s]: local time if it counts from 1970."""
     if time < _FIRST_DATE:
         return f"{time:,.1f} s"
     instant = datetime.fromtimestamp(time)
@@ -37,7 +37,7 @@ def duration_text(duration: float) -> str:
 
 
 def state_text(watched: Watched) -> str:
-    """What stands beside the condition: since when, or why nothing is known."""
+    """The text beside the condition: its beginning, or why it is unknown."""
     if watched.is_silent:
         return _silence_text(watched)
     if watched.since is None:
@@ -57,13 +57,13 @@ def _silence_text(watched: Watched) -> str:
 
 
 def flow_text(watched: Watched) -> str:
-    """Samples in a second, and how late they are."""
+    """Samples per second, and their delay."""
     rate = f"{watched.arrivals.rate:,.0f} samples/s"
     return rate if watched.time is None else f"{rate}, lag {duration_text(watched.arrivals.lag)}"
 
 
 def reading_text(watched: Watched) -> str:
-    """The last window: score, margin, what the chart says, or why it is not judged; or why there is none."""
+    """The last window: score, margin and chart, or why it is not judged; or why there is no window."""
     if watched.is_silent and watched.n_unread:
         return watched.unread_text
     if not watched.windows:
@@ -84,19 +84,19 @@ def score_name(file: DetectorFile) -> str:
 
 
 def judged_noun(file: DetectorFile) -> str:
-    """What is judged one at a time."""
+    """The noun for what is judged."""
     return "window" if file.n_sample else "estimate"
 
 
 def chart_text(line: WindowLine) -> str:
-    """What the control chart says."""
+    """The statistic of the control chart, and its limit."""
     if line.chart is None or line.chart.statistic is None:
         return ""
     return f", chart {plain(line.chart.statistic, 3)} of {plain(line.chart.limit, 3)}"
 
 
 def signed(value: float) -> str:
-    """A number with two digits or more, and its sign."""
+    """A number with its sign and at least two digits."""
     return f"{value:+,.0f}" if abs(value) >= 99.5 else f"{value:+.2g}"
 
 

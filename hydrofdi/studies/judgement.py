@@ -28,7 +28,7 @@ class Level:
     severity : float
         Mean true severity of its records [unit of the severity]; NaN if unknown.
     detected : Rate or None
-        Detection rate; None without a threshold.
+        Detection rate; None without a threshold or a measured false-alarm rate.
     area : Area or None
         Area under the ROC curve against the healthy test records; None if undefined.
     """

@@ -12,6 +12,8 @@ from hydrofdi.evaluation.direction import Direction, learned_direction
 from hydrofdi.evaluation.groups import left_out_outcomes
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import Rate, alarm_rate
+from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.studies.areas import suspicion_from
 from hydrofdi.studies.detectability import Detectability, detectability
@@ -25,7 +27,8 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
     """Evaluate a score as a detector.
 
     Direction, healthy reference and threshold come only from fit records. If there are groups but no healthy
-    test records, each healthy group is tested at the threshold of the others.
+    test records, each healthy group is tested at the threshold of the others. Detections are only stated if
+    the false-alarm rate was measured.
 
     Parameters
     ----------
@@ -39,6 +42,8 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
     direction = case.direction(fit)
     threshold = case.notes.unless_refused(lambda: rules.set_threshold(fit.scores, direction))
     false_alarms = {} if threshold is None else case.false_alarms(threshold, direction)
+    floor = None if threshold is None else case.floor(false_alarms)
+    stated = None if floor is None else threshold
     faulty = {each: case.part([each]) for each in records.chosen(Kind.FAULT, is_fit=False)}
     tested = records.chosen(Kind.HEALTHY, is_fit=False)
     suspicion = suspicion_from(fit, case.part(tested) if tested else fit, direction, rules)
@@ -46,15 +51,14 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
         Level(
             population,
             float(own.severity.mean()) if own.severity.size else np.nan,
-            None if threshold is None else own.detected(threshold, rules.confidence),
+            None if stated is None else own.detected(stated, rules.confidence),
             suspicion.area(own, case.notes),
         )
         for population, own in faulty.items()
     )
     found = Detectability()
-    if threshold is not None and faulty:
-        floor = case.floor(false_alarms)
-        found = detectability(list(faulty.values()), threshold, floor, rules, case.notes)
+    if stated is not None and floor is not None and faulty:
+        found = detectability(list(faulty.values()), stated, floor, rules, case.notes)
     case.remark_missing(fit, faulty)
     case.remark_equal(fit)
     return Judgement(
@@ -119,7 +123,7 @@ class _Case:
 
     def _left_out(self, direction: Direction) -> dict[Population, Rate]:
         """The rate of healthy fit records, each group at the threshold of the others."""
-        rule, rates = partial(self.rules.set_threshold, direction=direction), {}
+        rule, rates = partial(self._threshold_of_others, direction=direction), dict[Population, Rate]()
         for population in self.records.chosen(Kind.HEALTHY, is_fit=True):
             own = self.part([population])
             if own.groups is None:
@@ -128,7 +132,18 @@ class _Case:
             if outcomes is not None:
                 confidence = self.rules.confidence
                 rates[population] = alarm_rate(outcomes, groups=own.groups, confidence=confidence)
+        if rates:
+            self.notes.remarks.append(
+                "each healthy group is tested at the threshold of the other healthy groups"
+            )
         return rates
+
+    def _threshold_of_others(self, scores: Array, direction: Direction) -> Threshold:
+        try:
+            return self.rules.set_threshold(scores, direction)
+        except NotStatedError as refusal:
+            reason = f"to test a healthy group, the others set the threshold: {refusal}"
+            raise NotStatedError(reason, refusal.records_needed) from None
 
     def _remark_excluded(self, population: Population, rate: Rate) -> None:
         aim = self.rules.false_alarm_rate
@@ -140,15 +155,15 @@ class _Case:
                 f" that it is set for"
             )
 
-    def floor(self, false_alarms: Mapping[Population, Rate]) -> float:
-        """False-alarm rate measured on healthy records; the design rate if none was measured."""
+    def floor(self, false_alarms: Mapping[Population, Rate]) -> float | None:
+        """False-alarm rate measured on healthy records; None if no healthy record was tested."""
         healthy = [rate for each, rate in false_alarms.items() if each.kind is Kind.HEALTHY and rate.total]
         if not healthy:
             self.notes.refusals.append(
-                "no healthy record was tested: the false-alarm rate is not measured, and the curve of"
-                " detection starts from the design rate"
+                "no healthy record was tested, so the false-alarm rate is unknown and detections are not"
+                " stated"
             )
-            return self.rules.false_alarm_rate
+            return None
         return sum(rate.count for rate in healthy) / sum(rate.total for rate in healthy)
 
     def remark_equal(self, fit: Part) -> None:

@@ -90,7 +90,7 @@ def measured_study(
         rows = np.random.default_rng(SEED).permutation(np.flatnonzero(is_healthy))
         of_record[rows[: rows.size // 2]] = 1
     severity = np.array([_severity(record.label, labels) for record in labelled])
-    remarks = [_split_remark(groups, has_groups), *_confounded(groups, is_healthy)]
+    remarks = [*([] if has_groups else [_split_remark(groups)]), *_confounded(groups, is_healthy)]
     records = StudyRecords(populations, of_record, severity, groups=groups, remarks=tuple(remarks))
     return MeasuredStudy(records, tuple(_scores(columns, labelled)))
 
@@ -139,9 +139,7 @@ def _groups(records: Sequence[RecordMeasures]) -> tuple[str, ...] | None:
     return tuple(record.group or f"record {record.record_id}" for record in records)
 
 
-def _split_remark(groups: Sequence[str] | None, has_groups: bool) -> str:
-    if has_groups:
-        return "each healthy group is tested at the threshold of the other healthy groups"
+def _split_remark(groups: Sequence[str] | None) -> str:
     why = "no record has a group" if groups is None else "there is only one healthy group"
     return (
         f"{why}: healthy records are split into random halves (seed {SEED}): one sets thresholds, the other"

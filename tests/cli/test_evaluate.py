@@ -217,3 +217,18 @@ def test_the_vtnsi_records_carry_no_rate(tmp_path: Path) -> None:
         (area,) = score["auc"]
         assert area["low"] < 0.5, "no area is told from chance over six groups"
         assert max(pair["value"] for pair in score["healthy_against_healthy"]) > area["value"]
+
+
+def test_detections_are_held_back_if_no_healthy_group_could_be_tested(tmp_path: Path) -> None:
+    write_records(tmp_path, n_unit=2, n_run=12)
+    (tmp_path / "rig.yaml").write_text(GROUPED + "severity: {small: 0.1 L/min, large: 0.5 L/min}\n")
+    arguments = "evaluate", tmp_path / "rig.yaml", "--false-alarm-rate", "5%"
+    score = by_name(run_json(*arguments))["dwt.d2"]
+    assert score["threshold"]["n"] == 24
+    assert score["false_alarms"] == score["detected"] == []
+    assert score["q90_95_L_per_min"] is None
+    printed = " ".join(run(*arguments, check=0).stdout.split())
+    assert "detected" not in printed.partition("Healthy groups against each other")[0]
+    assert "to test a healthy group, the others set the threshold: a false-alarm rate of 5 % needs" in printed
+    assert "no healthy record was tested, so the false-alarm rate is unknown" in printed
+    assert "each healthy group is tested" not in printed

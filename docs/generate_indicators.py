@@ -32,7 +32,7 @@ def page() -> str:
 
 
 def _overview(indicators: list[Description]) -> Iterator[str]:
-    yield "| indicator | what it tells | channels | outputs | cost | source |"
+    yield "| indicator | what it measures | channels | outputs | cost | source |"
     yield "|---|---|---|---|---|---|"
     for each in indicators:
         channels = ", ".join(f"`{channel}`" for channel in each.channels)

@@ -16,8 +16,8 @@ MINUTE = 60.0
 _WORDS = {
     EventKind.GAP: "gaps",
     EventKind.RATE_CHANGED: "samples at another rate",
-    EventKind.DUPLICATE: "samples that came twice",
-    EventKind.TIME_RAN_BACK: "samples that came too late",
+    EventKind.DUPLICATE: "duplicate samples",
+    EventKind.TIME_RAN_BACK: "out-of-order samples",
     EventKind.MALFORMED: "samples without a time stamp within 1e11 s of zero",
 }
 _KINDS = list(_WORDS)

@@ -78,7 +78,7 @@ def train(
         str | None,
         typer.Option(
             metavar="TIME",
-            help="Time from the start of one window to the next; if shorter than a window, they overlap.",
+            help="Time between the starts of windows; if it is shorter than a window, windows overlap.",
         ),
     ] = None,
     by: Annotated[

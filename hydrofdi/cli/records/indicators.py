@@ -68,7 +68,7 @@ def _print_all(indicators: list[Description]) -> None:
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     if console.width < _USUAL:
         table.add_column("indicator", no_wrap=True)
-        table.add_column("what it tells")
+        table.add_column("what it measures")
         for each in indicators:
             text = (
                 f"{each.summary} {counted(len(each.outputs), 'number')} of {symbols[each.name]}, {each.cost}."
@@ -77,7 +77,7 @@ def _print_all(indicators: list[Description]) -> None:
     else:
         has_room = console.width >= _WIDE
         table.add_column("indicator", no_wrap=True)
-        table.add_column("what it tells", ratio=3)
+        table.add_column("what it measures", ratio=3)
         table.add_column("of", no_wrap=True)
         table.add_column("numbers", justify="right", no_wrap=True)
         table.add_column("cost", no_wrap=True)
@@ -117,7 +117,7 @@ def _print_one(indicator: Description) -> None:
     facts.add_row("source", indicator.source)
     facts.add_row("channels", ", ".join(indicator.channels))
     if indicator.optional_channels:
-        facts.add_row("if there", ", ".join(indicator.optional_channels))
+        facts.add_row("optional", ", ".join(indicator.optional_channels))
     facts.add_row("cost", indicator.cost)
     if indicator.needs_scale:
         facts.add_row("scale", "needs channels in SI, not raw counts")

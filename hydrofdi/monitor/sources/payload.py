@@ -135,7 +135,7 @@ class PayloadReader:
     def _instants(self, columns: Columns, found: Mapping[str, Any], n_time: int) -> Array:
         if columns.time is None:
             if self._clock is None:
-                raise PayloadError("has no time; add 'time' [s]")
+                raise PayloadError("has no time stamp; add 'time' [s]")
             return self._clock.take(n_time)
         title, value = columns.time.title, found[columns.time.title]
         times = _times(title, value, self._zone)
@@ -144,8 +144,10 @@ class PayloadReader:
             with np.errstate(over="ignore"):
                 times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
         if times.size != n_time:
-            need = "" if times.size > 1 else "; a block needs all times, or 'sampling_frequency'"
-            raise PayloadError(f"has {counted(times.size, 'time')} for {counted(n_time, 'sample')}{need}")
+            need = "" if times.size > 1 else "; a block needs all time stamps, or 'sampling_frequency'"
+            raise PayloadError(
+                f"has {counted(times.size, 'time stamp')} for {counted(n_time, 'sample')}{need}"
+            )
         return times
 
 

@@ -14,7 +14,7 @@ from hydrofdi.settings.counting import counted
 _COUNTED = {
     EventKind.GAP: ("gap", "gaps"),
     EventKind.DUPLICATE: ("duplicate", "duplicates"),
-    EventKind.TIME_RAN_BACK: ("sample back in time", "samples back in time"),
+    EventKind.TIME_RAN_BACK: ("out-of-order sample", "out-of-order samples"),
     EventKind.MALFORMED: ("malformed", "malformed"),
     EventKind.DROPPED: ("dropped", "dropped"),
     EventKind.DISCONNECTED: ("disconnection", "disconnections"),

@@ -97,7 +97,10 @@ def _clipped(recording: Recording, channel: Channel, samples: Array, limit: floa
         n_extreme = int(np.count_nonzero(samples == extreme))
         share = n_extreme / samples.size
         if share > limit and n_extreme > _PILE * _at_next_value(sign * samples):
-            text = f"{share:.1%} of {channel} lie at its {end} value, {extreme:.4g} {recording.unit(channel)}"
+            text = (
+                f"{share:.1%} of {channel} samples lie at the {end} value,"
+                f" {extreme:.4g} {recording.unit(channel)}"
+            )
             yield Remark(kind, text, channel)
 
 

@@ -15,9 +15,10 @@ from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.api.table import Table
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
+from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.naming import command
 from hydrofdi.settings.suggestions import nearest
-from hydrofdi.store.layout.names import STATUS
+from hydrofdi.store.layout.names import STATUS, VERDICT
 
 if TYPE_CHECKING:
     import pandas
@@ -56,8 +57,13 @@ class Results:
 
     @property
     def statuses(self) -> dict[str, int]:
-        """How runs ended → how many: ``ok``, ``missing``, or a failure."""
+        """How runs ended → how many: ``ok``, ``missing``, or a failure; see `verdicts` too."""
         return dict(Counter(map(str, self.data.columns[STATUS])))
+
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """Words of the verdicts on runs that ended well → number of runs, ``ok`` left out."""
+        return doubt_counts(map(str, self.data.columns[VERDICT]))
 
     @cached_property
     def warnings(self) -> list[str]:
@@ -142,16 +148,22 @@ class Results:
 
         return make_report(self.data)
 
+    def _ends(self) -> dict[str, int]:
+        """How runs ended; ``ok`` is called done where some of them have another verdict."""
+        verdicts = self.verdicts
+        done = "done" if verdicts else "ok"
+        return {done if word == "ok" else word: n for word, n in self.statuses.items()} | verdicts
+
     def __repr__(self) -> str:
         from hydrofdi.settings.counting import counted
 
-        statuses = ", ".join(f"{count} {status}" for status, count in self.statuses.items())
+        ends = ", ".join(f"{count:,} {word}" for word, count in self._ends().items())
         warned = () if self.summary is None else self.summary.warnings
         told = f"; {counted(len(warned), 'warning')}, see .warnings" if warned else ""
-        return f"{counted(self.data.n_run, 'run')} in {self.folder}: {statuses}{told}"
+        return f"{counted(self.data.n_run, 'run')} in {self.folder}: {ends}{told}"
 
     def _repr_html_(self) -> str:
-        lines = [("runs", f"{self.data.n_run:,}"), *((name, f"{n:,}") for name, n in self.statuses.items())]
+        lines = [("runs", f"{self.data.n_run:,}"), *((name, f"{n:,}") for name, n in self._ends().items())]
         warned = () if self.summary is None else self.summary.warnings
         page = html_table(lines, caption=str(self.folder))
         return page + html_sentences("Warnings", warned) if warned else page

@@ -15,6 +15,7 @@ from hydrofdi.config.run_table.expansion import NO_RUN
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.pipeline.changes import changes_since
+from hydrofdi.pipeline.identified import rows_identified
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.results import stored_run_ids
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of
@@ -330,11 +331,11 @@ def _find(plan: SweepPlan, wanted: str) -> int:
     n_run = len(plan.run_ids)
     if wanted.isdigit() and int(wanted) < n_run:
         return int(wanted)
-    matches = [position for position, run_id in enumerate(plan.run_ids) if run_id.startswith(wanted)]
+    matches = rows_identified(wanted, plan.run_ids, plan.record_ids)
     if len(matches) != 1:
         found = "no run" if not matches else counted(len(matches), "run")
         rows = f"; there are rows 0 to {n_run - 1}" if wanted.isdigit() and n_run else ""
-        raise StoreError(f"{plan.directory}: has {found} whose identity starts with {wanted!r}{rows}")
+        raise StoreError(f"{plan.directory}: has {found} whose identity begins with {wanted!r}{rows}")
     return matches[0]
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from hydrofdi.config import expand_runs
 from hydrofdi.errors import ConfigError
+from hydrofdi.pipeline.identified import rows_identified
 from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordSource
 from hydrofdi.settings.counting import counted
@@ -47,7 +48,7 @@ def with_runs(source: RecordSource, wanted: Sequence[str]) -> tuple[RecordSource
     ----------
     source : RecordSource
     wanted : sequence of str
-        Positions (``3``), ranges of them (``3-9``), and beginnings of identities; empty: all.
+        Positions (``3``), ranges (``3-9``), and beginnings of identities of runs or records; empty: all.
 
     Raises
     ------
@@ -68,18 +69,20 @@ def with_runs(source: RecordSource, wanted: Sequence[str]) -> tuple[RecordSource
         raise ConfigError(f"{source.name}: contains measured records, so there are no runs to choose")
     else:
         return source, RecordNames({})
-    only = _positions(run_ids, wanted, source.name)
+    only = _positions(run_ids, record_ids, wanted, source.name)
     shown = distinct_records(record_ids, are_ok, only)
     names = {record_ids[row]: f"{row:04d}-{run_ids[row][:_SHOWN_OF_IDENTITY]}" for row in shown}
     return replace(source, only=only), RecordNames(names)
 
 
-def _positions(run_ids: Sequence[str], wanted: Iterable[str], name: str) -> Collection[int] | None:
-    chosen = [position for each in wanted for position in _matching(run_ids, each, name)]
+def _positions(
+    run_ids: Sequence[str], record_ids: Sequence[str], wanted: Iterable[str], name: str
+) -> Collection[int] | None:
+    chosen = [position for each in wanted for position in _matching(run_ids, record_ids, each, name)]
     return sorted(set(chosen)) if chosen else None
 
 
-def _matching(run_ids: Sequence[str], wanted: str, name: str) -> Collection[int]:
+def _matching(run_ids: Sequence[str], record_ids: Sequence[str], wanted: str, name: str) -> Collection[int]:
     if wanted.isdecimal() and int(wanted) < len(run_ids):
         return [int(wanted)]
     match = _RANGE.fullmatch(wanted)
@@ -87,7 +90,7 @@ def _matching(run_ids: Sequence[str], wanted: str, name: str) -> Collection[int]
         raise ConfigError(f"{name}: the range {wanted} runs backwards; write {match[2]}-{match[1]}")
     if match and int(match[1]) <= int(match[2]) < len(run_ids):
         return range(int(match[1]), int(match[2]) + 1)
-    found = [position for position, run_id in enumerate(run_ids) if run_id.startswith(wanted)]
+    found = rows_identified(wanted, run_ids, record_ids)
     if len(found) != 1:
         how_many = counted(len(found), "run") if found else "no run"
         raise ConfigError(

@@ -49,7 +49,7 @@ def time_zone(name: str) -> tzinfo:
     Raises
     ------
     ValueError
-        There is none.
+                There is no such time zone.
     """
     try:
         offset = datetime.fromisoformat(f"1970-01-01T00:00{name}").tzinfo if name[:1] in "+-" else None
@@ -66,7 +66,7 @@ def instant(text: str, zone: tzinfo | None = None) -> Instant:
     ----------
     text : str
     zone : tzinfo, optional
-        Zone of a text without one; in an hour that repeats, its first pass.
+        Zone of a text without one; in an hour that repeats, the first pass is taken.
 
     Raises
     ------

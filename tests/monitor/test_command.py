@@ -207,7 +207,7 @@ def test_what_is_no_detector_is_refused_with_its_name(machine, tmp_path):
 
 def test_mistakes_of_a_configuration_are_told_with_their_lines(machine, tmp_path):
     (tmp_path / "monitor.yaml").write_text(
-        "channels: {P1: x}\nmqtt:\n  keepalive: 3 m\nlimits: {payloads: 1}\n"
+        "channels: {P9: x}\nmqtt:\n  keepalive: 3 m\nlimits: {payloads: 1}\n"
     )
     done = run_hydrofdi("monitor", machine.detector, "-", "--config", "monitor.yaml", cwd=tmp_path)
     assert done.returncode == 2

@@ -93,7 +93,7 @@ class TextLines:
         Raises
         ------
         DataError
-            It does not begin with text in UTF-8, or the first line is not a usable header.
+            It begins with UTF-16 or binary data, or the first line is not a usable header.
         """
         self._require_text(data)
         text = (self._rest + data).replace(b"\r\n", b"\n").replace(b"\r", b"\n")

@@ -31,6 +31,7 @@ from hydrofdi.execution import (
     unsolved_conditions,
 )
 from hydrofdi.indicators.faults import tells_fault
+from hydrofdi.pipeline.changes import replaced_settings
 from hydrofdi.pipeline.places import experiment_file, library_versions
 from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
 from hydrofdi.pipeline.watching import COEFFICIENTS, RUNS, Nobody, Watcher
@@ -141,6 +142,8 @@ def run_sweep(
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
     for warning in plan.warnings:
         watcher.tell(f"warning: {warning}")
+    if replaced := replaced_settings(directory, experiment):
+        watcher.tell(replaced)
     if not plan.missing and is_current(plan.file, experiment):
         _clear_away(directory)
         return _summary(plan, 0, start, interrupted=False)

@@ -120,11 +120,12 @@ def write_measures(
     Raises
     ------
     ReportError, StoreError
-        The file cannot be written, or a library is not installed.
+        The file cannot be written or belongs to something else, or a library is not installed.
     """
-    from hydrofdi.report.forms.measures import csv_lines, json_parts, write_parquet
-    from hydrofdi.store.files import whole_file
+    from hydrofdi.report.forms.measures import OWN, csv_lines, json_parts, write_parquet
+    from hydrofdi.store.files import require_own, whole_file
 
+    require_own(path, OWN[form], "a table of 'hydrofdi measure'")
     with whole_file(path) as aside:
         if form == "parquet":
             write_parquet(aside, columns, records)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -16,7 +17,10 @@ from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import missing_figure, render_page
 from hydrofdi.report.forms.record import render_json
 from hydrofdi.report.forms.tidy import render_csv, render_parquet
-from hydrofdi.store.files import whole_file
+from hydrofdi.store.files import require_own, whole_file
+
+_WHAT = "a report of hydrofdi"
+_LEAD_LETTERS = 20
 
 _PAGE_COLORS = {INK: "var(--ink)", RULE: "var(--rule)", PAPER: "var(--paper)"}
 
@@ -27,9 +31,10 @@ def write_page(report: ComposedReport, path: Path) -> None:
     Raises
     ------
     StoreError
-        It cannot be written.
+        It cannot be written, or something else exists there.
     """
     document = report.document()
+    require_own(path, _own(document)["html"], _WHAT)
     drawn, holes = draw_all(report, document.figures)
     _write(path, _page(report, document, _svg_texts(drawn), holes).encode())
 
@@ -40,9 +45,11 @@ def write_all_forms(report: ComposedReport, directory: Path) -> Iterator[str]:
     Raises
     ------
     StoreError
-        The folder cannot be written.
+        The folder cannot be written, or a file of something else would be replaced; then nothing is written.
     """
     document, name = report.document(), report.name
+    for suffix, own in _own(document).items():
+        require_own(directory / f"{name}.{suffix}", own, _WHAT)
     drawn, holes = draw_all(report, document.figures)
     svgs = _svg_texts(drawn)
     texts = {
@@ -64,6 +71,19 @@ def write_all_forms(report: ComposedReport, directory: Path) -> Iterator[str]:
             yield _write(directory / f"{figure_name}.{kind}", content)
     for figure_name, why in holes.items():
         yield f"left out {figure_name}: {why}"
+
+
+def _own(document: Document) -> dict[str, re.Pattern[bytes]]:
+    """Suffix → first and last bytes of the report of this experiment, with whatever results."""
+    lead = "".join(document.lead)[:_LEAD_LETTERS]
+    return {
+        "md": re.compile(re.escape(f"# {document.title}\n\n{lead}").encode()),
+        "csv": re.compile(rb"[^\n]*\b(run_id|indicator)\b"),
+        "tex": re.compile(rb"% .*: made by hydrofdi"),
+        "json": re.compile(rb'\{\n  "experiment": '),
+        "html": re.compile(rb".{,500} hydrofdi</title>", re.DOTALL),
+        "parquet": re.compile(rb"PAR1.*\b(run_id|indicator)\b", re.DOTALL),
+    }
 
 
 def _svg_texts(drawn: Mapping[str, Figure]) -> dict[str, str]:

@@ -17,6 +17,8 @@ LIBRARY_VERSIONS = ("v110", "v110")
 """HDF5 format versions of written files: from 1.10 on, all metadata have checksums, so a damaged file is
 reported instead of causing an endless loop."""
 
+_EDGE_BYTES = 1 << 20
+
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
@@ -75,6 +77,38 @@ def require_replaceable(path: Path) -> None:
             f"{path}: already exists, is not an experiment file of hydrofdi and was not changed; choose"
             " another name"
         )
+
+
+def require_own(path: Path, own: re.Pattern[bytes], what: str) -> None:
+    """Check that writing to a path overwrites nothing but an earlier file of the same kind.
+
+    This is the rule for every table, page and export: a file is replaced if it is empty or begins, or for
+    Parquet ends, as hydrofdi writes it. Pictures are replaced.
+
+    Parameters
+    ----------
+    path : Path
+    own : pattern
+        Matches the first and the last bytes of what hydrofdi writes there.
+    what : str
+        Noun phrase for the message.
+
+    Raises
+    ------
+    StoreError
+        The path is not a regular file, or a file of something else.
+    """
+    require_regular(path)
+    if path.exists() and path.stat().st_size and not own.match(_edges(path)):
+        raise StoreError(f"{path}: already exists, is not {what} and was not changed; choose another name")
+
+
+def _edges(path: Path) -> bytes:
+    """The first and the last bytes of a file; Parquet names its columns at the end."""
+    with path.open("rb") as file:
+        head = file.read(_EDGE_BYTES)
+        file.seek(max(file.tell(), path.stat().st_size - _EDGE_BYTES))
+        return head + file.read()
 
 
 def write_whole_text(path: Path, text: str) -> None:

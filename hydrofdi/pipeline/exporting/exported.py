@@ -12,10 +12,10 @@ from hydrofdi.pipeline.exporting.names import with_runs
 from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.records.written.columns import Selection
-from hydrofdi.records.written.forms import BEGINNINGS, WRITERS
+from hydrofdi.records.written.forms import OWN, WRITERS
 from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import nearest
-from hydrofdi.store.files import require_regular, whole_file
+from hydrofdi.store.files import require_own, whole_file
 
 _NAME = re.compile(rf"\d{{4,}}(-.*)?\.({'|'.join(WRITERS)})")
 """Names of the files of a folder, as `RecordNames` makes them."""
@@ -88,7 +88,9 @@ def exported(
         There is no such run, a file was asked for and there is more than one record, or there is an earlier
         export that must not be replaced.
     DataError
-        A record lacks a channel, or a file of something else would be replaced.
+        A record lacks a channel, or would replace its own source or another record.
+    StoreError
+        A file of something else would be replaced, or a file cannot be written.
     """
     inputs = {path.resolve() for source in sources for path in _files_of(source)}
     taken = set(inputs)
@@ -108,7 +110,7 @@ def exported(
                 f"{file}: would hold more than one of these records; choose another folder or name"
             )
         taken.add(file.resolve())
-        require_own(file, target.form)
+        require_own(file, OWN[target.form], "an export in this format")
         with whole_file(file) as aside:
             WRITERS[target.form](aside, list(selection.columns(batch, row)))
         n_written += 1
@@ -143,27 +145,9 @@ def _require_new(target: Target, earlier: Sequence[Path], inputs: Collection[Pat
         )
 
 
-def require_own(path: Path, form: str) -> None:
-    """Check that what stands at a path may be an earlier export.
-
-    Raises
-    ------
-    DataError
-        It is something else.
-    """
-    require_regular(path)
-    if not path.exists():
-        return
-    if path.stat().st_size and not _begins(path, form):
-        raise DataError(
-            f"{path}: already exists, is not an export in this format and was not changed; choose another"
-            " name"
-        )
-
-
 def _begins(path: Path, form: str) -> bool:
     with path.open("rb") as file:
-        return file.read(len(BEGINNINGS[form])) == BEGINNINGS[form]
+        return OWN[form].match(file.read(100)) is not None
 
 
 def _records(

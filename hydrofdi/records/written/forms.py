@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -68,7 +69,11 @@ def write_mat(path: Path, columns: Sequence[Column]) -> None:
 WRITERS = {"csv": write_csv, "parquet": write_parquet, "mat": write_mat}
 """Form, which is also the suffix → its writer."""
 
-BEGINNINGS = {"csv": b"time [s],", "parquet": b"PAR1", "mat": b"MATLAB 5.0 MAT-file"}
+OWN = {
+    "csv": re.compile(rb"time \[s\],"),
+    "parquet": re.compile(rb"PAR1"),
+    "mat": re.compile(rb"MATLAB 5\.0 MAT-file"),
+}
 """Form → first bytes of its files."""
 
 

@@ -18,6 +18,13 @@ from hydrofdi.indicators.record_measures import Column, RecordMeasures
 from hydrofdi.report.forms.numbers import finite
 
 _LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"
+OWN = {
+    "csv": re.compile(",".join(_LEADING).encode()),
+    "json": re.compile(rb'\{"indicators": \[\{"name": '),
+    "parquet": re.compile(rb"PAR1.*record_id", re.DOTALL),
+}
+"""Form → first and last bytes of its files."""
+
 _ROW_GROUP = 10_000
 """Number of records in memory while Parquet is written."""
 

@@ -1,7 +1,7 @@
 """What can be said of an experiment before it is run in earnest, and the leakages that it asks for."""
 
 from hydrofdi.assessment.convergence import Convergence, converge
-from hydrofdi.assessment.indicator_warnings import indicator_warnings
+from hydrofdi.assessment.indicator_warnings import indicator_warnings, other_machine_warnings
 from hydrofdi.assessment.inspection import Inspection, inspect_experiment
 from hydrofdi.assessment.leakage_targets import LeakageTarget, calibrate_flows
 from hydrofdi.assessment.plan_warnings import plan_warnings
@@ -16,6 +16,7 @@ __all__ = [
     "converge",
     "indicator_warnings",
     "inspect_experiment",
+    "other_machine_warnings",
     "plan_warnings",
     "step_limits",
     "study_warnings",

@@ -145,11 +145,16 @@ class SweepPlan:
                 warnings.append(
                     f"a Sobol sample of {counted(sample.count, 'point')} is not balanced; take a power of two"
                 )
-        from hydrofdi.assessment import indicator_warnings, plan_warnings, study_warnings
+        from hydrofdi.assessment import (
+            indicator_warnings,
+            other_machine_warnings,
+            plan_warnings,
+            study_warnings,
+        )
 
         runs = self.table.runs
         warnings += plan_warnings(runs.distinct, runs.choice) + indicator_warnings(runs.distinct, runs.choice)
-        warnings += study_warnings(self.experiment)
+        warnings += other_machine_warnings(self.experiment) + study_warnings(self.experiment)
         warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
         return list(dict.fromkeys(warnings))
 

@@ -96,10 +96,13 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             direction=rising,
         ),
         Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow across both"),
-        Output("bulk_modulus", "Pa", "effective bulk modulus β"),
+        Output("bulk_modulus", "Pa", "effective bulk modulus β", is_positive=True),
         Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
-        Output("flow_gain", "1", "flow gain of the valve relative to its nominal value", is_score=False),
-        Output("supply_pressure", "Pa", "supply pressure", is_score=False),
+        Output(
+            "flow_gain", "1", "flow gain of the valve relative to its nominal value",
+            is_score=False, is_positive=True,
+        ),
+        Output("supply_pressure", "Pa", "supply pressure", is_score=False, is_positive=True),
         Output("offset", "m", "spool position at which the valve is closed", is_score=False),
         Output("lap", "m", "lap of the valve", is_score=False),
         Output(

@@ -33,6 +33,9 @@ class Output:
     is_score : bool
         Whether the output is evaluated as a detector score; False for quality measures of other outputs
         (standard errors, condition numbers, counts), auxiliary estimates, and repetitions in another unit.
+    is_positive : bool
+        Whether the quantity can only be positive, such as a bulk modulus: otherwise the model of the
+        indicator does not describe the record.
     """
 
     name: str
@@ -41,6 +44,7 @@ class Output:
     dims: Mapping[str, int] = field(default_factory=dict)
     direction: Direction | None = None
     is_score: bool = True
+    is_positive: bool = False
 
     @classmethod
     def quality(cls, name: str, unit: str, long_name: str) -> Output:

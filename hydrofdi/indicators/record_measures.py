@@ -13,6 +13,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.measuring import Indicators, Measures, measure, output_unit
+from hydrofdi.indicators.plausibility import not_positive
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 
 
@@ -67,6 +68,8 @@ class RecordMeasures:
         Label of an indicator that failed → its error; this is also its reason.
     digest : bytes
         Digest of the samples: equal for records with equal samples. Empty if the record is rejected.
+    not_positive : tuple of str
+        Columns of quantities that can only be positive, and are not.
     """
 
     record_id: str
@@ -79,6 +82,7 @@ class RecordMeasures:
     is_rejected: bool = False
     faults: Mapping[str, str] = field(default_factory=dict)
     digest: bytes = b""
+    not_positive: tuple[str, ...] = ()
 
     @property
     def has_numbers(self) -> bool:
@@ -130,8 +134,14 @@ def _measured(
     for source, batch in batches:
         _require_same_units(source, batch, indicators, columns)
         measures = measure(batch, indicators)
+        doubtful = {
+            f"{label}.{name}": rows
+            for label, indicator in indicators.items()
+            for name, rows in not_positive(indicator, measures.values, f"{label}.").items()
+        }
         for row in range(batch.n_record):
-            yield _record(batch, measures, row, used)
+            own = tuple(name for name, rows in doubtful.items() if rows[row])
+            yield _record(batch, measures, row, used, own)
         yield from _rejected(batch, columns)
 
 
@@ -146,7 +156,9 @@ def _require_same_units(
             )
 
 
-def _record(batch: RecordBatch, measures: Measures, row: int, used: frozenset[Channel]) -> RecordMeasures:
+def _record(
+    batch: RecordBatch, measures: Measures, row: int, used: frozenset[Channel], not_positive: tuple[str, ...]
+) -> RecordMeasures:
     concerning = (each for each in batch.remarks[row] if each.channel is None or each.channel in used)
     kinds = dict.fromkeys(remark.kind for remark in concerning)
     return RecordMeasures(
@@ -159,6 +171,7 @@ def _record(batch: RecordBatch, measures: Measures, row: int, used: frozenset[Ch
         {label: reason for label, rows in measures.obstacles.items() if (reason := rows[row]) is not None},
         faults=measures.faults,
         digest=samples_digest(batch, row),
+        not_positive=not_positive,
     )
 
 

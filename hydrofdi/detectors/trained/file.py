@@ -165,5 +165,9 @@ class DetectorFile(Section):
     ranges: dict[Channel, ChannelRange]
     """Healthy range of each channel."""
 
+    positive: tuple[str, ...] = ()
+    """Outputs that can only be positive, and are so in all healthy windows; in other windows without an alarm
+    they make the window novel."""
+
     drive: tuple[float, float] | None = None
     """Lowest and highest value of the channel whose edges start cycles."""

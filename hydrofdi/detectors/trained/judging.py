@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records
-from hydrofdi.detectors.trained.novelty import findings, wrong_side
+from hydrofdi.detectors.trained.measuring import WindowScores, feature_of, records_of, scores_of_records
+from hydrofdi.detectors.trained.novelty import findings, not_physical, wrong_side
 from hydrofdi.detectors.trained.verdict import Verdict
 from hydrofdi.indicators import Indicator
 from hydrofdi.records import Channel
@@ -71,13 +71,27 @@ class Judge:
         scores = scores_of_records(records, self._feature)
         faults = findings(records, self.file.ranges)
         return [
-            verdict_of(self.file, float(score), fault, obstacle)
-            for score, fault, obstacle in zip(scores.values, faults, scores.obstacles, strict=True)
+            verdict_of(self.file, float(score), fault, obstacle, doubt)
+            for score, fault, obstacle, doubt in zip(
+                scores.values, faults, scores.obstacles, self._doubts(scores), strict=True
+            )
+        ]
+
+    def _doubts(self, scores: WindowScores) -> list[str]:
+        """The first quantity of each window that is not positive, but is so in all healthy windows."""
+        known = [name for name in self.file.positive if name in scores.not_positive]
+        return [
+            next((name for name in known if scores.not_positive[name][row]), "")
+            for row in range(scores.values.size)
         ]
 
 
 def verdict_of(
-    file: DetectorFile, score: float, fault: WindowFault | None = None, obstacle: str | None = None
+    file: DetectorFile,
+    score: float,
+    fault: WindowFault | None = None,
+    obstacle: str | None = None,
+    doubt: str = "",
 ) -> Verdict:
     """Verdict on a score.
 
@@ -91,6 +105,8 @@ def verdict_of(
         states whether the score is beyond a limit.
     obstacle : str, optional
         Why there is no score.
+    doubt : str
+        Quantity that can only be positive, and is not; then a window without an alarm is novel.
     """
     if fault is not None and fault.kind != "novel":
         return Verdict(None, None, None, fault)
@@ -102,7 +118,7 @@ def verdict_of(
     distance = min(limits, default=math.inf)
     margin = distance / file.healthy.spread
     if distance >= 0.0:
-        fault = fault or wrong_side(file, score)
+        fault = fault or not_physical(doubt) or wrong_side(file, score)
     if fault is None:
         return Verdict(score, distance < 0.0, margin)
     if distance < 0.0:

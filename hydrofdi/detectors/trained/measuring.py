@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import measure
+from hydrofdi.indicators.plausibility import not_positive
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Window
@@ -26,10 +28,13 @@ class WindowScores:
         Scores in the unit of the output; NaN if a window has none.
     obstacles : tuple of (str or None), length n_window
         Why a window has no score.
+    not_positive : mapping of str to ndarray of bool, shape (n_window,)
+        Quantity that can only be positive → windows in which it is not.
     """
 
     values: Array
     obstacles: tuple[str | None, ...]
+    not_positive: Mapping[str, NDArray[np.bool_]]
 
 
 def feature_of(config: DetectorConfig) -> Feature:
@@ -70,7 +75,11 @@ def records_of(
 def scores_of_records(records: RecordBatch, feature: Feature) -> WindowScores:
     """Scores of valid windows; bit-identical whatever the other windows are."""
     measures = measure(records, {"it": feature.indicator})
-    return WindowScores(measures.values[f"it.{feature.described.name}"], measures.obstacles["it"])
+    return WindowScores(
+        measures.values[f"it.{feature.described.name}"],
+        measures.obstacles["it"],
+        not_positive(feature.indicator, measures.values, "it."),
+    )
 
 
 def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts
 from hydrofdi.detectors.trained.wording import readable, score_text
+from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.records.streams import WindowFault
 
@@ -32,6 +33,15 @@ def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> li
     """
     facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
     return [_finding(row, facts, ranges) for row in range(records.n_record)]
+
+
+def not_physical(name: str) -> WindowFault | None:
+    """Why a window is novel in which a quantity that can only be positive is not; None without a name."""
+    return (
+        WindowFault("novel", f"{name} is not positive, but is so in all healthy windows: {CAUSES}")
+        if name
+        else None
+    )
 
 
 def wrong_side(file: DetectorFile, score: float) -> WindowFault | None:

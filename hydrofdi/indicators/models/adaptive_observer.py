@@ -94,7 +94,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
             "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
             direction=rising, is_score=False,
         )  # fmt: skip
-        modulus = Output("bulk_modulus", "Pa", "effective bulk modulus β", is_score=False)
+        modulus = Output("bulk_modulus", "Pa", "effective bulk modulus β", is_score=False, is_positive=True)
         return (
             Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
             Output.quality("leakage_spread", "m^3/s", "standard deviation of that flow over the record"),

@@ -97,12 +97,18 @@ class EkfJoint(KalmanFilter[JointOptions]):
 
 _AUXILIARY = {
     "bulk_modulus": (
-        Output("bulk_modulus", "Pa", "effective bulk modulus β"),
+        Output("bulk_modulus", "Pa", "effective bulk modulus β", is_positive=True),
         Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
     ),
-    "supply": (Output("supply_pressure", "Pa", "supply pressure", is_score=False),),
+    "supply": (Output("supply_pressure", "Pa", "supply pressure", is_score=False, is_positive=True),),
     "flow_gain": (
-        Output("flow_gain", "1", "flow gain of the valve relative to its nominal value", is_score=False),
+        Output(
+            "flow_gain",
+            "1",
+            "flow gain of the valve relative to its nominal value",
+            is_score=False,
+            is_positive=True,
+        ),
     ),
     "offset": (Output("offset", "m", "spool position at which the valve is closed", is_score=False),),
     "lap": (Output("lap", "m", "lap of the valve", is_score=False),),

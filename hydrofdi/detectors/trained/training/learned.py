@@ -79,6 +79,8 @@ class Learned:
         Range of the channel whose edges start cycles.
     not_judged : mapping of str to int
         Kind of fault → number of non-overlapping windows.
+    positive : tuple of str
+        Quantities that can only be positive, and are so in all windows.
     """
 
     records: Sequence[LearnedRecord]
@@ -91,6 +93,7 @@ class Learned:
     ranges: Mapping[Channel, ChannelRange]
     drive: tuple[float, float] | None
     not_judged: Mapping[str, int]
+    positive: tuple[str, ...] = ()
 
     @cached_property
     def scores(self) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain
 
 from hydrofdi.detectors.features import Feature
@@ -19,6 +19,7 @@ from hydrofdi.detectors.trained.wording import time_text
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
+from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.settings.naming import setting
 
@@ -37,7 +38,8 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
     ConfigError
         Indicator, output or windows are not valid.
     DataError
-        Records lack a channel, or differ in sampling or length.
+        Records lack a channel, or differ in sampling or length, or quantities that can only be positive are
+        not.
     NotStatedError
         There are no healthy records, or none has a score.
     """
@@ -63,6 +65,7 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
     scorer.finish()
     if not any(each.line.chosen.size for each in records):
         raise NotStatedError(f"no healthy record has {feature.label}: {_absence(scorer, records, config)}")
+    _require_positive(scorer.n_not_positive, records, healthy)
     return Learned(
         records=records,
         feature=feature,
@@ -74,7 +77,27 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
         ranges={channel: learned_range(channel, joined(facts)) for channel, facts in scorer.facts.items()},
         drive=drive,
         not_judged=dict(sorted(scorer.not_judged.items())),
+        positive=tuple(name for name, count in scorer.n_not_positive.items() if not count),
     )
+
+
+def _require_positive(
+    n_not_positive: Mapping[str, int], records: Sequence[LearnedRecord], healthy: RecordSource
+) -> None:
+    """Check that quantities that can only be positive are so in at least half of the healthy windows.
+
+    Raises
+    ------
+    DataError
+        One is not.
+    """
+    n_window = sum(each.line.chosen.size for each in records)
+    for name, count in n_not_positive.items():
+        if 2 * count > n_window:
+            raise DataError(
+                f"{healthy.name}: {name} is not positive in {count:,} of {n_window:,} healthy windows:"
+                f" {CAUSES}"
+            )
 
 
 def _absence(scorer: Scorer, records: Sequence[LearnedRecord], config: DetectorConfig) -> str:

@@ -61,6 +61,7 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
         limits=limits,
         chart=None if chart is None else chart_limit(learned, chart, healthy_score, direction, confidence),
         ranges=dict(learned.ranges),
+        positive=learned.positive,
         drive=learned.drive,
     )
 

@@ -27,6 +27,8 @@ class Scorer(ABC):
         Kind of fault → number of windows or estimates that have no score.
     reason : str
         Why the first of them has no score.
+    n_not_positive : Counter of str
+        Quantity that can only be positive → number of windows in which it is not.
     """
 
     def __init__(self, n_sample: int) -> None:
@@ -34,6 +36,7 @@ class Scorer(ABC):
         self.facts: dict[Channel, list[ChannelFacts]] = {}
         self.not_judged: Counter[str] = Counter()
         self.reason = ""
+        self.n_not_positive: Counter[str] = Counter()
 
     @abstractmethod
     def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.dates import instant, is_dated
-from hydrofdi.records.measured.column_names import titles_of_time
+from hydrofdi.records.measured.column_names import titles_of_dates, titles_of_time
 from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.settings.counting import counted
 
@@ -34,12 +34,18 @@ class Column:
         Empty if it is not stated; None if there is no place to state it.
     since : float
         Instant from which dates are counted [s since 1970]; 0 without dates.
+    title : str
+        Name as it is written, such as ``P1 [bar]``.
+    is_dates : bool
+        Whether it contained dates or durations.
     """
 
     name: str
     values: NDArray[np.float64]
     unit: str | None
     since: float = 0.0
+    title: str = ""
+    is_dates: bool = False
 
 
 @dataclass(frozen=True)
@@ -171,7 +177,9 @@ def known_text(given: Any) -> str:
 def _timed(kind: str, columns: Sequence[Column]) -> Held:
     """Columns, that of time set apart."""
     titles = [column.name for column in columns]
-    places = titles_of_time(titles, [column.unit or "" for column in columns])
+    dated = [place for place, column in enumerate(columns) if column.is_dates]
+    named = titles_of_time(titles, [column.unit or "" for column in columns])
+    places = named or titles_of_dates(titles, dated)
     if len(places) > 1:
         raise DataError(f"{kind}: has more than one column of time")
     others = [column for place, column in enumerate(columns) if place not in places]
@@ -185,7 +193,7 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
     if array.dtype.kind in "mM":
         passed = (array - array[:1]) / np.timedelta64(1, "ns") / 1e9
         since = array[:1].astype(f"{array.dtype.kind}8[ns]").astype(np.int64).sum() / 1e9
-        return Column(name, passed, "s", float(since))
+        return Column(name, passed, "s", float(since), title, is_dates=True)
     if array.dtype.kind not in "fiu":
         raise DataError(
             f"{kind}: {f'column {title!r} ' if title else ''}contains something other than real numbers"
@@ -197,7 +205,7 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
             f"{kind}: shape {array.shape} is {counted(array.shape[0], 'record')}"
             " of 1 sample; transpose it or ravel it"
         )
-    return Column(name, array.astype(np.float64), stated or unit)
+    return Column(name, array.astype(np.float64), stated or unit, title=title)
 
 
 def _samples(values: Any) -> NDArray[Any]:

@@ -69,7 +69,9 @@ def _described(data: Held, channel: Channel, column: Column, unit: Names) -> dic
     if not isinstance(unit, str | Mapping | None):
         raise refusal("unit", "a unit, or column → unit", unit)
     if isinstance(unit, Mapping):
-        names = (name for name in unit if name == column.name or channel_named(name, "") == channel)
+        names = (
+            name for name in unit if name in (column.title, column.name) or channel_named(name, "") == channel
+        )
         given = next((unit[name] for name in names), None)
     if given is None and not (column.unit is None or column.unit or unit_by_name(column.name)):
         raise _no_unit(data, column.name or channel.value, "bar" if channel.is_pressure else channel.unit)
@@ -133,9 +135,10 @@ def _sampling(data: Held, frequency: float | None, unit: Names) -> dict[str, Any
 def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
     """The columns that are channels: those that are said to be, or are named like one."""
     if isinstance(channel, Mapping):
-        named = {column.name: column for column in data.columns}
+        by_title = {column.title: column for column in data.columns}
+        named = {column.name: column for column in data.columns} | by_title
         if unknown := [name for name in channel if name not in named]:
-            raise DataError(f"{data.kind}: has no column {unknown[0]!r}{nearest(unknown[0], list(named))}")
+            raise DataError(f"{data.kind}: has no column {unknown[0]!r}{nearest(unknown[0], [*by_title])}")
         return {_channel(name): named[column] for column, name in channel.items()}
     wanted = None if channel is None else _channel(channel)
     if len(data.columns) == 1 and (wanted or not data.columns[0].name):

@@ -1,0 +1,39 @@
+"""Columns of frames are known by their whole title, and dates by every documented name."""
+
+import numpy as np
+import pandas
+import pytest
+
+import hydrofdi
+
+PRESSURE = 5e6 + 1e4 * np.random.default_rng(1).standard_normal(4000)
+DATES = pandas.date_range("2026-01-31T12:00", periods=PRESSURE.size, freq="2ms")
+D2 = float(hydrofdi.measure(PRESSURE, sampling_frequency="500 Hz")["dwt.d2"][0])
+
+
+@pytest.mark.parametrize("name", ["Druck A (bar)", "Druck A"])
+def test_a_column_is_named_with_or_without_its_unit(name):
+    frame = pandas.DataFrame({"Druck A (bar)": PRESSURE / 1e5})
+    table = hydrofdi.measure(frame, channel={name: "P1"}, sampling_frequency="500 Hz")
+    assert table["dwt.d2"][0] == pytest.approx(D2)
+    table = hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "Pa"}, sampling_frequency="500 Hz")
+    assert table["dwt.d2"][0] == pytest.approx(D2 / 1e5)
+
+
+def test_a_misspelt_column_is_answered_with_its_whole_title():
+    frame = pandas.DataFrame({"Druck A (bar)": PRESSURE / 1e5})
+    with pytest.raises(hydrofdi.HydrofdiError, match=r"did you mean 'Druck A \(bar\)'"):
+        hydrofdi.measure(frame, channel={"Drock A (bar)": "P1"}, sampling_frequency="500 Hz")
+
+
+@pytest.mark.parametrize("name", ["timestamp", "datetime", "Zeit", "Zeitstempel"])
+def test_dates_are_time_in_a_column_and_in_the_index(name):
+    indexed = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES.rename(name))
+    for frame in (indexed, indexed.reset_index(), indexed.reset_index().astype({name: str})):
+        assert hydrofdi.measure(frame)["dwt.d2"][0] == pytest.approx(D2, rel=1e-6)
+
+
+def test_numbers_named_like_dates_are_no_time():
+    frame = pandas.DataFrame({"Zeit": np.arange(PRESSURE.size) / 500.0, "P1 [Pa]": PRESSURE})
+    with pytest.raises(hydrofdi.HydrofdiError, match="no sampling frequency is given"):
+        hydrofdi.measure(frame)

@@ -126,7 +126,7 @@ def write_measures(
     from hydrofdi.report.forms.measures import OWN, csv_lines, json_parts, write_parquet
     from hydrofdi.store.files import require_own, whole_file
 
-    require_own(path, OWN[form], "a table of 'hydrofdi measure'")
+    require_own(path, OWN[form], "a table of measured indicators")
     with whole_file(path) as aside:
         if form == "parquet":
             write_parquet(aside, columns, records)

@@ -130,3 +130,24 @@ def test_a_draw_that_a_parameter_cannot_take_names_place_and_remedy():
     assert mistake.key == "sweep.union[1].sample.over.actuator.mass"
     assert "must be greater than 0; found -" in mistake.message
     assert "truncated_normal: [mean, deviation, low, high] stays within limits" in mistake.message
+
+
+def test_a_wrong_nominal_value_is_one_mistake_and_not_one_of_each_width_about_it(tmp_path) -> None:
+    (tmp_path / "base.yaml").write_text(
+        "name: base\nsweep: {sample: {count: 2, seed: 1, over: {supply.pressure: {uniform: ±5 %}}}}\n"
+    )
+    (tmp_path / "child.yaml").write_text("extends: base.yaml\nsupply: {pressure: 160 Bar}\n")
+    with pytest.raises(ConfigError) as refused:
+        load_experiment(str(tmp_path / "child.yaml"))
+    (mistake,) = refused.value.mistakes
+    assert "child.yaml:2: supply.pressure: unknown unit 'Bar'; did you mean 'bar'?" in str(mistake)
+
+
+@pytest.mark.parametrize("name", ["pressure_1_sensor.bandwidth", "leakage.internal_flow"])
+def test_a_width_about_a_parameter_without_a_value_is_a_mistake(tmp_path, name) -> None:
+    path = tmp_path / "unset.yaml"
+    path.write_text(
+        f"name: u\nsweep: {{sample: {{count: 2, seed: 1, over: {{{name}: {{uniform: ±5 %}}}}}}}}\n"
+    )
+    with pytest.raises(ConfigError, match="± needs a nominal value"):
+        load_experiment(str(path))

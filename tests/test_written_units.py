@@ -136,3 +136,14 @@ def test_python_speaks_in_the_units_of_its_arguments():
     assert hydrofdi.plan({"name": "own", "sweep": {"grid": {"supply.pressure": ["100 bar"]}}}).units == {
         "supply.pressure": "bar"
     }
+
+
+def test_a_unit_that_reports_would_ignore_is_refused(tmp_path) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text("name: own\nunits: {leakage.internal_flow: mL/min}\n")
+    with pytest.raises(
+        ConfigError, match=r"own\.yaml:2: units: leakage\.internal_flow: is always shown in L/min"
+    ):
+        load_experiment(str(path))
+    path.write_text("name: own\nunits: {leakage.internal_flow: l/min}\n")
+    assert load_experiment(str(path)).units

@@ -23,7 +23,7 @@ from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.settings.yaml_source import Source
-from hydrofdi.units import parse_quantity
+from hydrofdi.units import parse_quantity, parse_unit
 
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""
@@ -110,6 +110,8 @@ class ExperimentConfig(RunRequest):
             own = parameter_unit(name) if name in parameter_names() else None
             if own is None:
                 raise ValueError(f"{name}: is not a parameter with a unit")
+            if name == "leakage.internal_flow" and parse_unit(unit) != parse_unit("L/min"):
+                raise ValueError(f"{name}: is always shown in L/min")
             parse_quantity(f"1 {unit}", own)
         return given
 

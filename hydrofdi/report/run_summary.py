@@ -66,10 +66,10 @@ class RunSummary:
         yield "status", self.status, ""
         yield "verdict", self.verdict, ""
         yield "leakage coefficient K_i", f"{self.leakage_coefficient:.4g}", "m³/s per √Pa"
-        yield "mean internal leakage", f"{convert(self.mean_leakage_flow, 'L/min'):.4f}", "L/min"
+        yield "mean internal leakage", f"{convert(self.mean_leakage_flow, 'L/min'):.4g}", "L/min"
         for chamber, flow in enumerate(self.external_flows, 1):
             if flow:
-                yield f"mean leakage out of chamber {chamber}", f"{convert(flow, 'L/min'):.4f}", "L/min"
+                yield f"mean leakage out of chamber {chamber}", f"{convert(flow, 'L/min'):.4g}", "L/min"
         for level, rms in enumerate(self.detail_rms, 1):
             yield f"RMS of d{level}", f"{convert(rms, 'kPa'):.3f}", "kPa"
         for title, name, unit in (

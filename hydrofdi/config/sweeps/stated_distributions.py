@@ -10,7 +10,13 @@ from pydantic import ValidationError
 
 from hydrofdi.config.request import parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sweeps.distributions import ARGUMENTS, DISTRIBUTIONS, argument_values, require_order
-from hydrofdi.config.sweeps.values import difference, nominal_value, parameter_value, require_numbers
+from hydrofdi.config.sweeps.values import (
+    difference,
+    is_stated,
+    nominal_value,
+    parameter_value,
+    require_numbers,
+)
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.settings.yaml_source import Path, Source
@@ -76,6 +82,8 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
         parameter_value(source, path, name, None)
         return []
     nominal = nominal_value(source, name)
+    if nominal is None and is_stated(source, name):  # validation of the model reports it
+        return []
     if isinstance(nominal, bool) or not isinstance(nominal, float):
         raise _MistakenError(
             path, f"± needs a nominal value, and {name} has none that is a real number; state the arguments"

@@ -43,6 +43,13 @@ def nominal_value(source: Source, name: str) -> Any:
         return None
 
 
+def is_stated(source: Source, name: str) -> bool:
+    """Whether a source gives a parameter a nominal value, valid or not."""
+    section, field = name.split(".")
+    given = source.data.get(section)
+    return isinstance(given, dict) and given.get(field) is not None
+
+
 def difference(name: str, value: Any) -> float:
     """A difference of two values of a parameter, in SI.
 

@@ -17,6 +17,8 @@ from hydrofdi.store.layout.outputs import output_variables
 if TYPE_CHECKING:
     import xarray
 
+    from hydrofdi.store import ExperimentData
+
 
 def run_variables(experiment: ExperimentConfig) -> tuple[Variable, ...]:
     """Variables of a single run, by their names in experiment files."""
@@ -49,3 +51,25 @@ def run_dataset(
         levels = np.arange(1, dataset.sizes[names.LEVEL] + 1)
         coordinates[names.LEVEL] = (names.LEVEL, levels, {"long_name": "level of the wavelet transform"})
     return dataset.assign_coords(coordinates)
+
+
+def study_coordinates(data: ExperimentData) -> dict[str, tuple[str, NDArray[Any]]]:
+    """Name → dimension and values: population and kind of each run of a study, and whether it is for fitting.
+
+    Raises
+    ------
+    ReportError
+        The file does not contain the runs of its study.
+    """
+    if data.experiment.study is None:
+        return {}
+    from hydrofdi.studies.reading import stored_roles
+
+    roles = stored_roles(data)
+    populations = [roles.populations[place] for place in roles.of_run]
+    columns = {
+        "population": [each.name for each in populations],
+        "population_kind": [str(each.kind) for each in populations],
+        "is_fit": [each.is_fit for each in populations],
+    }
+    return {name: (names.RUN, np.array(values)) for name, values in columns.items()}

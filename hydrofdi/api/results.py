@@ -79,13 +79,18 @@ class Results:
     def dataset(self) -> xarray.Dataset:
         """All runs with the dimensions run, time and level; numbers are read when they are used.
 
+        Runs of a study have the coordinates ``population``, such as ``healthy`` or ``0.1 L/min``,
+        ``population_kind``, such as ``fault``, and ``is_fit``, whether thresholds are set on the run.
+
         Raises
         ------
         ReportError
-            The extra ``notebook`` is not installed.
+            The extra ``notebook`` is not installed, or the file does not contain the runs of its study.
         StoreError
             The sweep has not ended, so that there is no file yet.
         """
+        from hydrofdi.api.labelled import study_coordinates
+
         library = notebook_library("xarray")
         notebook_library("h5netcdf")
         if not self.file.exists():
@@ -93,7 +98,7 @@ class Results:
                 f"{self.folder}: the sweep is not finished; {command('collect')} builds the file"
             )
         dataset: xarray.Dataset = library.open_dataset(self.file, engine="h5netcdf")
-        return dataset
+        return dataset.assign_coords(study_coordinates(self.data))
 
     def to_xarray(self) -> xarray.Dataset:
         """The `dataset`, as other results have it."""

@@ -18,6 +18,7 @@ class FileKind(StrEnum):
     MEASURED = "a description of measured files"
     MONITOR = "a configuration of a monitor"
     DETECTOR = "a detector file"
+    REPORT = "a report"
     HDF5 = "an HDF5 file"
     RESULTS = "a results folder"
     PICTURE = "a picture"
@@ -36,7 +37,11 @@ _USE = {
 }
 """Kind → the command that takes it, and what that does."""
 
-_CURE = {FileKind.PICTURE: "name the file with the data", FileKind.SPREADSHEET: "save it as CSV"}
+_CURE = {
+    FileKind.PICTURE: "name the file with the data",
+    FileKind.SPREADSHEET: "save it as CSV",
+    FileKind.REPORT: "name the experiment file or the results folder that it was made from",
+}
 """Kind that no command takes → what to do."""
 
 _MAGIC = {
@@ -65,6 +70,7 @@ KEYS = {
 _KEY = re.compile(r"^([A-Za-z_]\w*)\s*:", re.MULTILINE)
 _NAME = re.compile(r"^name\s*:\s*[\"']?([\w.-]+)", re.MULTILINE)
 _DETECTOR = re.compile(r'"schema"\s*:\s*"hydrofdi\.detector"')
+_REPORT = re.compile(r'\s*\{\s*"experiment"\s*:\s*"')
 
 
 def other_kind(path: Path, wanted: FileKind) -> str:
@@ -110,6 +116,8 @@ def _use(path: Path, found: FileKind, wanted: FileKind) -> str:
 def _settings_kind(text: str, wanted: FileKind) -> FileKind | None:
     if _DETECTOR.search(text):
         return FileKind.DETECTOR
+    if _REPORT.match(text):
+        return FileKind.REPORT
     keys = {*_KEY.findall(text)}
     return next((kind for kind in (wanted, *KEYS) if keys & KEYS.get(kind, set())), None)
 

@@ -9,6 +9,8 @@ from typing import Any
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.suggestions import nearest, similar
 
+_MOST_SHOWN = 200
+
 
 def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[str] = ()) -> str:
     """One sentence for an error of pydantic: what was found, and what is allowed."""
@@ -28,19 +30,19 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
             return f"must be a finite number; found {found}"
         case "literal_error":
             choices = context["expected"]
-            return f"must be {choices}; found {found!r}{similar(found, _quoted(choices))}"
+            return f"must be {choices}; found {_shown(found)}{similar(found, _quoted(choices))}"
         case "enum":
             return f"{found!r} is unknown{nearest(str(found), _quoted(context['expected']))}"
         case "model_type" | "model_attributes_type" | "dict_type":
-            return f"expected a section with 'key: value' pairs; found {found!r}"
+            return f"expected a section with 'key: value' pairs; found {_shown(found)}"
         case "string_type":
-            return f"expected a text; found {found!r}"
+            return f"expected a text; found {_shown(found)}"
         case "int_type" | "int_from_float" | "int_parsing":
-            return f"expected an integer; found {found!r}"
+            return f"expected an integer; found {_shown(found)}"
         case "bool_type" | "bool_parsing":
-            return f"expected true or false; found {found!r}"
+            return f"expected true or false; found {_shown(found)}"
         case "tuple_type" | "list_type":
-            return f"expected a list; found {found!r}"
+            return f"expected a list; found {_shown(found)}"
         case "too_short":
             return f"needs {counted(context['min_length'], 'entry')} or more; found {len(found)}"
         case "json_invalid":
@@ -48,13 +50,19 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
         case "missing":
             return "is missing"
         case "string_pattern_mismatch" if error["loc"][-1] == "level":
-            return f"must be d1, d2, …; found {found!r}"
+            return f"must be d1, d2, …; found {_shown(found)}"
         case "string_pattern_mismatch":
-            return f"letters, digits, '.', '_' and '-' only, at most 64; found {found!r}"
+            return f"letters, digits, '.', '_' and '-' only, at most 64; found {_shown(found)}"
         case "value_error":
-            found_text = f"; found {found!r}" if str(context["error"]).startswith("expected") else ""
+            found_text = f"; found {_shown(found)}" if str(context["error"]).startswith("expected") else ""
             return f"{context['error']}{found_text}"
-    return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {found!r}"
+    return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {_shown(found)}"
+
+
+def _shown(found: Any) -> str:
+    """What was found, shortened to fit into one line."""
+    text = repr(found)
+    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"
 
 
 def _number(found: Any) -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from typing import Any
 
 from hydrofdi.api.arguments import names_of, number_of
 from hydrofdi.api.evaluation import Evaluation
-from hydrofdi.api.measuring import Indicators, indicators_of
+from hydrofdi.api.measuring import Indicators, indicators_of, with_options
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
 from hydrofdi.config.study.scores import load_scores
@@ -23,6 +23,7 @@ def evaluate(
     data: Any,
     indicators: Indicators = "dwt",
     *,
+    options: Mapping[str, Any] | None = None,
     healthy: str | int | Sequence[str | int] = (),
     false_alarm_rate: str | float = "1 %",
     confidence: str | float = "95 %",
@@ -42,6 +43,8 @@ def evaluate(
         `label` and `group`.
     indicators : str, path, sequence of str, or mapping
         As in `hydrofdi.measure`; a YAML file may hold ``scores:`` made of their numbers.
+    options : mapping, optional
+        Options of one named indicator, as in `hydrofdi.measure`.
     healthy : str, int, or sequence of them
         Labels of healthy records; all others are faulty.
     false_alarm_rate : str or float
@@ -83,7 +86,7 @@ def evaluate(
         false_alarm_rate=_share("false_alarm_rate", false_alarm_rate, 0.0, 0.5),
         confidence=_share("confidence", confidence, 0.5, 0.9999),
     )
-    chosen = indicators_of(indicators)
+    chosen = indicators_of(with_options(indicators, options))
     scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
     said = Said(sampling_frequency, channel, unit, label, group)
     sources = sources_of(data, used_channels(chosen), said)

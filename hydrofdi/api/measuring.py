@@ -10,14 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.arguments import refusal
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.api.table import Table
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.plausibility import doubts
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
+from hydrofdi.indicators.registry import indicator_names
 from hydrofdi.indicators.selection import load_indicators, make_indicators
 from hydrofdi.pipeline.assumed_plant import assumed_plants
+from hydrofdi.settings.counting import brief
 from hydrofdi.settings.yaml_source import plain
 
 Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
@@ -28,6 +31,7 @@ def measure(
     data: Any,
     indicators: Indicators = "dwt",
     *,
+    options: Mapping[str, Any] | None = None,
     sampling_frequency: str | float | None = None,
     channel: Names = None,
     unit: Names = None,
@@ -44,6 +48,8 @@ def measure(
         ``chamber_1_pressure``. Data frames and datasets (pandas, xarray) must state units.
     indicators : str, path, sequence of str, or mapping
         ``"dwt,ring_down"``, ``"all"``, a list of names, a YAML file, or label → options.
+    options : mapping, optional
+        Options of one named indicator, such as ``{"spool": "command"}``.
     sampling_frequency : str or float, optional
         Such as ``"1 kHz"`` [Hz]; where nothing is named ``time``.
     channel : str or mapping, optional
@@ -79,7 +85,7 @@ def measure(
     hydrofdi.errors.DataError: the array: no sampling frequency is given (sampling_frequency='1 kHz'), ...
     """
     said = Said(sampling_frequency, channel, unit, label, group)
-    return _table(measured_records(data, indicators, said))
+    return _table(measured_records(data, with_options(indicators, options), said))
 
 
 @dataclass(frozen=True)
@@ -133,6 +139,26 @@ def write_measures(
         else:
             with open(aside, "w", encoding="utf-8", newline="") as file:
                 file.writelines((csv_lines if form == "csv" else json_parts)(columns, records))
+
+
+def with_options(indicators: Indicators, options: Mapping[str, Any] | None) -> Indicators:
+    """An indicator with its options as label → options; indicators as they are if no options are given.
+
+    Raises
+    ------
+    ConfigError
+        Options are given, but not with the name of one indicator.
+    """
+    if options is None:
+        return indicators
+    if not isinstance(options, Mapping):
+        raise refusal("options", "option → value", options)
+    if indicators not in indicator_names():
+        raise ConfigError(
+            f"options: are for one named indicator; found indicators={brief(indicators)}; write"
+            " indicators={'dwt': {…}, …}"
+        )
+    return {str(indicators): options}
 
 
 def indicators_of(given: Indicators) -> dict[str, Any]:

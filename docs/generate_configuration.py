@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import typing
 from collections.abc import Iterator
@@ -29,6 +30,7 @@ from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.schema import measured_schema
 from hydrofdi.settings.docstrings import field_texts
 from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.units import convert, parse_quantity
 
 DOCS, CONFIGS = Path(__file__).parent, Path(__file__).parent.parent / "configs"
@@ -72,9 +74,6 @@ This page lists every key of the YAML that `hydrofdi monitor --config` reads
 `20 ms`. Unknown keys, duplicate keys and wrong units are refused, all at once, with `file:line`. Paths
 are relative to the folder of the file.
 """
-
-READABLE = {"Pa": "MPa", "m^2": "mm^2", "m^3": "cm^3", "m": "mm", "m/V": "µm/V"}
-"""SI unit → unit in which a default is shown."""
 
 
 def page(config: type[BaseModel], introduction: str) -> str:
@@ -150,13 +149,11 @@ def _default(info: FieldInfo) -> str:
 
 
 def _shown(value: float, unit: str) -> str:
-    if unit == "1":
-        return f"{value:g}"
-    if unit == "%":
-        return f"{value:g} %"
-    readable = READABLE.get(unit, unit)
-    text = f"{value if readable == unit else convert(value, readable):g} {readable}"
-    assert parse_quantity(text, unit) == value, text
+    if unit in ("1", "%"):
+        return f"{value:g} {unit}".removesuffix(" 1")
+    readable = readable_unit(unit, abs(value))
+    text = f"{value if readable == unit else convert(value, readable):g} {typeset(readable)}"
+    assert math.isclose(parse_quantity(text, unit), value, rel_tol=1e-12), text
     return text
 
 
@@ -164,7 +161,7 @@ def _allowed(info: FieldInfo) -> str:
     if (quantity := _metadata(info, SI)) is not None:
         limits = [("> ", quantity.above), ("≥ ", quantity.least)]
         numbers = " ".join(f"{sign}{limit:g}" for sign, limit in limits if limit is not None) or "any"
-        return numbers if quantity.unit == "1" else f"{numbers} {quantity.unit}"
+        return numbers if quantity.unit == "1" else f"{numbers} {typeset(quantity.unit)}"
     if choices := _literals(info.annotation):
         return ", ".join(f"`{choice}`" for choice in choices)
     inner = _metadata(info, FieldInfo)

@@ -15,8 +15,8 @@ _READABLE = {
     "m^2": (("mm^2", 0.0),),
     "m^3": (("cm^3", 0.0),),
     "s": (("s", 0.1), ("ms", 0.0)),
-    "N": (("kN", 1e4),),
-    "N/m": (("kN/m", 1e4),),
+    "N": (("kN", 1e4), ("N", 0.0)),
+    "N/m": (("MN/m", 1e7), ("kN/m", 1e4), ("N/m", 0.0)),
     "m/V": (("µm/V", 0.0),),
 }
 """SI unit → units that a person reads, and from which size on."""
@@ -43,8 +43,9 @@ def four_digits(value: float) -> str:
 
 
 def typeset(unit: str) -> str:
-    """A unit as it is printed: ``N·s/m`` for ``N*s/m``, ``µm`` for ``um``."""
-    return re.sub(r"\bu(?=[A-Za-z])", "µ", unit).replace("*", "·")
+    """A unit as it is printed: ``N·s/m`` for ``N*s/m``, ``µm`` for ``um``, ``mm²`` for ``mm^2``."""
+    printed = re.sub(r"\bu(?=[A-Za-z])", "µ", unit).replace("*", "·")
+    return re.sub(r"\^([23])(?![\d.])", lambda power: "²" if power[1] == "2" else "³", printed)
 
 
 def shown_bytes(count: int) -> str:

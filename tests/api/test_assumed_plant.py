@@ -51,7 +51,7 @@ def test_simulated_records_are_of_the_known_plant():
 def test_a_detector_says_which_constants_it_uses_and_which_nobody_gave(records, tmp_path):
     config = {"indicators": balance(piston_area="20 cm^2"), "output": "leakage", "false_alarm_rate": 0.2}
     detector = hydrofdi.train(records, config=config, sampling_frequency=500.0)
-    assert "It takes the actuator as piston_area = 2000 mm^2, chamber_volume = 280 cm^3" in detector.summary
+    assert "It takes the actuator as piston_area = 2000 mm², chamber_volume = 280 cm³" in detector.summary
     assert "Warning: flow_balance: chamber_volume, bulk_modulus" in detector.summary
     detector.save(tmp_path / "detector.json")
     assert hydrofdi.Detector.load(tmp_path / "detector.json").summary.count("Warning: ") == 1

@@ -23,6 +23,6 @@ def test_a_listed_default_is_the_default(name) -> None:
 
 def test_defaults_have_units_that_suit_them() -> None:
     shown = {option.name: option.default for option in describe("flow_balance").options}
-    assert shown["piston_area"] == "633 mm^2"
+    assert shown["piston_area"] == "633 mm²"
     assert shown["bulk_modulus"] == "551 MPa"
     assert shown["settling"] == "0 s"

@@ -7,6 +7,7 @@ from typing import Any
 
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.plant_constants import constants_not_given, plant_constants
+from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.records.measured.source import MeasuredSource
@@ -42,10 +43,13 @@ def plant_advice(sources: Sequence[RecordSource], channels: Collection[Channel])
 
     labels: list[str] = []
     names: dict[str, None] = {}
-    for label, indicator in make_indicators("all").items():
-        if indicator.channels <= set(channels) and (own := assumed_constants(sources, indicator.options)):
-            labels.append(label)
-            names |= dict.fromkeys(own)
+    for label, usual in make_indicators("all").items():
+        for indicator, text in ((usual, label), (_by_command(usual), f"{label} (spool: command)")):
+            own = () if indicator is None else assumed_constants(sources, indicator.options)
+            if indicator is not None and own and indicator.channels <= set(channels):
+                labels.append(text)
+                names |= dict.fromkeys(own)
+                break
     if not labels:
         return ()
     return (
@@ -54,13 +58,20 @@ def plant_advice(sources: Sequence[RecordSource], channels: Collection[Channel])
     )
 
 
+def _by_command(indicator: Indicator[Any]) -> Indicator[Any] | None:
+    """The same with the spool position from the input voltage; None if it has no such option."""
+    if getattr(indicator.options, "spool", "") != "measured":
+        return None
+    return sound_indicator(indicator.name, {"spool": "command"})
+
+
 def assumption_text(label: str, names: Sequence[str]) -> str:
     """The sentence that names constants which nobody gave."""
     are = "is" if len(names) == 1 else "are"
+    them = f"it as an option of {label}" if len(names) == 1 else f"them as options of {label}"
     return (
         f"{label}: {', '.join(names)} {are} not given; the nominal actuator of the paper is assumed, so the"
-        " numbers may be wrong for yours; give options in YAML, as"
-        f" 'indicators: {{{label.split(',')[0]}: {{{names[0]}: …}}}}'"
+        f" numbers may be wrong for yours; give {them}"
     )
 
 

@@ -62,7 +62,7 @@ class Tally:
             self.unjudged.pop(record, None)
             self._outcomes.append(float(window.alarm))
             self._groups.append(window.group or " ".join(record))
-            self._blocks.append(str(int(window.line.start / self._duration)))
+            self._blocks.append(" ".join((*record, str(int(window.line.start / self._duration)))))
             self._has_groups |= bool(window.group)
 
     @property
@@ -109,12 +109,11 @@ class Tally:
 
     @property
     def rests_on(self) -> str | None:
-        """What the interval of the share takes as independent: ``groups``, ``records``, or ``windows`` of a
-        single record that do not overlap; None if nothing is, as estimates of a single record, or where
-        records or groups are too few.
+        """What the interval of the share takes as independent: ``groups`` or ``records``; ``windows`` that do
+        not overlap if these are too few; None if nothing is, as estimates of a few records.
         """
-        if self.n_group > 1:
-            return self.group_noun if self.n_group >= FEWEST_GROUPS else None
+        if self.n_group >= FEWEST_GROUPS:
+            return self.group_noun
         return "windows" if self.file.config.window.by != "estimate" and self.n_judged else None
 
     @property

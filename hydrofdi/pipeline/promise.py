@@ -17,13 +17,18 @@ from hydrofdi.detectors.trained.wording import (
 )
 from hydrofdi.pipeline.assumed_plant import assumption_text, constants_text
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.naming import setting
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
+    from hydrofdi.detectors.trained.file import Limits
     from hydrofdi.pipeline.training import Training
 
 _HOUR = 3600.0
 _MOST_NAMED = 5
+
+_LEAST_SHARE = 1e-3
+"""Fraction of the false-alarm rate below which the lower end of its interval says no more than 0."""
 
 _RESTS = {
     "windows": "windows taken as independent",
@@ -65,9 +70,15 @@ def _plant(file: DetectorFile) -> Iterator[str]:
 
 
 def _reference(file: DetectorFile) -> Iterator[str]:
-    """The pressure difference at which a leakage flow is stated."""
-    if " at " in (meaning := score_meaning(file)):
-        yield f"The score is the {meaning}."
+    """The pressure difference at which a leakage flow is stated, and how it relates to that of a study."""
+    if " at " not in (meaning := score_meaning(file)):
+        return
+    yield f"The score is the {meaning}."
+    if any(output.name == "mean_leakage" for output in feature_of(file.config).indicator.outputs):
+        yield (
+            "Studies state the mean flow, which is smaller at a smaller pressure difference;"
+            f" {setting('output', 'mean_leakage')} judges that flow."
+        )
 
 
 def _what(file: DetectorFile) -> str:
@@ -80,19 +91,25 @@ def _what(file: DetectorFile) -> str:
     return f"windows of {duration:g} s" + ("" if every == duration else f", one every {every:g} s,")
 
 
+def _interval(limits: Limits) -> tuple[float, float]:
+    """The interval of the false-alarm rate; a lower end far below the rate is shown as 0."""
+    low, high = limits.interval
+    return (low if low > _LEAST_SHARE * limits.false_alarm_rate else 0.0), high
+
+
 def _promise(file: DetectorFile) -> Iterator[str]:
     limits, what = file.limits, "window" if file.n_sample else "estimate"
     rate = f"{percent(limits.false_alarm_rate)} per {what}"
     designed_for = f"at most {rate}" if limits.method == "tolerance limit" else rate
-    low, high = map(percent, limits.interval)
+    low_share, high_share = _interval(limits)
     yield (
         f"Designed for a false-alarm rate of {designed_for}; {100.0 * limits.confidence:.4g} % confidence"
-        f" interval {low} to {high} ({_RESTS[limits.interval_rests_on]})."
+        f" interval {percent(low_share)} to {percent(high_share)} ({_RESTS[limits.interval_rests_on]})."
     )
     if per_hour := _per_hour(file):
         least, most = per_hour["interval"]
         overlap = "" if not _overlap(file) else "; they come in runs because windows overlap"
-        ends = f"{count_text(least)} to {count_text(most)}"
+        ends = f"{count_text(least if low_share else 0.0)} to {count_text(most)}"
         yield f"That is {count_text(per_hour['wanted'])} false alarms an hour ({ends}){overlap}."
     if not file.n_sample:
         yield (
@@ -134,7 +151,10 @@ def _doubts(training: Training) -> Iterator[str]:
     if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
         yield "Windows of one record may depend on each other; then the true interval is wider."
         if not basis.n_group and basis.n_record > 1:
-            yield "Without one of the records, too few windows are left: nothing is known of other records."
+            yield (
+                "The records without one of them have too few windows for limits, so the interval does not"
+                " include how records differ."
+            )
 
 
 def _chart(file: DetectorFile) -> Iterator[str]:

@@ -88,12 +88,15 @@ def test_the_summary_counts_what_the_rows_say(trained, tmp_path):
     assert "judged 35 windows of 5 records, 17.5 s: 3 alarms, 8.57 % (" in ended.stderr
 
 
-def test_few_records_are_too_few_for_an_interval(trained, tmp_path):
-    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 1 else [])) for n in range(2)]
-    ended, found = detected(trained, *files)
-    assert found["summary"]["alarm_share_interval"] is None
-    assert found["summary"]["interval_rests_on"] is None
-    assert "21.4 % (2 records are too few for an interval)" in ended.stderr
+def test_more_records_never_lose_the_interval(trained, tmp_path):
+    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 1 else [])) for n in range(5)]
+    counts = 1, 2, 4, 5
+    found = [detected(trained, *files[:count]) for count in counts]
+    rests_on = [each["summary"]["interval_rests_on"] for _, each in found]
+    assert rests_on == ["windows", "windows", "windows", "records"]
+    widths = [np.ptp(each["summary"]["alarm_share_interval"]) for _, each in found]
+    assert widths[2] < widths[1]
+    assert "95 % interval over windows; records are too few)" in found[1][0].stderr
 
 
 def test_windows_that_overlap_do_not_narrow_the_interval(trained, tmp_path):

@@ -91,7 +91,8 @@ def _share(tally: Tally) -> str:
     rate, share = tally.rate, percent(tally.rate.value)
     if tally.rests_on:
         ends = f"{percentage(rate.low)} to {percent(rate.high)}"
-        return f"{share} ({ends}, {100.0 * rate.confidence:g} % interval over {tally.rests_on})"
+        few = f"; {tally.group_noun} are too few" if tally.rests_on == "windows" and tally.n_group > 1 else ""
+        return f"{share} ({ends}, {100.0 * rate.confidence:g} % interval over {tally.rests_on}{few})"
     if tally.n_group > 1:
         return f"{share} ({tally.n_group} {tally.group_noun} are too few for an interval)"
     return share

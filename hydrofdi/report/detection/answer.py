@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.ranking import ranking_note, ranking_sheet
 from hydrofdi.report.detection.reasons import (
@@ -63,8 +65,8 @@ def answer_block(detection: Detection, *, is_complete: bool = True, remark: str 
     answer, lacking = answer_sentence(detection), missing_thresholds(detection)
     lacking = f"{capitalized(lacking)}." if lacking and lacking not in answer else ""
     sentences = (
-        answer, *unfound(detection), remark, lacking, _comparison(detection, rules), _counts(detection),
-        _among_many(detection),
+        answer, _beyond_nominal(detection), *unfound(detection), remark, lacking,
+        _comparison(detection, rules), _counts(detection), _among_many(detection),
     )  # fmt: skip
     return Block(
         "answer",
@@ -98,6 +100,20 @@ def answer_sentence(detection: Detection) -> str:
         for first, each in zip([True] + [False] * len(found), found, strict=False)
     ]
     return f"{capitalized('; '.join(parts))}."
+
+
+def _beyond_nominal(detection: Detection) -> str:
+    """Where severities come from that are above the largest nominal one; empty if none is."""
+    unit, records = severity_unit(detection), detection.records
+    bounds = [each.smallest["q90_95"].value or 0.0 for each in answers(detection)[:_MOST]]
+    levels = records.chosen(Kind.FAULT, is_fit=False)
+    if not levels or max(bounds, default=0.0) <= unit.largest:
+        return ""
+    largest = max(float(np.nanmax(records.severity[records.rows(level)])) for level in levels)
+    return (
+        f"Records of the largest level, {unit.text(unit.largest)}, have a true mean {unit.quantity} of up to"
+        f" {unit.text(largest)}, because drawn parameters change it."
+    )
 
 
 def _has_bound(judgement: Judgement) -> bool:

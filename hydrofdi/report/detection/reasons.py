@@ -73,7 +73,18 @@ def missing_thresholds(detection: Detection) -> str:
         return f"{who} threshold{': ' if reasons else ''}{'; '.join(reasons)}"
     return (
         f"{who} threshold for {100.0 * rules.false_alarm_rate:g} % false alarms: {n_fit:,} healthy records"
-        f" set it, {needed:,} are needed; set study.healthy.fit to {needed}"
+        f" set it, {needed:,} are needed; set study.healthy.fit to {needed}{_and_test(detection)}"
+    )
+
+
+def _and_test(detection: Detection) -> str:
+    """How many healthy test records a measured false-alarm rate needs; empty if there are enough."""
+    records, needed = detection.records, detection.rules.records_for_false_alarms
+    n_test = sum(records.rows(each).size for each in records.chosen(Kind.HEALTHY, is_fit=False))
+    return (
+        f", and study.healthy.test to {needed} ({n_test:,} now) to measure the rate"
+        if n_test < needed
+        else ""
     )
 
 

@@ -101,7 +101,11 @@ def alarming(records):
     ("chosen", "answer"),
     [
         ({"scores": hopeless}, "no leakage up to 1 L/min with any score."),
-        ({"n_healthy": 20}, "20 healthy records set it, 199 are needed; set study.healthy.fit to 199."),
+        (
+            {"n_healthy": 20},
+            "20 healthy records set it, 199 are needed; set study.healthy.fit to 199, and study.healthy.test"
+            " to 299 (20 now) to measure the rate.",
+        ),
         ({"severities": ()}, "no leaking record is tested; set study.faults."),
     ],
 )

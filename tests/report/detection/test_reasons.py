@@ -71,10 +71,23 @@ def test_sensors_that_find_nothing_are_named():
     assert "With P1 alone, every score exceeds its false-alarm rate." in text
 
 
+def test_a_bound_above_the_largest_nominal_level_is_explained():
+    def late(records):
+        return made_up_score(records, "late", gain=3.55, channels=(P1,))
+
+    detection = study(late, n_other=300)
+    assert detection.judgements[0].smallest["q90_95"].value > 1.0 / 6e4
+    assert (
+        "Records of the largest level, 1 L/min, have a true mean leakage of up to 1.1"
+        in first_page(detection)[0]
+    )
+    assert "true mean leakage of up to" not in first_page(study(found))[0]
+
+
 def test_scores_without_a_threshold_are_counted_with_the_remedy():
     text = first_page(study(found, on_both_sides, n_healthy=150))[0]
     assert "1 of 2 scores has no threshold for 1 % false alarms: 150 healthy records set it, 199" in text
-    assert "set study.healthy.fit to 199." in text
+    assert "set study.healthy.fit to 199, and study.healthy.test to 299 (150 now) to measure" in text
     assert "threshold for" not in first_page(study(found, on_both_sides, n_healthy=199))[0]
 
 

@@ -25,8 +25,6 @@ class Scorer(ABC):
     facts : dict of Channel to list of ChannelFacts
     not_judged : Counter of str
         Kind of fault → number of windows or estimates that have no score.
-    reason : str
-        Why the first of them has no score.
     n_not_positive : Counter of str
         Quantity that can only be positive → number of windows in which it is not.
     """
@@ -35,8 +33,13 @@ class Scorer(ABC):
         self.n_sample = n_sample
         self.facts: dict[Channel, list[ChannelFacts]] = {}
         self.not_judged: Counter[str] = Counter()
-        self.reason = ""
+        self._reasons: Counter[str] = Counter()
         self.n_not_positive: Counter[str] = Counter()
+
+    @property
+    def reason(self) -> str:
+        """Why most of them have no score; empty if all have one."""
+        return next((text for text, _ in self._reasons.most_common(1)), "")
 
     @abstractmethod
     def lines(self, batch: RecordBatch) -> Iterator[ScoreLine]:
@@ -52,4 +55,4 @@ class Scorer(ABC):
 
     def _leave_out(self, fault: WindowFault) -> None:
         self.not_judged[fault.kind] += 1
-        self.reason = self.reason or fault.text
+        self._reasons[fault.text] += 1

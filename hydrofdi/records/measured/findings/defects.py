@@ -47,7 +47,10 @@ def _of_channel(
 ) -> Iterator[Remark]:
     missing = int(np.count_nonzero(~np.isfinite(samples)))
     if missing:
-        text = f"{missing} of {counted(samples.size, 'sample')} of {channel} are missing or not finite"
+        text = (
+            f"{missing} of {counted(samples.size, 'sample')} of {channel} are missing or not finite; to use"
+            " the rest, set 'trim' or 'cycles' in a description, or judge windows"
+        )
         yield Remark("missing", text, channel, is_unusable=True)
         return
     if channel in ranges:

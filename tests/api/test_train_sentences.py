@@ -1,0 +1,80 @@
+"""What `train` says when it refuses, and what it promises."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.pipeline.promise import sentences
+
+INDICATOR = {"flow_balance": {"spool": "command", "supply": "sum"}}
+RATE = "500 Hz"
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    run = hydrofdi.simulate(
+        "motions/closed-loop", duration="30 s", input={"seed": 1}, load={"seed": 1},
+        pressure_1_sensor={"noise": "20 kPa"}, pressure_2_sensor={"noise": "20 kPa"},
+    )  # fmt: skip
+    signals = run.to_xarray()
+    names = "chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage"
+    return {name: np.array(signals[name]) for name in names}
+
+
+def trained(signals, **settings):
+    return hydrofdi.train(signals, INDICATOR, sampling_frequency=RATE, **settings)
+
+
+def test_a_refusal_gives_the_reason_of_most_windows_not_of_the_first(healthy):
+    pressure = healthy["chamber_1_pressure"].copy()
+    pressure[3] = np.nan
+    with pytest.raises(HydrofdiError, match="0 windows are too few for a balance"):
+        trained(healthy | {"chamber_1_pressure": pressure}, window="40 ms")
+
+
+def test_the_summary_relates_the_score_to_the_flow_of_a_study(healthy):
+    summary = trained(healthy, window="1 s", false_alarm_rate="10 %").summary
+    assert "Studies state the mean flow" in summary
+    assert "output='mean_leakage' judges that flow" in summary
+    mean = trained(healthy, output="mean_leakage", window="1 s", false_alarm_rate="10 %").summary
+    assert "Studies state" not in mean
+
+
+@pytest.mark.parametrize(("low", "shown"), [(1e-10, "0 %"), (1e-3, "0.1 %")])
+def test_a_lower_end_that_says_nothing_is_zero(healthy, low, shown):
+    training = trained(healthy, window="1 s", false_alarm_rate="10 %").training
+    limits = training.file.limits.model_copy(update={"interval": (low, 0.2)})
+    told = " ".join(sentences(replace(training, file=training.file.model_copy(update={"limits": limits}))))
+    assert f"confidence interval {shown} to 20 %" in told
+    assert ("false alarms an hour (0 to 720)" in told) is (shown == "0 %")
+
+
+def test_missing_samples_are_told_with_a_remedy(healthy):
+    pressure = healthy["chamber_1_pressure"].copy()
+    pressure[3] = np.nan
+    records = healthy | {"chamber_1_pressure": pressure}
+    (reason,) = hydrofdi.measure(records, INDICATOR, sampling_frequency=RATE)["reasons"]
+    assert "1 of 15,000 samples of chamber_1_pressure are missing" in reason
+    assert "set 'trim' or 'cycles' in a description, or judge windows" in reason
+
+
+def test_inspect_names_balances_that_can_use_the_command_instead_of_the_spool(healthy):
+    (advice,) = hydrofdi.inspect(healthy, sampling_frequency=RATE).assumptions
+    assert "flow_balance (spool: command)" in advice
+    assert "weak_rls (spool: command)" in advice
+    (without,) = hydrofdi.inspect(
+        {name: signal for name, signal in healthy.items() if name != "piston_position"},
+        sampling_frequency=RATE,
+    ).assumptions  # fmt: skip
+    assert "flow_balance" not in without
+
+
+def test_constants_that_nobody_gave_are_asked_for_in_words_that_fit_every_form(healthy):
+    remarks = hydrofdi.measure(healthy, INDICATOR, sampling_frequency=RATE).remarks
+    assert any("give them as options of flow_balance" in remark for remark in remarks)
+    assert not any("YAML" in remark for remark in remarks)

@@ -15,7 +15,7 @@ Returned = TypeVar("Returned")
 
 
 def bound(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
-    """The same function; arguments that are unknown, missing or too many raise a `ConfigError`."""
+    """The same function or method; arguments that are unknown, missing or too many raise a `ConfigError`."""
     accepted = signature(function)
 
     @wraps(function)
@@ -31,11 +31,14 @@ def bound(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
 
 def _misfit(parameters: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
     """What is wrong with arguments that do not fit."""
+    if "self" in parameters:
+        parameters, args = {name: each for name, each in parameters.items() if name != "self"}, args[1:]
     single = {name: each for name, each in parameters.items() if each.kind is not Parameter.VAR_KEYWORD}
     by_place = [name for name, each in single.items() if each.kind is not Parameter.KEYWORD_ONLY]
     by_name = [name for name, each in single.items() if each.kind is not Parameter.POSITIONAL_ONLY]
     if len(single) == len(parameters) and (unknown := [name for name in kwargs if name not in by_name]):
-        return f"unknown argument {unknown[0]!r}{similar(unknown[0], by_name) or listed(by_name)}"
+        hint = similar(unknown[0], by_name) or listed(by_name) or "; it takes no arguments"
+        return f"unknown argument {unknown[0]!r}{hint}"
     if len(args) > len(by_place):
         others = [name for name in by_name if name not in by_place]
         accepted = f"only {' and '.join(by_place)}" if by_place else "no argument"

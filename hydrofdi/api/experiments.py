@@ -81,7 +81,9 @@ def dotted_keys(settings: Mapping[str, Any]) -> dict[str, Any]:
                 keys[f"{section}.{key}"] = value
             case []:
                 known = [*sections, *ExperimentConfig.model_fields]
-                hint = nearest(key, known) if len(key) > 1 else ""
+                keywords = [dotted.replace(".", "__") for dotted in parameter_names()]
+                whole = [each for each in keywords if each.replace("__", "_") == key]
+                hint = nearest(key, whole or known) if len(key) > 1 else ""
                 mistakes.append(Mistake(f"unknown key{hint}", key))
             case several:
                 choice = ", ".join(f"{section}__{key}" for section in several)

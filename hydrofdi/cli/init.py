@@ -79,4 +79,4 @@ def _write(file: Path, text: str) -> None:
     except FileExistsError:
         raise ConfigError(f"{file}: already exists; choose another name") from None
     except OSError as error:
-        raise ConfigError(f"{file}: {error.strerror}") from None
+        raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None

@@ -12,20 +12,22 @@ from hydrofdi.settings.suggestions import nearest, similar
 _MOST_SHOWN = 200
 
 
-def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[str] = ()) -> str:
-    """One sentence for an error of pydantic: what was found, and what is allowed."""
+def describe_error(
+    error: Any, known: Sequence[str] = (), elsewhere: Sequence[str] = (), unit: str = ""
+) -> str:
+    """One sentence for an error of pydantic: what was found, and what is allowed, in a unit."""
     found, context = error["input"], error.get("ctx", {})
     match error["type"]:
         case "extra_forbidden":
             section, name = ("", *map(str, error["loc"]))[-2:]
             return f"unknown key{nearest(name, known, elsewhere, section)}"
         case "greater_than":
-            return f"must be greater than {context['gt']:g}; found {_number(found)}"
+            return f"must be greater than {_limit(context['gt'], unit)}; found {_number(found)}"
         case "greater_than_equal":
-            return f"must be at least {context['ge']:g}; found {_number(found)}"
+            return f"must be at least {_limit(context['ge'], unit)}; found {_number(found)}"
         case "less_than_equal":
             most = context["le"]
-            return f"must be at most {most:g}; found {_number(found)}{_percent_hint(found, most)}"
+            return f"must be at most {_limit(most, unit)}; found {_number(found)}{percent_hint(found, most)}"
         case "finite_number":
             return f"must be a finite number; found {found}"
         case "literal_error":
@@ -65,14 +67,22 @@ def _shown(found: Any) -> str:
     return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"
 
 
+def _limit(limit: float, unit: str) -> str:
+    return f"{limit:g} {unit}" if unit and limit else f"{limit:g}"
+
+
 def _number(found: Any) -> str:
     return f"{found:g}" if isinstance(found, float) else str(found)
 
 
-def _percent_hint(found: Any, most: float) -> str:
-    """A share above one is most often a number of percent."""
-    is_percent = isinstance(found, int | float) and most <= 1.0 < found < 100.0
-    return f"; write '{found:g} %' if it is in percent" if is_percent else ""
+def percent_hint(found: Any, most: float) -> str:
+    """A share above its largest value is most often a number of percent."""
+    try:
+        number = float(found)
+    except (TypeError, ValueError):
+        return ""
+    is_percent = most <= 1.0 <= number < 100.0
+    return f"; write '{number:g} %' if it is in percent" if is_percent else ""
 
 
 def _quoted(text: str) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path as FilePath
-from typing import Any, TypeVar, get_origin
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -12,6 +12,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.file_kinds import FileKind, other_kind
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.settings.naming import setting
+from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.ready import ready_hint
 from hydrofdi.settings.synonyms import meant
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
@@ -66,10 +67,10 @@ def validated(model: type[Model], source: Source) -> Model:
 
 
 def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
-    path = _path(error)
+    path, unit = _path(error), ""
     if error["type"] in _OUT_OF_RANGE and isinstance(stated := _stated(source.data, path), str):
-        error = {**error, "input": stated}
-    message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model))
+        error, unit = {**error, "input": stated}, _unit_at(model, path)
+    message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model), unit)
     if error["type"] in ("model_type", "model_attributes_type") and path:
         message += _section_hint(source, path, _section_at(model, path), error["input"])
     return source.mistake(path, message) if path else _placed(source, message)
@@ -162,6 +163,17 @@ def _section_at(model: Any, path: Path) -> Any:
             if field and get_origin(field.annotation) is dict:
                 next(parts, None)
     return model
+
+
+def _unit_at(model: Any, path: Path) -> str:
+    """The SI unit of the number at a path within a model; empty if it has none."""
+    section = _section_at(model, path[:-1])
+    field = section.model_fields.get(path[-1]) if _is_model(section) else None
+    if field is None:
+        return ""
+    within = (each for part in get_args(field.annotation) for each in getattr(part, "__metadata__", ()))
+    units = (each.unit for each in (*field.metadata, *within) if isinstance(each, SI))
+    return next((unit for unit in units if unit != "1"), "")
 
 
 def _dotted_keys(model: type[BaseModel]) -> list[str]:

@@ -12,6 +12,7 @@ import h5py
 
 from hydrofdi.errors import StoreError
 from hydrofdi.settings.file_kinds import FileKind, other_kind
+from hydrofdi.settings.naming import command
 
 LIBRARY_VERSIONS = ("v110", "v110")
 """HDF5 format versions of written files: from 1.10 on, all metadata have checksums, so a damaged file is
@@ -69,7 +70,10 @@ def require_replaceable(path: Path) -> None:
         The name does not end in ``.h5``, or a file that hydrofdi did not write exists there.
     """
     if path.suffix != ".h5":
-        raise StoreError(f"{path}: results are written to a file whose name ends in .h5")
+        raise StoreError(
+            f"{path}: results are written to a file whose name ends in .h5; {command('export')} writes .csv,"
+            " .parquet and .mat"
+        )
     if not path.is_file() or not path.stat().st_size:
         return
     if not h5py.is_hdf5(path) or not is_experiment_file(path):

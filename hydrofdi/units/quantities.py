@@ -36,7 +36,8 @@ def parse_quantity(text: str, unit: str) -> float:
     wanted = parse_unit(unit)
     found = _given_unit(given.strip(), unit) if given.strip() else wanted
     if found.exponents != wanted.exponents:
-        raise ValueError(f"{text!r} has the wrong unit; it must be convertible to {unit}")
+        needed = "be a number or a percentage" if unit == "1" else f"be convertible to {unit}"
+        raise ValueError(f"{text!r} has the wrong unit; it must {needed}")
     return _scaled(number, found.factor / wanted.factor)
 
 

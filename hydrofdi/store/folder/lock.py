@@ -32,19 +32,21 @@ def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[No
         Another sweep holds the lock; the message names its process and host.
     """
     path = directory / _FILE
-    with file_lock(path, _busy(directory)) as holder:
+    with file_lock(path, directory, _busy(directory)) as holder:
         if holder:
             tell(f"took over a stale lock of a sweep that was killed{holder}")
         yield
 
 
 @contextmanager
-def file_lock(path: Path, refusal: str) -> Iterator[str]:
+def file_lock(path: Path, guarded: Path, refusal: str) -> Iterator[str]:
     """Lock a file; the operating system releases the lock when this process ends.
 
     Parameters
     ----------
     path : Path
+    guarded : Path
+        What the lock is for; messages name it.
     refusal : str
         Message if another process holds the lock.
 
@@ -62,7 +64,7 @@ def file_lock(path: Path, refusal: str) -> Iterator[str]:
         path.parent.mkdir(parents=True, exist_ok=True)
         file = open(path, "a+", encoding="utf-8")  # noqa: SIM115 (stays open while locked)
     except OSError as error:
-        raise StoreError(f"{path.parent}: cannot be written: {reason(error)}") from None
+        raise StoreError(f"{guarded}: cannot be written: {reason(error)}") from None
     with file:
         file.seek(0)
         text = file.read()

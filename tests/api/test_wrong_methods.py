@@ -1,0 +1,38 @@
+"""Wrong calls of methods and sections, answered in one sentence."""
+
+import pytest
+
+import hydrofdi
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    return hydrofdi.simulate(duration="2 s")
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda each: each.plot("P1"), "plot: accepts no argument by position"),
+        (lambda each: each.write(), "write: give path"),
+        (lambda each: each.write("r.csv"), r"ends in \.h5; hydrofdi\.export\(…\) writes \.csv"),
+    ],
+)
+def test_a_wrong_call_of_a_run(simulated, call, sentence):
+    with pytest.raises(hydrofdi.HydrofdiError, match=sentence):
+        call(simulated)
+
+
+def test_a_wrong_call_of_results(small_sweep):
+    found = hydrofdi.results(small_sweep.directory)
+    with pytest.raises(hydrofdi.HydrofdiError, match="unknown argument 'format'; it takes no arguments"):
+        found.report(format="csv")
+    with pytest.raises(hydrofdi.HydrofdiError, match="plot: accepts only figure by position"):
+        found.plot("responses", "big")
+
+
+@pytest.mark.parametrize("keyword", ["supply_pressure", "fluid_bulk_modulus"])
+def test_one_underscore_between_section_and_key_is_answered_with_two(keyword):
+    wanted = keyword.replace("_", "__", 1)
+    with pytest.raises(hydrofdi.HydrofdiError, match=f"did you mean '{wanted}'"):
+        hydrofdi.simulate(**{keyword: "16 MPa"})

@@ -56,7 +56,7 @@ _QUOTED = re.compile("'([^']*)'")
 _TOLD = (RenamedKeyWarning, IndicatorWarning, ShadowedNameWarning)
 """Warnings that are for users."""
 
-DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
+DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
 
 
 class _Commands(TyperGroup):
@@ -70,6 +70,8 @@ class _Commands(TyperGroup):
         except KeyboardInterrupt as stop:
             _complain(str(stop) or "interrupted")
             return INTERRUPTED
+        except BrokenPipeError:
+            return _unread()
 
 
 app = typer.Typer(
@@ -122,11 +124,18 @@ def main() -> None:
         _complain("interrupted")
         code = INTERRUPTED
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = DONE
+        code = _unread()
     except Exception as error:
         code = _unexpected(error)
     sys.exit(code)
+
+
+def _unread() -> int:
+    """Exit code if the reader of the output has ended, as ``head`` does; nothing is written after this."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (sys.stdout, sys.stderr):
+        os.dup2(nowhere, stream.fileno())
+    return UNREAD
 
 
 def _unexpected(error: Exception) -> int:

@@ -143,5 +143,5 @@ def test_the_constants_that_indicators_assume_of_a_measured_actuator_are_named(t
     told = run("inspect", tmp_path / "rig.csv", "--sampling-frequency", "200 Hz", check=0).stderr
     assert "ekf_innovation" in told
     assert "piston_area, chamber_volume" in told
-    assert "flow_balance" not in told, "it needs the spool position, too"
+    assert "flow_balance (spool: command)" in told, "the spool is not measured"
     assert run_json("inspect", MUSEUM / "pressures.h5")["assumptions"] == []

@@ -30,7 +30,7 @@ from hydrofdi.store.layout.names import MESSAGE, RUN, VERDICT, Variable, stored_
 from hydrofdi.store.layout.outputs import output_variables
 from hydrofdi.store.reading import read_statuses, read_verdicts
 from hydrofdi.store.request import read_request
-from hydrofdi.store.results import ShardResults
+from hydrofdi.store.results import MISSING, ShardResults
 from hydrofdi.store.shard import held_names, read_variables
 
 _SAID = (MESSAGE, VERDICT, *(doubt.number for doubt in DOUBTS.values()))
@@ -55,10 +55,11 @@ class SweepStatus:
     verdicts: dict[str, int] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        details = ", ".join(f"{count:,} {name}" for name, count in sorted(self.statuses.items()))
+        stored = ((name, n) for name, n in sorted(self.statuses.items()) if name != MISSING)
+        details = ", ".join(f"{count:,} {name}" for name, count in stored)
         return (
             f"{self.planned:,} planned, {self.done:,} done, {self.failed:,} failed,"
-            f" {self.missing:,} missing ({details})"
+            f" {self.missing:,} missing{f' ({details})' if details else ''}"
         )
 
 
@@ -143,7 +144,7 @@ def sweep_status(directory: Path) -> SweepStatus:
     results = ShardResults(plan.run_ids, plan.index, plan.failures)
     statuses = Counter(results.statuses())
     missing = len(plan.missing)
-    failed = sum(count for status, count in statuses.items() if status not in ("ok", "missing"))
+    failed = sum(count for status, count in statuses.items() if status not in ("ok", MISSING))
     damaged = list(plan.index.damaged.values())
     planned = len(plan.run_ids)
     earlier = plan.index.n_run_of_earlier_physics

@@ -16,8 +16,10 @@ def test_a_column_is_named_with_or_without_its_unit(name):
     frame = pandas.DataFrame({"Druck A (bar)": PRESSURE / 1e5})
     table = hydrofdi.measure(frame, channel={name: "P1"}, sampling_frequency="500 Hz")
     assert table["dwt.d2"][0] == pytest.approx(D2)
-    table = hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "Pa"}, sampling_frequency="500 Hz")
-    assert table["dwt.d2"][0] == pytest.approx(D2 / 1e5)
+    same = hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "bar"}, sampling_frequency="500 Hz")
+    assert same["dwt.d2"][0] == pytest.approx(D2)
+    with pytest.raises(hydrofdi.HydrofdiError, match="the file says bar, the description says Pa"):
+        hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "Pa"}, sampling_frequency="500 Hz")
 
 
 def test_a_misspelt_column_is_answered_with_its_whole_title():

@@ -31,8 +31,8 @@ def bound(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
 
 def _misfit(parameters: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
     """What is wrong with arguments that do not fit."""
-    if "self" in parameters:
-        parameters, args = {name: each for name, each in parameters.items() if name != "self"}, args[1:]
+    if own := parameters.keys() & {"self", "cls"}:
+        parameters, args = {name: each for name, each in parameters.items() if name not in own}, args[1:]
     single = {name: each for name, each in parameters.items() if each.kind is not Parameter.VAR_KEYWORD}
     by_place = [name for name, each in single.items() if each.kind is not Parameter.KEYWORD_ONLY]
     by_name = [name for name, each in single.items() if each.kind is not Parameter.POSITIONAL_ONLY]

@@ -26,7 +26,7 @@ class FileKind(StrEnum):
     DATA = "a data file"
 
 
-_USE = {
+USE = {
     FileKind.EXPERIMENT: ("sweep {path}", "runs it"),
     FileKind.MEASURED: ("inspect {path}", "reads it"),
     FileKind.MONITOR: ("monitor", "takes it as its configuration"),
@@ -109,7 +109,7 @@ def _use(path: Path, found: FileKind, wanted: FileKind) -> str:
         )
     if found in _CURE:
         return _CURE[found]
-    name, does = _USE[found]
+    name, does = USE[found]
     return f"{command(name.format(path=path))} {does}"
 
 

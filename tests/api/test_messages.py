@@ -14,10 +14,12 @@ import pytest
 import hydrofdi
 from hydrofdi.cli.app import app
 from hydrofdi.quality.failures import FAILURES, remedy
+from hydrofdi.settings.file_kinds import USE
 from hydrofdi.settings.naming import ONLY_COMMANDS, command, settings_as_options
 
 PACKAGE = Path(hydrofdi.__file__).parent
 OPTION = re.compile(r"(?<![-\w])--[a-z][a-z-]+")
+SPELT_OUT = re.compile(r"'hydrofdi [a-z]")
 
 NOT_MESSAGES = {
     "settings/naming.py": "the names of options themselves",
@@ -35,13 +37,14 @@ def _texts(tree: ast.AST) -> Iterator[tuple[int, str]]:
             yield node.lineno, node.value
 
 
-def test_no_message_below_the_commands_names_an_option():
+@pytest.mark.parametrize("pattern", [OPTION, SPELT_OUT])
+def test_no_message_below_the_commands_names_an_option_or_spells_out_a_command(pattern):
     found = [
         f"{file.relative_to(PACKAGE)}:{line}: {text}"
         for file in sorted(PACKAGE.rglob("*.py"))
         if not file.is_relative_to(PACKAGE / "cli") and str(file.relative_to(PACKAGE)) not in NOT_MESSAGES
         for line, text in _texts(ast.parse(file.read_text()))
-        if OPTION.search(text)
+        if pattern.search(text)
     ]
     assert found == []
 
@@ -76,7 +79,7 @@ def _named_commands(tree: ast.AST) -> Iterator[str]:
 
 
 def test_every_named_command_exists_on_the_command_line_and_in_python():
-    named = {"sweep", "inspect", "detect", "report", "monitor"}
+    named = {use.partition(" ")[0] for use, _ in USE.values()}
     for file in PACKAGE.rglob("*.py"):
         if not file.is_relative_to(PACKAGE / "cli"):
             named |= {*_named_commands(ast.parse(file.read_text()))}
@@ -86,17 +89,6 @@ def test_every_named_command_exists_on_the_command_line_and_in_python():
     assert named | ONLY_COMMANDS <= known
     assert functions <= {*hydrofdi.__all__}
     assert not ONLY_COMMANDS & {*hydrofdi.__all__}
-
-
-def test_no_message_below_the_commands_spells_out_a_command():
-    found = [
-        f"{file.relative_to(PACKAGE)}:{line}: {text}"
-        for file in sorted(PACKAGE.rglob("*.py"))
-        if not file.is_relative_to(PACKAGE / "cli") and str(file.relative_to(PACKAGE)) not in NOT_MESSAGES
-        for line, text in _texts(ast.parse(file.read_text()))
-        if re.search(r"'hydrofdi [a-z]", text)
-    ]
-    assert found == []
 
 
 def test_each_of_several_frames_is_named_by_its_place():

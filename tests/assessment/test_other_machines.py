@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import hydrofdi
+from hydrofdi.assessment import other_machine_warnings
 from hydrofdi.config import load_experiment
 from hydrofdi.settings.ready import ready_names
 
@@ -47,6 +48,4 @@ def test_the_same_machine_or_an_unused_constant_needs_no_warning(tmp_path, text)
 
 @pytest.mark.parametrize("name", [name for name in ready_names() if "/" not in name])
 def test_the_ready_experiments_agree_with_their_indicators(name) -> None:
-    from hydrofdi.assessment import other_machine_warnings
-
     assert not other_machine_warnings(load_experiment(name))

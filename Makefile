@@ -91,6 +91,7 @@ clean:  ## remove .venv and caches; results stay
 	$(BIN)/python .ci/requirements.py runtime > .venv/runtime.txt
 	$(CHECKED) --requirement .venv/runtime.txt
 	$(INSTALL) --no-deps --no-build-isolation --editable .
+	$(BIN)/python -m compileall -q hydrofdi
 	@touch $@
 
 .venv/installed-test: .venv/installed-runtime

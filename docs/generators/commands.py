@@ -11,7 +11,7 @@ import typer.main
 
 from generators.examples import EXAMPLES
 from generators.writing import hidden_toctree, table, write_room
-from hydrofdi.cli.app import app
+from hydrofdi.cli.app import application
 
 INTRODUCTION = """\
 # Commands
@@ -41,7 +41,7 @@ def write(reference: Path) -> None:
 
 def command_group() -> Any:
     """The command ``hydrofdi`` with its commands."""
-    return typer.main.get_command(app)
+    return typer.main.get_command(application())
 
 
 def _page(name: str, command: Any) -> str:
@@ -88,7 +88,9 @@ def _prose(text: str) -> str:
 
 
 def _exit_codes() -> str:
-    return f"{str(app.info.epilog).removeprefix('Exit codes: ')} [More](../../json.md#exit-codes)."
+    return (
+        f"{str(application(()).info.epilog).removeprefix('Exit codes: ')} [More](../../json.md#exit-codes)."
+    )
 
 
 def _keys(name: str) -> list[str]:

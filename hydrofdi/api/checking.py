@@ -12,16 +12,11 @@ from typing import Any
 from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.page import html_sentences
-from hydrofdi.assessment import (
-    Convergence,
-    Inspection,
-    LeakageTarget,
-    calibrate_flows,
-    converge,
-    inspect_experiment,
-    study_warnings,
-)
+from hydrofdi.assessment.convergence import Convergence, converge
+from hydrofdi.assessment.inspection import Inspection, inspect_experiment
+from hydrofdi.assessment.leakage_targets import LeakageTarget, calibrate_flows
 from hydrofdi.assessment.selection import select_runs
+from hydrofdi.assessment.study_warnings import study_warnings
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.config.shown_values import shown_in

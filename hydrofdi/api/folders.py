@@ -10,10 +10,8 @@ from hydrofdi.api.arguments import refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.places import path_of
 from hydrofdi.api.results import Results, results
-from hydrofdi.pipeline import collect as build_file
-from hydrofdi.pipeline import explain, recompute, sweep_status
-from hydrofdi.pipeline import verify as find_faults
-from hydrofdi.pipeline.inspecting import Explanation, SweepStatus
+from hydrofdi.pipeline.inspecting import Explanation, SweepStatus, explain, recompute, sweep_status
+from hydrofdi.pipeline.inspecting import verify as find_faults
 
 Folder = str | PathLike[str] | Results
 """Folder of an experiment, or what is stored in it."""
@@ -171,5 +169,7 @@ def collect(folder: Folder) -> Results:
     >>> hydrofdi.collect(results.folder)
     1 run in results/asked: 1 ok
     """
+    from hydrofdi.pipeline.sweeping import collect as build_file
+
     build_file(path_of(folder))
     return results(path_of(folder))

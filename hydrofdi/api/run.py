@@ -96,7 +96,7 @@ class Run:
     @property
     def plan_warnings(self) -> list[str]:
         """Those among them that ``hydrofdi plan`` gives."""
-        from hydrofdi.assessment import plan_warnings
+        from hydrofdi.assessment.plan_warnings import plan_warnings
 
         return plan_warnings(lambda *_: [self._single.run.request], self._single.run.choice)
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any, Literal
 
 from hydrofdi.api.arguments import choice_of
+from hydrofdi.settings.ready import ready_folder
 
 
 def schema(kind: Literal["experiment", "measured", "monitor", "detector"] = "experiment") -> dict[str, Any]:
@@ -21,20 +23,7 @@ def schema(kind: Literal["experiment", "measured", "monitor", "detector"] = "exp
     >>> hydrofdi.schema("measured")["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    match choice_of("kind", kind, ("experiment", "measured", "monitor", "detector")):
-        case "experiment":
-            from hydrofdi.config.schema import experiment_schema
-
-            return experiment_schema()
-        case "measured":
-            from hydrofdi.records.measured.description.schema import measured_schema
-
-            return measured_schema()
-        case "monitor":
-            from hydrofdi.monitor.configuration import monitor_schema
-
-            return monitor_schema()
-        case _:
-            from hydrofdi.detectors.trained.schema import detector_schema
-
-            return detector_schema()
+    name = choice_of("kind", kind, ("experiment", "measured", "monitor", "detector"))
+    file = ready_folder() / ("schema.json" if name == "experiment" else f"{name}-schema.json")
+    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return found

@@ -10,31 +10,14 @@ import signal
 import sys
 import traceback
 import warnings
+from collections.abc import Iterable
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from hydrofdi import __version__
-from hydrofdi.cli.calibrate import calibrate
-from hydrofdi.cli.check import check
-from hydrofdi.cli.configs import configs
-from hydrofdi.cli.experiment_folder import collect, rerun, status, verify, why
-from hydrofdi.cli.export import export
-from hydrofdi.cli.init import init
-from hydrofdi.cli.monitor.detect import detect
-from hydrofdi.cli.monitor.monitor import monitor
-from hydrofdi.cli.monitor.replay import replay
-from hydrofdi.cli.monitor.train import train
-from hydrofdi.cli.plan import plan
-from hydrofdi.cli.records.evaluate import evaluate
-from hydrofdi.cli.records.indicators import indicators
-from hydrofdi.cli.records.inspect import inspect
-from hydrofdi.cli.records.measure import measure
-from hydrofdi.cli.report import report
-from hydrofdi.cli.schema import schema
-from hydrofdi.cli.simulate import simulate
-from hydrofdi.cli.sweep import sweep
 from hydrofdi.cli.terminal import told_on_standard_error
 from hydrofdi.errors import (
     HydrofdiError,
@@ -74,21 +57,34 @@ class _Commands(TyperGroup):
             return _unread()
 
 
-app = typer.Typer(
-    name="hydrofdi",
-    cls=_Commands,
-    help="Detect internal leakage in hydraulic actuators: simulate, study what can be detected, monitor.",
-    epilog="Exit codes: 0 done; 1 done, but runs failed; 2 an error that you can fix; "
-    "3 a bug in hydrofdi; 130 interrupted.",
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
-for command in (
-    simulate, plan, sweep, status, report, collect, verify, why, rerun, schema, check, calibrate,
-    configs, init, measure, indicators, inspect, evaluate, train, detect, monitor, replay, export,
-):  # fmt: skip
-    app.command()(command)
+_HOMES = {
+    "simulate": "simulate", "plan": "plan", "sweep": "sweep", "status": "experiment_folder",
+    "report": "report", "collect": "experiment_folder", "verify": "experiment_folder",
+    "why": "experiment_folder", "rerun": "experiment_folder", "schema": "schema", "check": "check",
+    "calibrate": "calibrate", "configs": "configs", "init": "init", "measure": "records.measure",
+    "indicators": "records.indicators", "inspect": "records.inspect", "evaluate": "records.evaluate",
+    "train": "monitor.train", "detect": "monitor.detect", "monitor": "monitor.monitor",
+    "replay": "monitor.replay", "export": "export",
+}  # fmt: skip
+"""Command → module below ``hydrofdi.cli``, in the order of the help."""
+
+
+def application(names: Iterable[str] = _HOMES) -> typer.Typer:
+    """The command line with some commands: to build the options of all takes longer than most commands."""
+    app = typer.Typer(
+        name="hydrofdi",
+        cls=_Commands,
+        help="Detect internal leakage in hydraulic actuators: simulate, study what can be detected, monitor.",
+        epilog="Exit codes: 0 done; 1 done, but runs failed; 2 an error that you can fix; "
+        "3 a bug in hydrofdi; 130 interrupted.",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(_root)
+    for name in names:
+        app.command(name)(getattr(import_module(f"hydrofdi.cli.{_HOMES[name]}"), name))
+    return app
 
 
 def _print_version(wanted: bool) -> None:
@@ -97,7 +93,6 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _root(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
@@ -112,7 +107,9 @@ def main() -> None:
     try:
         with warnings.catch_warnings(), told_on_standard_error(), settings_as_options():
             _show_warnings()
-            code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or DONE
+            arguments = sys.argv[1:] or ["--help"]
+            app = application(arguments[:1] if arguments[0] in _HOMES else _HOMES)
+            code = app(arguments, standalone_mode=False) or DONE
         sys.stdout.flush()
     except HydrofdiError as error:
         code = _complain(str(error))

@@ -17,7 +17,9 @@ from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
-    from hydrofdi.assessment import Convergence, Inspection, LeakageTarget
+    from hydrofdi.assessment.convergence import Convergence
+    from hydrofdi.assessment.inspection import Inspection
+    from hydrofdi.assessment.leakage_targets import LeakageTarget
 
 
 def print_inspection(found: Inspection) -> None:

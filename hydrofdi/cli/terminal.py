@@ -8,9 +8,10 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
+if TYPE_CHECKING:
+    from rich.console import Console
 
 _PLAIN_WIDTH = 100
 """Columns of text if the output is not a terminal."""
@@ -53,18 +54,19 @@ def print_json(record: Any) -> None:
     write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
-class _PipedConsole(Console):
-    """A console whose reader may leave early, as ``head`` does."""
-
-    def on_broken_pipe(self) -> None:
-        """Raise; `main` decides on the exit code."""
-        raise BrokenPipeError
-
-
 def terminal() -> Console:
     """The console on standard output; if that is not a terminal, as wide as ``COLUMNS`` says, or 100."""
     stated = os.environ.get("COLUMNS", "")
     width = int(stated) if stated.isdecimal() and int(stated) > 0 else None
     if width is None and not sys.stdout.isatty():
         width = _PLAIN_WIDTH
-    return _PipedConsole(width=width, highlight=False, markup=False)
+    from rich.console import Console
+
+    console = Console(width=width, highlight=False, markup=False)
+    console.on_broken_pipe = _raise_broken_pipe  # type: ignore[method-assign]
+    return console
+
+
+def _raise_broken_pipe() -> None:
+    """Let `main` decide on the exit code if the reader leaves early, as ``head`` does."""
+    raise BrokenPipeError

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.papers.maddahi2015 import StudyReport, is_study
-from hydrofdi.report import Report, analyze
+from hydrofdi.report.analysis import analyze
+from hydrofdi.report.composition import Report
 from hydrofdi.report.contract import ComposedReport
 from hydrofdi.report.in_units import ReportInUnits
 from hydrofdi.store import ExperimentData

@@ -145,12 +145,9 @@ class SweepPlan:
                 warnings.append(
                     f"a Sobol sample of {counted(sample.count, 'point')} is not balanced; take a power of two"
                 )
-        from hydrofdi.assessment import (
-            indicator_warnings,
-            other_machine_warnings,
-            plan_warnings,
-            study_warnings,
-        )
+        from hydrofdi.assessment.indicator_warnings import indicator_warnings, other_machine_warnings
+        from hydrofdi.assessment.plan_warnings import plan_warnings
+        from hydrofdi.assessment.study_warnings import study_warnings
 
         runs = self.table.runs
         warnings += plan_warnings(runs.distinct, runs.choice) + indicator_warnings(runs.distinct, runs.choice)

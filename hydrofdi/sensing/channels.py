@@ -12,8 +12,6 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.sensor import SensorConfig
 from hydrofdi.sensing.dynamics import Lag, butterworth_lags, first_order_lag, second_order_lag
 
-Sensor = SensorConfig[float, float, float, float]
-
 
 @dataclass(frozen=True)
 class Channel:
@@ -22,9 +20,9 @@ class Channel:
     signal: str
     section: str
 
-    def sensor(self, run: RunParameters) -> Sensor:
+    def sensor(self, run: RunParameters) -> SensorConfig:
         """Sensor configuration of this channel in a run."""
-        sensor: Sensor = getattr(run, self.section)
+        sensor: SensorConfig = getattr(run, self.section)
         return sensor
 
     def lags(self, run: RunParameters) -> tuple[Lag, ...]:

@@ -17,7 +17,7 @@ _NEGLIGIBLE = 40.0
 
 @lru_cache(maxsize=1024)
 def noise_autocovariance(
-    sensor: SensorConfig[float, float, float, float], measurement: MeasurementConfig, record: RecordConfig
+    sensor: SensorConfig, measurement: MeasurementConfig, record: RecordConfig
 ) -> tuple[float, ...]:
     """Autocovariance of a sensor's noise in the record, in the square of the signal's unit.
 

@@ -16,7 +16,7 @@ def field_texts(model: type[BaseModel]) -> dict[str, str]:
     texts: dict[str, str] = {}
     for base in reversed(model.__mro__):
         if issubclass(base, BaseModel) and base is not BaseModel:
-            texts |= _own_texts(base.__pydantic_generic_metadata__["origin"] or base)
+            texts |= _own_texts(base)
     return texts
 
 

@@ -18,7 +18,7 @@ _TEXT = json.JSONEncoder(sort_keys=True, separators=(",", ":"))
 class Section(BaseModel):
     """A strict, frozen part of a configuration."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     @cached_property
     def stated_text(self) -> str:

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import hydrofdi
-from hydrofdi.cli.app import app
+from hydrofdi.cli.app import application
 from hydrofdi.quality.failures import FAILURES, remedy
 from hydrofdi.settings.file_kinds import USE
 from hydrofdi.settings.naming import ONLY_COMMANDS, command, settings_as_options
@@ -83,7 +83,7 @@ def test_every_named_command_exists_on_the_command_line_and_in_python():
     for file in PACKAGE.rglob("*.py"):
         if not file.is_relative_to(PACKAGE / "cli"):
             named |= {*_named_commands(ast.parse(file.read_text()))}
-    known = {each.callback.__name__ for each in app.registered_commands}
+    known = {each.callback.__name__ for each in application().registered_commands}
     functions = {re.fullmatch(r"hydrofdi\.(\w+)\(…\)", command(name))[1] for name in named - ONLY_COMMANDS}
     assert len(named) > 10
     assert named | ONLY_COMMANDS <= known

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 import pywt
 
-from hydrofdi.assessment import calibrate_flows, converge, inspect_experiment
+from hydrofdi.assessment.convergence import converge
+from hydrofdi.assessment.inspection import inspect_experiment
+from hydrofdi.assessment.leakage_targets import calibrate_flows
 from hydrofdi.assessment.plan_warnings import place_in_bands
 from hydrofdi.assessment.selection import computed_rows, select_runs
 from hydrofdi.config import RunParameters, load_experiment

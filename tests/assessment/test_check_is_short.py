@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from hydrofdi.assessment import inspect_experiment
+from hydrofdi.assessment.inspection import inspect_experiment
 from hydrofdi.assessment.selection import select_runs
 from hydrofdi.config import load_experiment
 from tests.commands import run_hydrofdi

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from hydrofdi.assessment import plan_warnings
+from hydrofdi.assessment.plan_warnings import plan_warnings
 from hydrofdi.assessment.step_limits import too_long_sentence
 from hydrofdi.config import expand_runs, load_experiment
 

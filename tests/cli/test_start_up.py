@@ -17,7 +17,9 @@ from hydrofdi.cli.app import main
 try:
     main()
 except SystemExit as end:
-    sys.stderr.write(f"{end.code} {' '.join({name.split('.')[0] for name in sys.modules})}\\n")
+    names = {name.removeprefix("hydrofdi.").split(".")[0] for name in sys.modules}
+    commands = {name.split(".")[-1] for name in sys.modules if name.startswith("hydrofdi.cli.")}
+    sys.stderr.write(f"{end.code} {' '.join(names | {f'cli.{name}' for name in commands})}\\n")
 """
 
 COMPILERS = {"numba", "llvmlite"}
@@ -25,7 +27,7 @@ HEAVY = {"numba", "scipy", "matplotlib", "pyarrow", "xarray", "pandas", "distrib
 
 
 def _loaded(folder: Path, *arguments: str) -> set[str]:
-    """Libraries in a process after a command."""
+    """Libraries, rooms of hydrofdi and modules of its command line in a process after a command."""
     command = [sys.executable, "-c", LOADING, *arguments]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
     code, *libraries = done.stderr.splitlines()[-1].split()
@@ -48,6 +50,28 @@ def test_a_command_that_simulates_nothing_loads_no_compiler(
     loaded = _loaded(small_sweep.folder, *arguments)
     assert "typer" in loaded
     assert not loaded & (HEAVY | COMPILERS)
+
+
+STUDIES = {"studies", "monitor", "cli.train", "cli.sweep"}
+SAYING = {"report", "papers", "rich"}
+RUNNING = {"execution", "sensing", "compilation", "assessment"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "absent"),
+    [
+        (("--version",), {"numpy", "config", *STUDIES, *SAYING, *RUNNING} - {"cli.train", "cli.sweep"}),
+        (("schema",), {"numpy", "config", *STUDIES, *SAYING, *RUNNING}),
+        (("simulate", "experiment.yaml"), {"papers", *STUDIES}),
+        (("status", "results/small"), {*STUDIES, *SAYING, *RUNNING}),
+        (("why", "results/small", "1"), {"report", "papers", *STUDIES, *RUNNING}),
+        (("report",), {*STUDIES, *RUNNING}),
+    ],
+)  # fmt: skip
+def test_a_command_loads_only_its_own_rooms(
+    small_sweep: SimpleNamespace, arguments: tuple[str, ...], absent: set[str]
+) -> None:
+    assert not _loaded(small_sweep.folder, *arguments) & absent
 
 
 def test_measuring_a_plain_file_loads_nothing_of_simulated_runs(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from hydrofdi.cli.app import app
+from hydrofdi.cli.app import application
 
 ROOT = Path(__file__).parent.parent.parent
 UNIT, CONTAINER = (ROOT / "docs" / "deploy" / name for name in ("hydrofdi-monitor.service", "Containerfile"))
@@ -21,7 +21,7 @@ UNIT, CONTAINER = (ROOT / "docs" / "deploy" / name for name in ("hydrofdi-monito
 def parsed(arguments):
     """What the command understands of its arguments; unknown ones raise."""
     (name, *rest) = arguments
-    return typer.main.get_command(app).commands[name].make_context(name, rest).params
+    return typer.main.get_command(application()).commands[name].make_context(name, rest).params
 
 
 def test_the_command_of_the_systemd_unit_is_understood():

@@ -13,7 +13,7 @@ import pytest
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze
+from hydrofdi.report.analysis import analyze
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import LATER_ADDED

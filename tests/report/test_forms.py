@@ -17,7 +17,7 @@ from hydrofdi.cli.rendering import print_document
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015 import StudyReport
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import TableRow, analyze
+from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import KINDS
 from hydrofdi.report.forms.latex import render_latex
 from hydrofdi.report.forms.markdown import render_markdown
@@ -25,7 +25,7 @@ from hydrofdi.report.forms.page import render_page
 from hydrofdi.report.forms.record import render_json
 from hydrofdi.report.forms.tidy import render_csv, render_parquet, tidy_columns
 from hydrofdi.report.publication import write_all_forms
-from hydrofdi.report.runs.rows import ExternalLeakage, LevelChanges
+from hydrofdi.report.runs.rows import ExternalLeakage, LevelChanges, TableRow
 
 GOLDEN = Path(__file__).parent / "golden"
 

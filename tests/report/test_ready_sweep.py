@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze
+from hydrofdi.report.analysis import analyze
 from tests.conftest import REPOSITORY, swept
 
 

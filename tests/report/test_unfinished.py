@@ -6,7 +6,7 @@ from hydrofdi.config import load_experiment
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze
+from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import draw_all
 from hydrofdi.report.forms.record import render_json
 from hydrofdi.store.request import write_request

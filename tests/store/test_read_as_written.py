@@ -9,7 +9,8 @@ import pytest
 import xarray
 
 from hydrofdi.pipeline import read_results
-from hydrofdi.report import analyze, summarize_table
+from hydrofdi.report.analysis import analyze
+from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi, sweep_in
 

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Annotated, Any, Generic, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.readable import shown_quantity
 
-Value = TypeVar("Value")
-Deviation = TypeVar("Deviation")
-Density = TypeVar("Density")
-Rate = TypeVar("Rate")
 
-_NONE_OF_IT: Any = 0.0
-
-
-class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
+class SensorConfig(Section):
     """A sensor and the converter behind it; without settings it is ideal and changes nothing."""
 
     order: Literal["ideal", "first", "second"] = "ideal"
@@ -33,7 +26,7 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
     damping_ratio: Annotated[float, SI("1", above=0, usual=("0.05", "5"))] = 0.7
     """Damping ratio of a second-order sensor [-]. A choice: about the flattest gain."""
 
-    noise: Deviation = _NONE_OF_IT
+    noise: float = 0.0
     """Standard deviation of white Gaussian noise, in the unit of the signal. Without ``noise_bandwidth`` it
     applies to each sample and no filter changes it. With ``noise_bandwidth`` it applies to the sensor's
     output."""
@@ -42,21 +35,21 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
     """Bandwidth that ``noise`` is stated for [Hz]: its density is ``noise``/√``noise_bandwidth``, which
     ``measurement.anti_alias`` filters. Without that filter all of ``noise`` is in the record."""
 
-    noise_density: Density = _NONE_OF_IT
+    noise_density: float = 0.0
     """Instead of ``noise``: one-sided density of the sensor's white Gaussian noise, in the unit of the signal
     per √Hz, such as ``20 Pa/√Hz``. ``measurement.anti_alias`` filters it; without that filter, it is the
     density of the record, up to half the sampling frequency."""
 
-    bias: Value = _NONE_OF_IT
+    bias: float = 0.0
     """Constant error, in the unit of the signal."""
 
-    drift: Rate = _NONE_OF_IT
+    drift: float = 0.0
     """Error that grows from the record's start on, in the unit of the signal per second."""
 
-    lowest: Value | None = None
+    lowest: float | None = None
     """Lower end of the range, in the unit of the signal; lower values are clipped to it."""
 
-    highest: Value | None = None
+    highest: float | None = None
     """Upper end of the range, in the unit of the signal; higher values are clipped to it."""
 
     bits: Annotated[int, Field(strict=True, ge=1, le=32)] | None = None
@@ -90,10 +83,8 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
     def density(self) -> float:
         """One-sided density of the noise in front of the converter, in the signal's unit per √Hz."""
         if self.noise_bandwidth is not None:
-            noise: Any = self.noise
-            return float(noise) / math.sqrt(self.noise_bandwidth)
-        density: Any = self.noise_density
-        return float(density)
+            return self.noise / math.sqrt(self.noise_bandwidth)
+        return self.noise_density
 
     @property
     def resolution(self) -> float:
@@ -103,63 +94,60 @@ class SensorConfig(Section, Generic[Value, Deviation, Density, Rate]):
     @property
     def lower_end(self) -> float:
         """Lower end of the range, −∞ where it is open, in the signal's unit."""
-        end: Any = self.lowest
-        return -math.inf if end is None else float(end)
+        return -math.inf if self.lowest is None else self.lowest
 
     @property
     def upper_end(self) -> float:
         """Upper end of the range, ∞ where it is open, in the signal's unit."""
-        end: Any = self.highest
-        return math.inf if end is None else float(end)
+        return math.inf if self.highest is None else self.highest
 
     @property
     def _span(self) -> float:
-        ends: Any = self.highest, self.lowest
-        return float(ends[0] - ends[1])
+        return self.upper_end - self.lower_end
 
 
-class PressureSensorConfig(
-    SensorConfig[
-        Annotated[float, SI("Pa", usual=("100 Pa", "1 GPa"))],
-        Annotated[float, SI("Pa", least=0, usual=("10 Pa", "10 MPa"))],
-        Annotated[float, SI("Pa/Hz^0.5", least=0, usual=("0.01 Pa/√Hz", "1 MPa/√Hz"))],
-        Annotated[float, SI("Pa/s", usual=("0.01 Pa/s", "10 MPa/s"))],
-    ]
-):
+class PressureSensorConfig(SensorConfig):
     """Pressure sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
 
+    noise: Annotated[float, SI("Pa", least=0, usual=("10 Pa", "10 MPa"))] = 0.0
+    noise_density: Annotated[float, SI("Pa/Hz^0.5", least=0, usual=("0.01 Pa/√Hz", "1 MPa/√Hz"))] = 0.0
+    bias: Annotated[float, SI("Pa", usual=("100 Pa", "1 GPa"))] = 0.0
+    drift: Annotated[float, SI("Pa/s", usual=("0.01 Pa/s", "10 MPa/s"))] = 0.0
+    lowest: Annotated[float, SI("Pa", usual=("100 Pa", "1 GPa"))] | None = None
+    highest: Annotated[float, SI("Pa", usual=("100 Pa", "1 GPa"))] | None = None
 
-class LengthSensorConfig(
-    SensorConfig[
-        Annotated[float, SI("m", usual=("10 nm", "10 m"))],
-        Annotated[float, SI("m", least=0, usual=("1 nm", "10 mm"))],
-        Annotated[float, SI("m/Hz^0.5", least=0, usual=("0.001 nm/√Hz", "1 mm/√Hz"))],
-        Annotated[float, SI("m/s", usual=("0.1 nm/s", "1 m/s"))],
-    ]
-):
+
+class LengthSensorConfig(SensorConfig):
     """Position sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
 
+    noise: Annotated[float, SI("m", least=0, usual=("1 nm", "10 mm"))] = 0.0
+    noise_density: Annotated[float, SI("m/Hz^0.5", least=0, usual=("0.001 nm/√Hz", "1 mm/√Hz"))] = 0.0
+    bias: Annotated[float, SI("m", usual=("10 nm", "10 m"))] = 0.0
+    drift: Annotated[float, SI("m/s", usual=("0.1 nm/s", "1 m/s"))] = 0.0
+    lowest: Annotated[float, SI("m", usual=("10 nm", "10 m"))] | None = None
+    highest: Annotated[float, SI("m", usual=("10 nm", "10 m"))] | None = None
 
-class VelocitySensorConfig(
-    SensorConfig[
-        Annotated[float, SI("m/s", usual=("1 µm/s", "100 m/s"))],
-        Annotated[float, SI("m/s", least=0, usual=("0.1 µm/s", "1 m/s"))],
-        Annotated[float, SI("m/s/Hz^0.5", least=0, usual=("0.1 nm/s/√Hz", "0.1 m/s/√Hz"))],
-        Annotated[float, SI("m/s^2", usual=("0.01 µm/s^2", "10 m/s^2"))],
-    ]
-):
+
+class VelocitySensorConfig(SensorConfig):
     """Velocity sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
 
+    noise: Annotated[float, SI("m/s", least=0, usual=("0.1 µm/s", "1 m/s"))] = 0.0
+    noise_density: Annotated[float, SI("m/s/Hz^0.5", least=0, usual=("0.1 nm/s/√Hz", "0.1 m/s/√Hz"))] = 0.0
+    bias: Annotated[float, SI("m/s", usual=("1 µm/s", "100 m/s"))] = 0.0
+    drift: Annotated[float, SI("m/s^2", usual=("0.01 µm/s^2", "10 m/s^2"))] = 0.0
+    lowest: Annotated[float, SI("m/s", usual=("1 µm/s", "100 m/s"))] | None = None
+    highest: Annotated[float, SI("m/s", usual=("1 µm/s", "100 m/s"))] | None = None
 
-class VoltageSensorConfig(
-    SensorConfig[
-        Annotated[float, SI("V", usual=("10 µV", "1 kV"))],
-        Annotated[float, SI("V", least=0, usual=("1 µV", "10 V"))],
-        Annotated[float, SI("V/Hz^0.5", least=0, usual=("1 nV/√Hz", "1 V/√Hz"))],
-        Annotated[float, SI("V/s", usual=("0.1 µV/s", "100 V/s"))],
-    ]
-):
+
+class VoltageSensorConfig(SensorConfig):
     """Voltage sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+    noise: Annotated[float, SI("V", least=0, usual=("1 µV", "10 V"))] = 0.0
+    noise_density: Annotated[float, SI("V/Hz^0.5", least=0, usual=("1 nV/√Hz", "1 V/√Hz"))] = 0.0
+    bias: Annotated[float, SI("V", usual=("10 µV", "1 kV"))] = 0.0
+    drift: Annotated[float, SI("V/s", usual=("0.1 µV/s", "100 V/s"))] = 0.0
+    lowest: Annotated[float, SI("V", usual=("10 µV", "1 kV"))] | None = None
+    highest: Annotated[float, SI("V", usual=("10 µV", "1 kV"))] | None = None
 
 
 class MeasurementConfig(Section):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.papers.maddahi2015.composition import compose_study
 from hydrofdi.papers.maddahi2015.records.study import study_record
 from hydrofdi.papers.maddahi2015.study import Study, study_experiment
-from hydrofdi.report import Report
+from hydrofdi.report.composition import Report
 from hydrofdi.report.document import Document
 from hydrofdi.store import ExperimentData
 

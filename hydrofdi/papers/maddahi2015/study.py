@@ -14,7 +14,7 @@ from hydrofdi.papers.maddahi2015.grid.arrangement import arrange_modes
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
 from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy, study_scenarios
 from hydrofdi.papers.maddahi2015.standings import Standing, standings
-from hydrofdi.report import Analysis, analyze
+from hydrofdi.report.analysis import Analysis, analyze
 from hydrofdi.store import ExperimentData
 
 NAME = "maddahi2015"

@@ -1,0 +1,121 @@
+"""The JSON of every command on ready configurations, one file each. HYDROFDI_WRITE_GOLDEN=1 writes them anew.
+
+Keys and texts are compared exactly, numbers to what compilers of other processors may change.
+"""
+
+import json
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.commands import run
+
+HERE = Path(__file__).parent
+
+FREE = {
+    "bytes", "command", "cost_ms_per_record", "created", "description", "file", "file_bytes", "folder",
+    "free_bytes", "git", "hydrofdi", "latency", "library_versions", "machine", "message", "missing", "note",
+    "notes", "path", "provenance", "reason", "remark", "remarks", "remedy", "seconds", "seconds_high",
+    "seconds_low", "text", "time", "version", "versions", "warnings",
+}  # fmt: skip
+"""Keys whose values are sentences, or depend on the machine or the hour."""
+
+STUDY = "results/detectability-smoke"
+TRAIN = ("--output", "d2", "--direction", "both", "--window", "2 s", "--false-alarm-rate", "10 %")
+
+COMMANDS = {
+    "simulate": ("simulate",),
+    "simulate-leak": ("simulate", "--set", "leakage.internal_flow=0.5 L/min", "--set", "record.duration=5 s"),
+    "plan": ("plan", "table3"),
+    "plan-study": ("plan", "detectability-smoke"),
+    "check": ("check",),
+    "calibrate": ("calibrate", "--flow", "0.12 L/min"),
+    "status": ("status", "results/smoke"),
+    "verify": ("verify", "results/smoke"),
+    "why": ("why", "results/smoke", "1"),
+    "rerun": ("rerun", "results/smoke", "1"),
+    "report-smoke": ("report", "results/smoke"),
+    "report-table3": ("report", "results/table3"),
+    "report-study": ("report", STUDY),
+    "report-delays": ("report", "results/delays-smoke"),
+    "measure": ("measure", "results/smoke", "--indicators", "dwt,ring_down,cross_correlation"),
+    "measure-csv": ("measure", "rig.csv", "--indicators", "dwt,cross_correlation,pressure_statistics"),
+    "inspect": ("inspect", "rig.csv"),
+    "evaluate": (
+        "evaluate",
+        "healthy.yaml",
+        "leak.yaml",
+        "--false-alarm-rate",
+        "10 %",
+        "--indicators",
+        "dwt",
+    ),
+    "detect": ("detect", "detector.json", "leak.csv"),
+    "indicator": ("indicators", "ring_down"),
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Sweeps of ready configurations, two recordings, and a detector."""
+    folder = tmp_path_factory.mktemp("goldens")
+    for name in ("smoke", "table3", "detectability-smoke", "delays/smoke"):
+        run("sweep", name, "--engine", "in-process", cwd=folder, check=0)
+    _write_recording(folder / "rig.csv", seed=1, damping=0.02, seconds=60)
+    _write_recording(folder / "leak.csv", seed=2, damping=0.03, seconds=20)
+    for name, file in (("healthy", "rig.csv"), ("leak", "leak.csv")):
+        description = f"files: {file}\nlabel: {name}\nhealthy: [healthy]\ncycles: {{by: period, period: 2 s}}\n"
+        (folder / f"{name}.yaml").write_text(description)
+    run("train", "rig.csv", *TRAIN, "--out", "detector.json", cwd=folder, check=0)
+    return folder
+
+
+def _write_recording(path, seed, damping, seconds):
+    """Two pressures that ring after each edge of a square wave, at 500 Hz, rounded as a logger does."""
+    time = np.arange(seconds * 500) / 500.0
+    since, sign = time % 1.0, np.where(time % 2.0 < 1.0, 1.0, -1.0)
+    ring = sign * np.exp(-damping * 2.0 * math.pi * 40.0 * since) * np.sin(2.0 * math.pi * 40.0 * since)
+    generator = np.random.default_rng(seed)
+    ring *= np.repeat(generator.uniform(0.8, 1.2, seconds), 500)
+    pressures = 85.0 + 20.0 * np.stack([ring, -ring]) + generator.normal(0.0, 0.05, (2, time.size))
+    columns = np.column_stack([time, *pressures, 2.0 * sign])
+    np.savetxt(path, columns, "%.4f", ",", header="time [s],P1 [bar],P2 [bar],u [V]", comments="")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_keeps_its_json(folder, name):
+    check_golden(name, json.loads(run(*COMMANDS[name], "--json", cwd=folder).stdout))
+
+
+def test_a_monitor_keeps_its_lines(folder):
+    done = run("monitor", "detector.json", "leak.csv", "--no-follow", cwd=folder, check=0)
+    check_golden("monitor", [json.loads(line) for line in done.stdout.splitlines()])
+
+
+def test_a_detector_keeps_its_file(folder):
+    check_golden("detector", json.loads((folder / "detector.json").read_text()))
+
+
+def check_golden(name, found):
+    path = HERE / f"{name}.json"
+    if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
+        path.write_text(json.dumps(_frozen(found), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    assert _frozen(found) == _close_to(json.loads(path.read_text(encoding="utf-8")))
+
+
+def _frozen(value):
+    """A JSON value without what is free."""
+    if isinstance(value, dict):
+        return {key: None if key in FREE else _frozen(each) for key, each in value.items()}
+    return [_frozen(each) for each in value] if isinstance(value, list) else value
+
+
+def _close_to(value):
+    if isinstance(value, dict):
+        return {key: _close_to(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_close_to(each) for each in value]
+    return pytest.approx(value, rel=1e-6, abs=1e-12) if isinstance(value, float) else value

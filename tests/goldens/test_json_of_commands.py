@@ -67,7 +67,9 @@ def folder(tmp_path_factory):
     _write_recording(folder / "rig.csv", seed=1, damping=0.02, seconds=60)
     _write_recording(folder / "leak.csv", seed=2, damping=0.03, seconds=20)
     for name, file in (("healthy", "rig.csv"), ("leak", "leak.csv")):
-        description = f"files: {file}\nlabel: {name}\nhealthy: [healthy]\ncycles: {{by: period, period: 2 s}}\n"
+        description = (
+            f"files: {file}\nlabel: {name}\nhealthy: [healthy]\ncycles: {{by: period, period: 2 s}}\n"
+        )
         (folder / f"{name}.yaml").write_text(description)
     run("train", "rig.csv", *TRAIN, "--out", "detector.json", cwd=folder, check=0)
     return folder

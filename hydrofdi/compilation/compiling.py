@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
+import stat
 from collections.abc import Callable
 from functools import cache, wraps
 from pathlib import Path
@@ -21,12 +21,12 @@ _Function = TypeVar("_Function", bound=Callable[..., object])
 
 def compiled(function: _Function) -> _Function:
     """Compile a kernel on its first call, or load it from the cache on disk."""
-    return _on_first_call(function, fastmath=FAST_MATH, cache=True)
+    return _on_first_call(function, fastmath=FAST_MATH, cached=True)
 
 
 def strictly_compiled(function: _Function) -> _Function:
     """Compile like `compiled`, but with strict rounding, so that all lanes give identical bits."""
-    return _on_first_call(function, fastmath=False, cache=True)
+    return _on_first_call(function, fastmath=False, cached=True)
 
 
 def _on_first_call(function: _Function, **options: Any) -> _Function:
@@ -41,15 +41,17 @@ def _on_first_call(function: _Function, **options: Any) -> _Function:
     return cast(_Function, call)
 
 
-def dispatcher(function: Callable[..., object], **options: Any) -> Any:
+def dispatcher(function: Callable[..., object], *, cached: bool = False, **options: Any) -> Any:
     """Numba dispatcher of a function: it compiles for each combination of argument types."""
     import numba
 
     settings: Any = numba.config
     previous = settings.CACHE_DIR
-    settings.CACHE_DIR = str(cache_directory(room_of(function)))
+    folder = cache_directory(room_of(function)) if cached else None
+    settings.CACHE_DIR = str(folder)
     try:
         _register_equations()
+        options["cache"] = folder is not None
         compile_: Any = numba.njit(error_model="numpy", boundscheck=False, nogil=True, **options)
         return compile_(function)
     finally:
@@ -71,29 +73,33 @@ def room_of(function: Callable[..., object]) -> str:
 
 
 @cache
-def cache_directory(room: str) -> Path:
+def cache_directory(room: str) -> Path | None:
     """Cache folder of the compiled kernels of a package in its present version.
 
-    It is in the user's cache directory, or in a temporary directory if that is not writable.
+    None if there is no writable folder that belongs to this user alone; kernels are not kept then.
     """
-    name = f"kernel-{_source_hash(room)}"
-    for root in _cache_roots():
-        folder = root / name
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK | os.X_OK):
-            return folder
-    return Path(tempfile.mkdtemp(prefix="hydrofdi-"))
+    folder = _cache_root() / f"kernel-{_source_hash(room)}"
+    try:
+        folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    usable = stat.S_ISDIR(status.st_mode) and belongs_here(status) and os.access(folder, os.W_OK | os.X_OK)
+    return folder if usable else None
 
 
-def _cache_roots() -> list[Path]:
+def belongs_here(status: os.stat_result) -> bool:
+    """Whether a file or folder belongs to this user, and nobody else may write it."""
+    return status.st_uid == os.geteuid() and not status.st_mode & 0o022
+
+
+def _cache_root() -> Path:
     if own := os.environ.get("NUMBA_CACHE_DIR"):
-        return [Path(own)]
+        return Path(own)
     user = os.environ.get("XDG_CACHE_HOME")
     home = Path(user) if user else Path(os.path.expanduser("~")) / ".cache"
-    return [home / "hydrofdi"]
+    return home / "hydrofdi"
 
 
 def _source_hash(room: str) -> str:

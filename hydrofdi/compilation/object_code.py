@@ -19,7 +19,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hydrofdi.compilation.compiling import cache_directory, compiled, dispatcher, room_of
+from hydrofdi.compilation.compiling import belongs_here, cache_directory, compiled, dispatcher, room_of
 from hydrofdi.physics.equation import FAST_MATH
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., None])
@@ -56,13 +56,14 @@ def _prepare(function: _Kernel, types: tuple[Any, ...], arguments: tuple[Any, ..
     if not _can_link():
         return compiled(function)
     folder = cache_directory(room_of(function))
-    path = folder / f"{function.__name__}-{_digest(repr((types, *_machine())).encode()).hex()}.o"
-    code = _read(path)
+    name = f"{function.__name__}-{_digest(repr((types, *_machine())).encode()).hex()}.o"
+    code = _read(folder / name) if folder else None
     if code is None:
         code = _compile(function, arguments)
         if code is None:
             return compiled(function)
-        _write(path, code)
+        if folder:
+            _write(folder / name, code)
     return _link(code, arguments)
 
 
@@ -192,9 +193,10 @@ def _digest(content: bytes) -> bytes:
 
 
 def _read(path: Path) -> bytes | None:
-    """Read machine code; None if it is missing or damaged."""
+    """Read machine code; None if it is missing or damaged, or if others may have written it."""
     try:
-        content = path.read_bytes()
+        with open(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
+            content = file.read() if belongs_here(os.fstat(file.fileno())) else b""
     except OSError:
         return None
     code = content[_DIGEST_SIZE:]
@@ -205,5 +207,6 @@ def _write(path: Path, code: bytes) -> None:
     """Write machine code to the cache; if that fails, the next process compiles again."""
     with suppress(OSError), tempfile.TemporaryDirectory(dir=path.parent) as folder:
         part = Path(folder) / path.name
+        part.touch(mode=0o600)
         part.write_bytes(_digest(code) + code)
         os.replace(part, path)

@@ -203,7 +203,8 @@ def _announce(plan: SweepPlan, engine: Engine, watcher: Watcher) -> None:
     """Announce what will be done."""
     if not plan.missing:
         return
-    if plan.simulated and not any(cache_directory("simulation").iterdir()):
+    kept = cache_directory("simulation")
+    if plan.simulated and not (kept and any(kept.iterdir())):
         watcher.tell("compiling the simulation for this processor; this happens once")
     workers = counted(engine.workers, "worker")
     watcher.tell(f"{len(plan.missing):,} of {counted(len(plan.run_ids), 'run')} to compute with {workers}")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hydrofdi.compilation import object_code
+from hydrofdi.compilation import compiling, object_code
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.equation import equation
@@ -46,6 +49,12 @@ def in_place(values: NDArray[Any]) -> None:
     for row in range(values.shape[0]):
         for column in range(values.shape[1]):
             values[row, column] *= 2.0
+
+
+def thrice(values: NDArray[Any]) -> None:
+    for row in range(values.shape[0]):
+        for column in range(values.shape[1]):
+            values[row, column] *= 3.0
 
 
 @equation
@@ -149,6 +158,78 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
     record = np.array([(7, [0.0, 0.0, 0.0])], RECORD)
     kernel(mixed)(np.ones((3, 4)), record, 3, 2.0, Choices(None, None), total)
     assert total.tolist() == [8.0] * 3
+
+
+def _give_away(path: Path) -> None:
+    if os.geteuid():
+        pytest.skip("only root can give a file to another user")
+    os.chown(path, 65534, 65534)
+
+
+def _let_the_group_write(path: Path) -> None:
+    path.chmod(0o770)
+
+
+def _put_aside(path: Path) -> None:
+    path.symlink_to(path.rename(path.with_name("aside")))
+
+
+PLANTED = [_give_away, _let_the_group_write, _put_aside]
+
+
+@pytest.mark.parametrize(("plant", "factor"), [(lambda path: None, 3.0), *((each, 2.0) for each in PLANTED)])
+def test_code_that_others_may_have_written_is_not_run(
+    plant: Callable[[Path], None], factor: float, folder: Path
+) -> None:
+    for function in (in_place, thrice):
+        kernel(function)(np.ones((2, 2)))
+    (own,), (other,) = folder.glob("in_place-*.o"), folder.glob("thrice-*.o")
+    own.write_bytes(other.read_bytes())
+    plant(own)
+    values = np.ones((2, 2))
+    kernel(in_place)(values)
+    np.testing.assert_array_equal(values, factor)
+
+
+def _refuse(path: Path) -> None:
+    path.rmdir()
+    path.touch()
+
+
+@pytest.mark.parametrize("plant", [*PLANTED, _refuse])
+def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(
+    plant: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    find = compiling.cache_directory.__wrapped__
+    before = os.umask(0)
+    try:
+        own = find("simulation")
+    finally:
+        os.umask(before)
+    assert own is not None
+    assert (own.stat().st_mode & 0o777, own.parent.stat().st_mode & 0o777) == (0o700, 0o700)
+    plant(own)
+    assert find("simulation") is None
+    for module in (compiling, object_code):
+        monkeypatch.setattr(module, "cache_directory", find)
+    values, sorted_ = np.ones((2, 2)), np.array([2.0, 3.0, 1.0])
+    kernel(in_place)(values)
+    kernel(with_memory_of_its_own)(sorted_)
+    np.testing.assert_array_equal(values, 2.0)
+    assert sorted_.tolist() == [3.0, 2.0, 1.0]
+    assert [path.name for path in tmp_path.iterdir()] == ["cache"]
+    assert not list(tmp_path.rglob("*.o"))
+
+
+def test_kept_code_is_for_this_user_alone(folder: Path) -> None:
+    before = os.umask(0)
+    try:
+        kernel(in_place)(np.ones((2, 2)))
+    finally:
+        os.umask(before)
+    assert [file.stat().st_mode & 0o777 for file in folder.iterdir()] == [0o600]
 
 
 LATER = """

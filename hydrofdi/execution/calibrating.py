@@ -10,7 +10,7 @@ from typing import Literal
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.shown_values import shown_values, varied_parameters
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.execution.engine import Engine
+from hydrofdi.execution.engine import Engine, TaskFailure
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation import Calibration, solve_leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -29,6 +29,7 @@ def leakage_coefficients(
     *,
     required: Literal["all", "any", "none"] = "all",
     on_solved: Callable[[int], None] = lambda _: None,
+    lost: dict[int, TaskFailure] | None = None,
 ) -> list[float]:
     """K_i of each run [m^3.5/kg^0.5]: as given, or solved from the leakage flow.
 
@@ -43,26 +44,40 @@ def leakage_coefficients(
         How many of the leaks have to be possible; beyond these, a flow that no K_i reaches gives NaN.
     on_solved : callable
         Is told how many more are solved.
+    lost : dict, optional
+        Receives the position of each run whose K_i is NaN because its solution failed, and why.
 
     Raises
     ------
     ConfigError
         Leakage flows cannot be reached that have to be.
+    RuntimeError
+        A solution failed, and there is no `lost`.
     """
     identities_of_runs, conditions = _conditions(runs)
     unsolved = {identity: condition for identity, condition in conditions.items() if identity not in known}
     identities = list(unsolved)
     reachable: dict[str, float] = {}
+    failures: dict[str, TaskFailure] = {}
     for first, group in _solved_groups(list(unsolved.values()), engine):
+        if isinstance(group, TaskFailure):
+            if lost is None:
+                raise RuntimeError(f"a calibration failed: {group.message}") from group.error
+            failures[identities[first]] = group
+            on_solved(1)
+            continue
         for identity, solution in zip(identities[first:], group, strict=False):
             known[identity], reachable[identity] = solution.coefficient, solution.reachable_flow
         on_solved(len(group))
+    if lost is not None:
+        lost |= {k: failures[each] for k, each in enumerate(identities_of_runs) if each in failures}
     coefficients = [
-        run.parameters.leakage.internal_coefficient or 0.0 if identity is None else known[identity]
+        known.get(identity, math.nan) if identity else run.parameters.leakage.internal_coefficient or 0.0
         for run, identity in zip(runs, identities_of_runs, strict=True)
     ]
     if required == "all" or (required == "any" and not any(value > 0.0 for value in coefficients)):
-        _require_reachable(conditions, known, reachable)
+        solved = {identity: each for identity, each in conditions.items() if identity in known}
+        _require_reachable(solved, known, reachable)
     return coefficients
 
 
@@ -94,22 +109,30 @@ def _conditions(runs: Sequence[RunSpec]) -> tuple[list[str | None], dict[str, Ru
 
 def _solved_groups(
     conditions: list[RunParameters], engine: Engine
-) -> Iterator[tuple[int, list[Calibration]]]:
-    """Solutions of neighbouring conditions with the position of the first, as they come."""
+) -> Iterator[tuple[int, list[Calibration] | TaskFailure]]:
+    """Solutions of neighbouring conditions with the position of the first, as they come.
+
+    A group that fails is halved until the condition that fails stands alone.
+    """
     size = max(1, min(_MOST_CONDITIONS, -(-len(conditions) // max(1, engine.workers))))
     if len(conditions) > WIDTH:
         size = -(-size // WIDTH) * WIDTH
     for first in range(0, len(conditions), size):
         engine.submit(_solve_group, (first, tuple(conditions[first : first + size])))
     for result in engine.completed():
-        if result.failure is not None:
-            raise RuntimeError(f"a calibration failed: {result.failure.message}") from result.failure.error
-        yield result.value
+        first, group = result.item
+        if result.failure is None:
+            yield first, result.value
+        elif len(group) == 1:
+            yield first, result.failure
+        else:
+            middle = len(group) // 2
+            engine.submit(_solve_group, (first, group[:middle]))
+            engine.submit(_solve_group, (first + middle, group[middle:]))
 
 
-def _solve_group(group: tuple[int, tuple[RunParameters, ...]]) -> tuple[int, list[Calibration]]:
-    first, conditions = group
-    return first, solve_leakage_coefficients(conditions)
+def _solve_group(group: tuple[int, tuple[RunParameters, ...]]) -> list[Calibration]:
+    return solve_leakage_coefficients(group[1])
 
 
 def _require_reachable(

@@ -30,6 +30,7 @@ from hydrofdi.execution import (
     split_jobs,
     unsolved_conditions,
 )
+from hydrofdi.execution.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.pipeline.changes import replaced_settings
 from hydrofdi.pipeline.places import experiment_file, library_versions
@@ -151,13 +152,13 @@ def run_sweep(
         with engine if plan.missing else nullcontext():
             _announce(plan, engine, watcher)
             known = read_calibrations(directory)
-            jobs = _jobs(plan, engine, known, watcher)
+            jobs, lost = _jobs(plan, engine, known, watcher)
             with experiment_lock(directory, watcher.tell):
                 record = environment_record(experiment)
                 _prepare(plan, known, watcher)
                 with Interruption(lambda: _finish_early(engine, watcher)) as interruption:
                     recorder = _Recorder(plan, watcher)
-                    completed = recorder.run(engine, jobs)
+                    completed = recorder.run(engine, jobs, lost)
                 done = {"ended": now(), "computed": completed, "costs": recorder.costs}
                 add_provenance(directory, record | done)
                 _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
@@ -210,10 +211,16 @@ def _announce(plan: SweepPlan, engine: Engine, watcher: Watcher) -> None:
     watcher.tell(f"{len(plan.missing):,} of {counted(len(plan.run_ids), 'run')} to compute with {workers}")
 
 
-def _jobs(plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watcher) -> list[Job]:
-    runs = plan.table.runs.at(plan.simulated)
-    coefficients = dict(zip(plan.simulated, _coefficients(plan, runs, engine, known, watcher), strict=True))
-    return [_job(plan, position, coefficients.get(position, math.nan)) for position in plan.missing]
+def _jobs(
+    plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watcher
+) -> tuple[list[Job], list[JobFailure]]:
+    """Jobs of the missing runs, and those that failed while K_i was solved."""
+    simulated, failures = plan.simulated, dict[int, TaskFailure]()
+    solved = _coefficients(plan, plan.table.runs.at(simulated), engine, known, failures, watcher)
+    coefficients = dict(zip(simulated, solved, strict=True))
+    jobs = {position: _job(plan, position, coefficients.get(position, math.nan)) for position in plan.missing}
+    lost = [JobFailure(jobs.pop(simulated[k]), failure) for k, failure in failures.items()]
+    return list(jobs.values()), lost
 
 
 def _job(plan: SweepPlan, position: int, coefficient: float) -> Job:
@@ -224,13 +231,20 @@ def _job(plan: SweepPlan, position: int, coefficient: float) -> Job:
 
 
 def _coefficients(
-    plan: SweepPlan, runs: Runs, engine: Engine, known: dict[str, float], watcher: Watcher
+    plan: SweepPlan,
+    runs: Runs,
+    engine: Engine,
+    known: dict[str, float],
+    lost: dict[int, TaskFailure],
+    watcher: Watcher,
 ) -> list[float]:
     if n_unsolved := unsolved_conditions(runs, known):
         watcher.begin(COEFFICIENTS, n_unsolved)
     required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
     try:
-        return leakage_coefficients(runs, engine, known, required=required, on_solved=watcher.advance)
+        return leakage_coefficients(
+            runs, engine, known, required=required, on_solved=watcher.advance, lost=lost
+        )
     except KeyboardInterrupt:
         solved = {identity: value for identity, value in known.items() if not math.isnan(value)}
         if not solved:
@@ -286,15 +300,17 @@ class _Recorder:
         self._n_measured = 0
         self.shards: set[str] = set()
 
-    def run(self, engine: Engine, jobs: list[Job]) -> int:
-        """Run the jobs; returns how many ended."""
+    def run(self, engine: Engine, jobs: list[Job], lost: list[JobFailure]) -> int:
+        """Record the jobs that are lost, and run the others; returns how many ended."""
         experiment, directory = self._plan.experiment, self._plan.directory
-        self._log.write("begin", planned=len(self._plan.run_ids), missing=len(jobs))
-        self._watcher.begin(RUNS, len(jobs))
+        self._log.write("begin", planned=len(self._plan.run_ids), missing=len(jobs) + len(lost))
+        self._watcher.begin(RUNS, len(jobs) + len(lost))
         batches = [Batch(batch, directory, experiment.store) for batch in split_jobs(jobs, engine.workers)]
         here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
         there = [batch for batch in batches if batch not in here]
         try:
+            for failed in lost:
+                self._failed(failed)
             for place, work in ((InProcessEngine(), here), (engine, there)):
                 run_batches(place, work, experiment.limits.time_per_job, self._stored, self._failed)
         except KeyboardInterrupt:

@@ -6,9 +6,14 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
+from hydrofdi.config.loading import load_experiment
+from hydrofdi.execution import InProcessEngine
+from hydrofdi.execution.engine import TaskFailure
+from hydrofdi.pipeline.sweeping import run_sweep
 from runner.processes import COMMAND, kill, nobody_left, run, run_json, start, wait_until, workers
 
 BAD_RUNS = """\
@@ -82,6 +87,51 @@ def test_a_run_whose_worker_is_killed_becomes_a_row_and_can_be_tried_again(tmp_p
     (failure,) = [row for row in run_json("report", out)["rows"] if row["status"] != "ok"]
     assert failure["status"] == "killed"
     assert run_json("sweep", file, "--out", out, "--retry-failed")["failed"] == 0
+
+
+FLOWS = """\
+name: flows
+record: {duration: 2 s}
+store: {signals: none}
+sweep:
+  union:
+    - grid: {leakage.internal_flow: [0.1 L/min, 0.2 L/min, 0.3 L/min, 0.4 L/min]}
+    - grid: {leakage.internal_coefficient: [1.0e-9]}
+"""
+
+
+class Losing(InProcessEngine):
+    """Loses what solves K_i of 0.3 L/min, as if its worker were killed there or had no memory."""
+
+    def __init__(self, status):
+        super().__init__()
+        self.status = status
+
+    def completed(self):
+        for result in super().completed():
+            group = result.item[1] if isinstance(result.item, tuple) else ()
+            if any(abs(each.leakage.internal_flow - 5e-6) < 1e-9 for each in group):
+                result = replace(result, value=None, failure=TaskFailure(self.status, "lost"))
+            yield result
+
+
+@pytest.mark.parametrize("status", ["killed", "error"])
+def test_what_is_lost_while_leaks_are_solved_becomes_a_row_and_can_be_tried_again(tmp_path, status):
+    file, out = tmp_path / "flows.yaml", tmp_path / "flows"
+    file.write_text(FLOWS)
+    summary = run_sweep(load_experiment(file), out, Losing(status))
+    assert (summary.statuses, summary.failed, summary.stored) == ({status: 1}, 1, 6)
+    assert run_json("sweep", file, "--out", out, "--retry-failed")["statuses"] == {}
+
+
+def test_a_worker_that_is_killed_while_leaks_are_solved_ends_no_sweep(tmp_path):
+    file, out = tmp_path / "flows.yaml", tmp_path / "flows"
+    file.write_text(FLOWS.replace("2 s", "2 s, step: 1.0e-5 s"))
+    process = start("sweep", file, "--out", out, "--workers", "1")
+    kill(wait_until(lambda: workers(process.pid))[0])
+    _, reported = process.communicate(timeout=300)
+    assert process.returncode == 0
+    assert "Traceback" not in reported
 
 
 def test_the_first_interrupt_stores_what_runs_and_the_sweep_goes_on_later(long_sweep):

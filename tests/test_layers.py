@@ -43,7 +43,7 @@ SIDEWAYS = {
 """Imports within a layer."""
 
 HOMES = {
-    "h5py": ("store/", "records/measured/"),
+    "h5py": ("store/", "records/array_reader.py"),
     "pywt": ("transforms/", "indicators/catalogue/", "config/sections/fit.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),

@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 
 from hydrofdi.errors import StoreError
+from hydrofdi.records.array_reader import open_hdf5
 from hydrofdi.settings.file_kinds import FileKind, other_kind
 from hydrofdi.settings.naming import command
 
@@ -149,10 +150,10 @@ def open_for_reading(path: Path) -> Iterator[h5py.File]:
     Raises
     ------
     StoreError
-        The file is missing or damaged.
+        The file is missing or damaged, or refers to other files.
     """
     try:
-        file = h5py.File(path, "r")
+        file = open_hdf5(path)
     except FileNotFoundError:
         raise StoreError(f"{path}: no such file") from None
     except OSError as error:

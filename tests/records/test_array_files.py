@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import scipy.io
 
-from hydrofdi.errors import DataError
+from hydrofdi.errors import DataError, StoreError
 from hydrofdi.records.measured import measured_source, plain_file_source
+from hydrofdi.store.reading import read_experiment
 from tests.records.measuring import P1, P2, described, one
 
 BAR = np.array([100.0, 101.5, 99.25, 102.125, 7.0])
@@ -148,6 +149,37 @@ def test_parquet_without_its_extra_says_what_to_install(tmp_path, monkeypatch):
 def test_pickled_objects_are_never_loaded(tmp_path):
     np.savez(tmp_path / "run.npz", P1=np.array([print], dtype=object))
     assert one(tmp_path, description("run.npz")).rejected[0].remark.kind == "damaged"
+
+
+def in_external_storage(file, elsewhere):
+    file.create_dataset("P1", (3,), "f8", external=[(str(elsewhere), 2048, 24)])
+
+
+def in_a_linked_file(file, elsewhere):
+    file["P1"] = h5py.ExternalLink(str(elsewhere), "P1")
+
+
+def in_virtual_sources(file, elsewhere):
+    layout = h5py.VirtualLayout((5,), "f8")
+    layout[:] = h5py.VirtualSource(str(elsewhere), "P1", (5,))
+    file.create_virtual_dataset("P1", layout)
+
+
+@pytest.mark.parametrize("place", [in_external_storage, in_a_linked_file, in_virtual_sources])
+@pytest.mark.parametrize("suffix", ["h5", "mat"])
+def test_values_in_other_files_are_never_read(tmp_path, place, suffix):
+    write_hdf5(tmp_path / "other.h5", {"P1": BAR})
+    with h5py.File(tmp_path / f"run.{suffix}", "w", userblock_size=512 * (suffix == "mat")) as file:
+        file["own"] = BAR
+        place(file, tmp_path / "other.h5")
+    if suffix == "mat":
+        with open(tmp_path / "run.mat", "r+b") as file:
+            file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM")
+    for column in ("P1", "own"):
+        (rejected,) = one(tmp_path, description(f"run.{suffix}", column)).rejected
+        assert (rejected.remark.kind, "\n" in rejected.remark.text) == ("damaged", False)
+    with pytest.raises(StoreError):
+        read_experiment(tmp_path / f"run.{suffix}")
 
 
 def test_columns_of_different_lengths_make_no_record(tmp_path):

@@ -1,7 +1,6 @@
 """HDF5 and MAT files are read in a process of their own: whatever happens to it, the next file is read."""
 
 import io
-import os
 import signal
 import subprocess
 import sys
@@ -45,13 +44,6 @@ def crashing_mat():
     return bytes(content)
 
 
-def write_hanging(file):
-    """A dataset whose values are in a pipe that nobody writes to."""
-    os.mkfifo(file.with_suffix(".pipe"))
-    with h5py.File(file, "w") as target:
-        target.create_dataset("P1", (3,), "f8", external=[(str(file.with_suffix(".pipe")), 0, 24)])
-
-
 def read(folder, suffix):
     (batch,) = measured_source(described(folder, ALL.format(suffix))).batches()
     return batch
@@ -79,6 +71,16 @@ def wait_until(holds):
 
 
 @pytest.fixture
+def hanging(tmp_path_factory, monkeypatch):
+    """New readers have a library that never gives the values of a dataset."""
+    folder = tmp_path_factory.mktemp("library")
+    code = "import time, h5py\nh5py.Dataset.__getitem__ = lambda *_: time.sleep(600)\n"
+    (folder / "sitecustomize.py").write_text(code)
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+    monkeypatch.setattr(reading_apart, "_idle", [])
+
+
+@pytest.fixture
 def impatient(monkeypatch):
     monkeypatch.setattr(reading_apart, "SECONDS", 1.0)
 
@@ -93,16 +95,14 @@ def test_a_file_that_crashes_its_library_is_rejected_and_the_next_is_read(tmp_pa
     np.testing.assert_array_equal(batch[P1], [BAR * 1e5])
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
-def test_a_file_that_hangs_its_library_is_rejected(tmp_path, impatient):
-    write_hanging(tmp_path / "1.h5")
+def test_a_file_that_hangs_its_library_is_rejected(tmp_path, hanging, impatient):
+    write(tmp_path / "1.h5", {"P1": BAR})
     (rejected,) = read(tmp_path, "h5").rejected
     assert rejected.remark.text == "reading it as HDF5 took longer than 1 s"
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
-def test_the_file_after_one_that_hangs_is_read(tmp_path, monkeypatch):
-    write_hanging(tmp_path / "1.h5")
+def test_the_file_after_one_that_hangs_is_read(tmp_path, hanging, monkeypatch):
+    write(tmp_path / "1.h5", {"P1": BAR})
     monkeypatch.setattr(reading_apart, "SECONDS", 1.0)
     assert read(tmp_path, "h5").n_record == 0
     monkeypatch.undo()
@@ -204,11 +204,9 @@ def start(file, then, seconds=60):
 
 
 @pytest.mark.parametrize(("then", "seconds"), [("time.sleep(600)", 600), ("table.numbers(0)", 8)])
-def test_no_reader_outlives_a_process_that_is_killed(tmp_path, then, seconds):
+def test_no_reader_outlives_a_process_that_is_killed(tmp_path, hanging, then, seconds):
     """While it waits for a request, and while its library hangs."""
-    if not hasattr(os, "mkfifo"):
-        pytest.skip("needs named pipes")
-    write_hanging(tmp_path / "run.h5")
+    write(tmp_path / "run.h5", {"P1": BAR})
     process = start(tmp_path / "run.h5", then, seconds)
     (reader,) = readers(process.pid)
     process.send_signal(signal.SIGKILL)

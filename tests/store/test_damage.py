@@ -101,6 +101,8 @@ def test_the_report_of_a_damaged_file_is_one_line_and_exit_code_2(hydrofdi, smal
             lambda file: (file.__delitem__("energy_residual"), file.create_group("energy_residual")),
             "is damaged",
         ),
+        (lambda file: file.__setitem__("more", h5py.ExternalLink("other.h5", "status")), "other files"),
+        (lambda file: file.create_dataset("more", (1,), "f8", external=[("other", 0, 8)]), "other files"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(small_sweep, tmp_path, change, expected):

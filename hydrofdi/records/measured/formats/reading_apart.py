@@ -16,7 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from hydrofdi.records.measured.formats import array_reader
+from hydrofdi.records import array_reader
 from hydrofdi.records.measured.formats.arrays import ArrayTable
 from hydrofdi.records.measured.formats.content import Content
 from hydrofdi.records.measured.rejection import RejectionError, damage_named

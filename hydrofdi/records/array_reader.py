@@ -1,4 +1,4 @@
-"""Program that reads arrays of HDF5 and MAT files for another process; `reading_apart` starts it by its path.
+"""Program that reads arrays of HDF5 and MAT files for another process, which starts it by its path.
 
 It imports nothing of this package, so that it starts fast. A request is a line of JSON on standard input,
 followed by the bytes of a file that has no path. The answer is a line of JSON on standard output, followed by
@@ -23,13 +23,51 @@ _PACKING = {"scale_factor", "add_offset"} | _MISSING
 """Attributes by which NetCDF packs numbers."""
 
 
+def open_hdf5(content: Any) -> Any:
+    """Open an HDF5 file, which may come from somebody else, for reading.
+
+    Parameters
+    ----------
+    content : str, Path or file object
+
+    Returns
+    -------
+    h5py.File
+
+    Raises
+    ------
+    OSError
+        It cannot be read, or it refers to other files, which may be any that the user can read.
+    """
+    import h5py
+
+    file: Any = h5py.File(content, "r")
+
+    def is_elsewhere(name: bytes, link: Any) -> bool | None:
+        if link.type != h5py.h5l.TYPE_HARD:
+            return link.type != h5py.h5l.TYPE_SOFT or None
+        item = h5py.h5o.open(file.id, name)
+        if not isinstance(item, h5py.h5d.DatasetID):
+            return None
+        stored = item.get_create_plist()
+        return stored.get_layout() == h5py.h5d.VIRTUAL or stored.get_external_count() > 0 or None
+
+    try:
+        if file.id.links.visit(is_elsewhere, info=True):
+            raise OSError("it refers to data in other files; copy them into one")
+    except Exception as error:
+        file.close()
+        raise OSError(*error.args) from None
+    return file
+
+
 class Hdf5File:
     """Datasets of HDF5 by their path; MAT files of version 7.3 are HDF5."""
 
     def __init__(self, content: str | BytesIO) -> None:
         import h5py
 
-        self._file: Any = h5py.File(content, "r")
+        self._file = open_hdf5(content)
         self._datasets: dict[str, Any] = {}
 
         def keep(name: str | bytes, item: Any) -> None:

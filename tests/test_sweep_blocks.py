@@ -113,6 +113,28 @@ def test_mistakes_in_a_block_are_reported(tmp_path, block, mistake):
         load(tmp_path, text)
 
 
+@pytest.mark.parametrize(
+    "condition",
+    [
+        f"friction.viscous > {'9' * 400}",
+        "'a' * 999999999 == 'b'",
+        "friction.viscous > 'x' * 3",
+        "friction.law < 3",
+        "friction.law * 999999999 > 1",
+        "friction.law * measurement.seed == 'b'",
+        "measurement.seed * friction.law == 'b'",
+        "-friction.law == 'b'",
+    ],
+)
+def test_a_condition_that_takes_text_for_a_number_is_a_mistake(tmp_path, condition):
+    text = f'sweep: {{grid: {{measurement.seed: [999999999], friction.viscous: [1]}}, where: "{condition}"}}'
+    with pytest.raises(ConfigError) as refused:
+        expand_runs(load(tmp_path, text))
+    (mistake,) = refused.value.mistakes
+    assert mistake.key == "sweep.where"
+    assert "\n" not in str(refused.value)
+
+
 def test_an_empty_selection_is_a_mistake(tmp_path):
     experiment = load(tmp_path, "sweep: {grid: {friction.viscous: [1, 2]}, where: friction.viscous > 5}")
     with pytest.raises(ConfigError, match="no point satisfies"):

@@ -87,15 +87,20 @@ class StateFile:
             checksum, _, content = self.path.read_bytes().partition(b"\n")
         except OSError as error:
             raise StoreError(f"{self.path}: cannot be read: {reason(error)}") from None
-        if checksum != _checksum(content):
+        try:
+            if checksum != _checksum(content):
+                raise ValueError
+            line, _, body = content.partition(b"\n")
+            header = json.loads(line)
+            self._require_own(header)
+            with np.load(io.BytesIO(body), allow_pickle=False) as arrays:
+                return Stored(dict(arrays), dict(header["position"]), dict(header["log"]))
+        except StoreError:
+            raise
+        except Exception:  # whatever a library raises on foreign content
             raise StoreError(
                 f"{self.path}: is damaged, or not the state of a monitor; remove it to start from scratch"
-            )
-        line, _, body = content.partition(b"\n")
-        header = json.loads(line)
-        self._require_own(header)
-        with np.load(io.BytesIO(body), allow_pickle=False) as arrays:
-            return Stored(dict(arrays), header["position"], header["log"])
+            ) from None
 
     def write(self, stored: Stored) -> None:
         """Replace the file; the new state survives a crash of the machine.

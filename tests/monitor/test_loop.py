@@ -1,9 +1,12 @@
 """A monitor goes on where it was: its log has each window once, whatever happens to process or disk."""
 
+import hashlib
+import io
 import json
 import os
 import resource
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -292,6 +295,42 @@ def test_a_damaged_state_is_refused_or_harmless(tmp_path_factory, data):
     assert {name: array.tolist() for name, array in found.state.items()} == {
         name: array.tolist() for name, array in stored.state.items()
     }
+
+
+class Told:
+    """Says when it is unpickled."""
+
+    def __reduce__(self):
+        return pytest.fail, ("it was unpickled",)
+
+
+def _bytes_of(save, *arrays, **named):
+    body = io.BytesIO()
+    save(body, *arrays, **named)
+    return body.getvalue()
+
+
+OWN = StateFile(Path("state"), FILE, "made")._owner | {"position": {}, "log": {}}
+OBJECTS = np.array([Told()], dtype=object)
+
+
+@pytest.mark.parametrize(
+    ("header", "body"),
+    [
+        (OWN, _bytes_of(np.savez, a=OBJECTS)),
+        (OWN, _bytes_of(np.save, OBJECTS)),
+        (OWN, _bytes_of(np.save, np.ones(3))),
+        (OWN, b""),
+        (OWN | {"log": 3}, _bytes_of(np.savez, a=np.ones(3))),
+        ([], b""),
+    ],
+)
+def test_foreign_content_with_the_right_checksum_is_refused(header, body, tmp_path):
+    content = json.dumps(header).encode() + b"\n" + body
+    checksum = hashlib.sha256(content).hexdigest().encode()
+    (tmp_path / "state").write_bytes(checksum + b"\n" + content)
+    with pytest.raises(StoreError):
+        StateFile(tmp_path / "state", FILE, "made").read()
 
 
 @pytest.mark.parametrize(

@@ -119,6 +119,13 @@ def test_what_is_no_address_is_refused(address):
         MetricsSink(address, detector())
 
 
+@pytest.mark.parametrize("address", ["../etc:80", f"{'a' * 100}:80", "a\0b:80"])
+def test_what_is_no_name_of_a_host_is_refused_in_one_line(address):
+    with pytest.raises(ConfigError) as refused:
+        MetricsSink(address, detector())
+    assert len(str(refused.value).splitlines()) == 1
+
+
 def test_an_address_in_use_is_refused_in_one_line(sink):
     address = sink.url.removeprefix("http://").removesuffix("/metrics")
     with pytest.raises(ConfigError, match="in use"):

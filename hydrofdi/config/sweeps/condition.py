@@ -27,7 +27,7 @@ _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
 _ARITHMETIC: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
+    ast.Mult: lambda left, right: left * float(right),
     ast.Div: lambda left, right: left / right if right else math.nan,
 }
 _SIGNS: dict[type[ast.unaryop], Callable[[Any], Any]] = {
@@ -55,7 +55,13 @@ class Condition:
         self.compared = compared
 
     def holds(self, values: Values) -> bool:
-        """Whether the condition holds for parameter values in SI; None counts as NaN."""
+        """Whether the condition holds for parameter values in SI; None counts as NaN.
+
+        Raises
+        ------
+        TypeError, ValueError, OverflowError
+            Text is compared or calculated with like a number, or a number is too large.
+        """
         return bool(self._evaluate(values))
 
 
@@ -75,7 +81,7 @@ def parse_condition(text: str) -> Condition:
         raise ValueError(f"condition {text!r}: {_place(error)}") from None
     except (RecursionError, MemoryError):
         raise ValueError(f"condition of {counted(len(text), 'character')} is nested too deeply") from None
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise ValueError(f"condition {text!r}: {error}") from None
     return Condition(evaluate, frozenset(_names(tree)), tuple(_compared(tree)))
 

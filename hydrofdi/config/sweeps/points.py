@@ -109,7 +109,7 @@ def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -
         ]
         factors.append(one_after_the_other(parts))
     points = reduce(multiplied, factors, Points(1, {}))
-    return points if block.where is None else _fulfilling(block.where, points, nominal)
+    return points if block.where is None else _fulfilling(block.where, points, nominal, f"{path}.where")
 
 
 def multiplied(first: Points, second: Points) -> Points:
@@ -133,12 +133,15 @@ def one_after_the_other(parts: Sequence[Points]) -> Points:
     return Points(sum(part.n_point for part in parts), columns)
 
 
-def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any]) -> Points:
+def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any], path: str) -> Points:
     condition = parse_condition(text)
     constants = {name: nominal(name) for name in condition.names}
     names = [name for name in condition.names if name in points.columns]
     first, inverse = distinct_rows([points.columns[name].index for name in names], points.n_point)
-    holds = [condition.holds(constants | points.values(point, names)) for point in first.tolist()]
+    try:
+        holds = [condition.holds(constants | points.values(point, names)) for point in first.tolist()]
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ConfigError([Mistake(f"condition {text!r}: {error}", path)]) from None
     return points.at(np.flatnonzero(np.array(holds, dtype=bool)[inverse]))
 
 

@@ -9,6 +9,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import Event, EventKind, Line
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.naming import setting
+from hydrofdi.store.files import reason
 
 
 class MetricsSink:
@@ -41,8 +42,8 @@ class MetricsSink:
         self._measures = Measures(file)
         try:
             self._server, self._thread = start_http_server(port, host, self._measures.registry)
-        except OSError as error:
-            raise ConfigError(f"{setting('metrics')}: {address}: {error.strerror}") from None
+        except (OSError, UnicodeError) as error:
+            raise ConfigError(f"{setting('metrics')}: {address}: {reason(error)}") from None
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self._server.server_port}/metrics"
         self._is_told = False

@@ -8,10 +8,11 @@ from functools import lru_cache
 
 from hydrofdi.units.symbols import PREFIXABLE, PREFIXES, SYMBOLS, Unit
 
-_TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(-?\d+(?:\.\d+)?|\(-?\d+/\d+\))|([⁻⁰¹²³⁴-⁹]+))")
+_TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(?a:(-?\d+(?:\.\d+)?|\(-?\d+/\d+\)))|([⁻⁰¹²³⁴-⁹]+))")
 _ROOT = re.compile(r"(?:√|sqrt)\s*(?:\(\s*([A-Za-zµμ]+)\s*\)|([A-Za-zµμ]+))")
 """Square root of a single unit, as in ``Pa/√Hz`` or ``Pa/sqrt(Hz)``."""
 _LARGEST_EXPONENT = 12
+MOST_CHARACTERS = 100
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
@@ -24,6 +25,8 @@ def parse_unit(text: str) -> Unit:
     ValueError
         The expression is malformed or names a unit that hydrofdi does not know.
     """
+    if len(text) > MOST_CHARACTERS:
+        raise ValueError(f"a unit has at most {MOST_CHARACTERS} characters; found {len(text)}")
     result, power_sign, open_signs, pending = SYMBOLS["1"], 1, [1], None
     for symbol, operator, power in _tokens(_ROOT.sub(r"\1\2^0.5", text)):
         if symbol:

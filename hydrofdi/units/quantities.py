@@ -10,7 +10,7 @@ from hydrofdi.units.expressions import parse_unit
 from hydrofdi.units.spellings import similar_units
 from hydrofdi.units.symbols import Unit
 
-_NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+_NUMBER = re.compile(r"\s*([-+]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*)", re.DOTALL)
 
 
 def parse_quantity(text: str, unit: str) -> float:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from itertools import islice, product
 
-from hydrofdi.units.expressions import parse_unit
+from hydrofdi.units.expressions import MOST_CHARACTERS, parse_unit
 from hydrofdi.units.symbols import PREFIXABLE, PREFIXES, SYMBOLS
 
 SPELLINGS = {
@@ -72,6 +72,8 @@ def similar_units(text: str, unit: str) -> list[str]:
     unit : str
         A unit of the dimension that is wanted.
     """
+    if len(text) > MOST_CHARACTERS:
+        return []
     wanted = parse_unit(unit).exponents
     return [reading for reading in dict.fromkeys(_readings(text.strip())) if _dimension(reading) == wanted]
 

@@ -11,6 +11,7 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records.measured import measured_source, plain_file_source
+from hydrofdi.records.measured.naming import path_pattern
 from tests.records.measuring import P1, POSITION, USUAL, VOLTAGE, batches, csv_of, described, kinds, one
 
 RNG = np.random.default_rng(5)
@@ -327,3 +328,16 @@ def test_units_are_those_of_the_first_source_that_has_records(tmp_path):
     columns, records = measure_sources(sources, make_indicators(["dwt"]))
     assert {column.unit for column in columns} == {"counts"}
     assert [record.is_rejected for record in records] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("template", "place", "values"),
+    [
+        ("-".join(f"{{n{k}}}" for k in range(20)) + "/x.csv", "-" * 240 + ".csv", None),
+        ("{a}-{b}.csv", "rig/1-2-3.csv.csv", ["1", "2-3.csv"]),
+        ("{a}{b}-{c}", "12--3", ["1", "2", "-3"]),
+    ],
+)
+def test_fields_of_a_path_end_where_the_next_text_begins(template, place, values):
+    match = path_pattern(template).search(place)
+    assert (match and list(match.groups())) == values

@@ -135,3 +135,9 @@ def test_the_page_shows_configuration_and_versions(made_up):
     page = render_page(make_report(made_up).document(), {}, {})
     assert '<td class="words term">actuator.mass</td><td class="words term">12.3 kg</td>' in page
     assert '<td class="words term">numpy</td><td class="words term">2.0</td>' in page
+
+
+def test_text_is_no_formula_in_a_spreadsheet():
+    cells = ["=1+1", "+a", "-b", "@c", "\td", "e=1", -1.5, None]
+    lines = render_csv({"label": cells}).splitlines()
+    assert lines == ["label", "'=1+1", "'+a", "'-b", "'@c", "'\td", "e=1", "-1.5", '""']

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any
 
 from hydrofdi.monitor.line_record import line_record
 from hydrofdi.pipeline.detected import Tally
 from hydrofdi.pipeline.detecting import JudgedWindow
+from hydrofdi.report.forms import separated
 
 _COLUMNS = (
     "record_id", "source", "group", "number", "start_s", "end_s", "score", "unit", "low", "high", "alarm",
@@ -20,15 +20,9 @@ _COLUMNS = (
 
 def csv_lines(tally: Tally) -> Iterator[str]:
     """A line for each window, or record without any; an empty field where there is no number."""
-    line = io.StringIO()
-    writer = csv.DictWriter(line, _COLUMNS, lineterminator="\n")
-    writer.writeheader()
     limits = {"low": tally.file.limits.low, "high": tally.file.limits.high}
-    for window in tally:
-        writer.writerow({"unit": tally.file.unit} | limits | _fields(window, tally.file.unit))
-        yield line.getvalue()
-        line.seek(0)
-        line.truncate()
+    fields = ({"unit": tally.file.unit} | limits | _fields(window, tally.file.unit) for window in tally)
+    return separated.csv_lines(chain([_COLUMNS], ([each.get(name) for name in _COLUMNS] for each in fields)))
 
 
 def json_parts(tally: Tally) -> Iterator[str]:

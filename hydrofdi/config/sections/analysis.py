@@ -13,7 +13,7 @@ from pydantic_core import CoreSchema, core_schema
 from hydrofdi.config.sections.record import RecordConfig, is_whole
 from hydrofdi.settings.quantities import SI, Section
 
-_PERIODS = re.compile(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*periods?\s*")
+_PERIODS = re.compile(r"\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*periods?\s*")
 
 
 @dataclass(frozen=True)

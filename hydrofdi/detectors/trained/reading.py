@@ -78,6 +78,8 @@ def is_detector(path: Path) -> bool:
 
 
 def _read(path: Path) -> str:
+    if path.exists() and not path.is_file():
+        raise ConfigError(f"{path}: is not a regular file")
     try:
         with open(path, "rb") as file:
             content = file.read(MOST_BYTES + 1)

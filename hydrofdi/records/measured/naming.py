@@ -22,9 +22,11 @@ def path_pattern(template: str) -> re.Pattern[str]:
     if not template or "(?P<" in template:
         return re.compile(f"(?:{template})$" if template else "")
     pieces = _FIELD.split(template)
-    texts = [re.escape(piece) for piece in pieces[::2]]
-    names = [f"(?P<{name}>[^/]+?)" for name in pieces[1::2]]
-    return re.compile("".join(a + b for a, b in zip(texts, [*names, ""], strict=True)) + "$")
+    texts, names = [re.escape(piece) for piece in pieces[::2]], pieces[1::2]
+    # a name ends where the text behind it first occurs; only the last one may have to look further
+    fields = [f"(?P<{name}>[^/](?:(?!{text})[^/])*+)" for name, text in zip(names, texts[1:], strict=True)]
+    fields[-1:] = [f"(?P<{name}>[^/]+?)" for name in names[-1:]]
+    return re.compile("".join(a + b for a, b in zip(texts, [*fields, ""], strict=True)) + "$")
 
 
 def names_of_path(place: str, pattern: re.Pattern[str]) -> dict[str, str] | None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,6 +13,7 @@ import numpy as np
 
 from hydrofdi.errors import ReportError
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.report.forms import separated
 from hydrofdi.report.forms.numbers import finite
 
 _LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"
@@ -41,14 +40,7 @@ def headers(columns: Sequence[Column]) -> list[str]:
 
 def csv_lines(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[str]:
     """Lines of CSV; an empty field where a number is missing."""
-    line = io.StringIO()
-    writer = csv.writer(line, lineterminator="\n")
-    rows = (_row(columns, record) for record in records)
-    for row in chain([headers(columns)], rows):
-        writer.writerow(row)
-        yield line.getvalue()
-        line.seek(0)
-        line.truncate()
+    return separated.csv_lines(chain([headers(columns)], (_row(columns, record) for record in records)))
 
 
 def json_parts(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[str]:

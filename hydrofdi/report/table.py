@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrofdi.errors import ReportError, UnknownNameError
+from hydrofdi.report.forms.separated import csv_lines
 from hydrofdi.settings.suggestions import nearest
 
 if TYPE_CHECKING:
@@ -190,11 +190,8 @@ class Table:
 
     def to_csv(self) -> str:
         """A line for each row; numbers in their shortest exact form, an empty field if one is missing."""
-        text, columns = io.StringIO(), self.to_dict()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))
-        return text.getvalue()
+        columns = self.to_dict()
+        return "".join(csv_lines([columns, *zip(*columns.values(), strict=True)]))
 
     def to_parquet(self) -> bytes:
         """The same as Parquet.

@@ -70,7 +70,7 @@ class StateFile:
         """
         require_regular(self.path)
         lock = self.path.with_name(f".{self.path.name}.lock")
-        with file_lock(lock, self.path, f"{self.path}: another monitor uses it"):
+        with file_lock(lock, f"{self.path}: another monitor uses it"):
             yield
 
     def read(self) -> Stored | None:

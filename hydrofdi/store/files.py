@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import FileIO
 from pathlib import Path
+from stat import S_ISREG
 
 import h5py
 
@@ -106,6 +109,44 @@ def require_own(path: Path, own: re.Pattern[bytes], what: str) -> None:
     require_regular(path)
     if path.exists() and path.stat().st_size and not own.match(_edges(path)):
         raise StoreError(f"{path}: already exists, is not {what} and was not changed; choose another name")
+
+
+def open_own(path: Path, own: bytes, what: str) -> FileIO:
+    """Open a file to read it and to add to it; a new one, an empty one, or an earlier one of the same kind.
+
+    Parameters
+    ----------
+    path : Path
+        Not a link, so that no link leads to a file of somebody else.
+    own : bytes
+        Its first bytes.
+    what : str
+        Noun phrase for the message.
+
+    Raises
+    ------
+    StoreError
+        The path is a link, not a regular file, or a file of something else, or cannot be written.
+    """
+    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        file = FileIO(os.open(path, flags, 0o666), "a+")
+    except OSError as error:
+        text = "is a link" if error.errno == errno.ELOOP else reason(error)
+        raise StoreError(f"{path}: cannot be written: {text}") from None
+    is_regular = S_ISREG(os.fstat(file.fileno()).st_mode)
+    if not is_regular or not own.startswith(os.pread(file.fileno(), len(own), 0)):
+        file.close()
+        kind = what if is_regular else "a regular file"
+        raise StoreError(f"{path}: is not {kind} and was not changed; choose another name")
+    return file
+
+
+def write_all(file: FileIO, data: bytes) -> None:
+    """Write all bytes; on a full disk the last ones, not the first, are refused."""
+    while data:
+        data = data[file.write(data) :]
 
 
 def _edges(path: Path) -> bytes:

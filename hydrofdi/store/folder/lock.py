@@ -8,12 +8,14 @@ import os
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import FileIO
 from pathlib import Path
 
 from hydrofdi.errors import StoreError
-from hydrofdi.store.files import reason
+from hydrofdi.store.files import open_own, reason, write_all
 
 _FILE = ".lock"
+_OWN = b'{"pid": '
 
 
 @contextmanager
@@ -31,22 +33,19 @@ def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[No
     StoreError
         Another sweep holds the lock; the message names its process and host.
     """
-    path = directory / _FILE
-    with file_lock(path, directory, _busy(directory)) as holder:
+    with file_lock(directory / _FILE, _busy(directory)) as holder:
         if holder:
             tell(f"took over a stale lock of a sweep that was killed{holder}")
         yield
 
 
 @contextmanager
-def file_lock(path: Path, guarded: Path, refusal: str) -> Iterator[str]:
+def file_lock(path: Path, refusal: str) -> Iterator[str]:
     """Lock a file; the operating system releases the lock when this process ends.
 
     Parameters
     ----------
     path : Path
-    guarded : Path
-        What the lock is for; messages name it.
     refusal : str
         Message if another process holds the lock.
 
@@ -58,28 +57,36 @@ def file_lock(path: Path, guarded: Path, refusal: str) -> Iterator[str]:
     Raises
     ------
     StoreError
-        Another process holds the lock, or the file cannot be written.
+        Another process holds the lock, or the file is none of hydrofdi, or cannot be written.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        file = open(path, "a+", encoding="utf-8")  # noqa: SIM115 (stays open while locked)
-    except OSError as error:
-        raise StoreError(f"{guarded}: cannot be written: {reason(error)}") from None
-    with file:
-        file.seek(0)
-        text = file.read()
+    with open_own(path, _OWN, "a lock") as file:
+        take_lock(file, refusal)
+        holder = _holder(_text(file))
+        owner = _OWN + f'{os.getpid()}, "host": {json.dumps(socket.gethostname())}}}'.encode()
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.seek(0)
-            raise StoreError(refusal + _holder(file.read())) from None
-        file.truncate(0)
-        file.write(json.dumps({"pid": os.getpid(), "host": socket.gethostname()}))
-        file.flush()
+            file.truncate(0)
+            write_all(file, owner)
+        except OSError as error:
+            raise StoreError(f"{path}: cannot be written: {reason(error)}") from None
         try:
-            yield _holder(text)
+            yield holder
         finally:
             file.truncate(0)
+
+
+def take_lock(file: FileIO, refusal: str) -> None:
+    """Lock an open file until it is closed.
+
+    Raises
+    ------
+    StoreError
+        Another process holds the lock; the message names it if the file does.
+    """
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        is_held = isinstance(error, BlockingIOError)
+        raise StoreError(refusal + (_holder(_text(file)) if is_held else f": {reason(error)}")) from None
 
 
 def require_unlocked(directory: Path) -> None:
@@ -105,7 +112,11 @@ def _busy(directory: Path) -> str:
     return f"{directory}: another sweep is at work there"
 
 
-def _holder(text: str) -> str:
+def _text(file: FileIO) -> bytes:
+    return os.pread(file.fileno(), 1000, 0)
+
+
+def _holder(text: str | bytes) -> str:
     try:
         entry = json.loads(text)
         return f" (process {entry['pid']} on {entry['host']})"

@@ -40,9 +40,9 @@ def monitor(
 ) -> Ending:
     """Watch a stream until it is over, or a stop is requested.
 
-    If a step has lines, they go to the sinks, then to the log. Then the state is stored, and the source may
-    discard the samples of the step. After a crash, the log has each window once; a sink may receive the lines
-    of the last step twice, with the same numbers.
+    If a step has lines, they go to the sinks. Then the state is stored, with the lines; then they go to the
+    log, and the source may discard the samples of the step. After a crash, the log has each window once; a
+    sink may receive the lines of the last step twice, with the same numbers.
 
     Parameters
     ----------
@@ -72,6 +72,8 @@ def monitor(
         for sink in sinks:
             stack.callback(sink.close)
         stack.callback(source.close)
+        if log is not None:
+            stack.callback(log.close)
         return _Monitor(watch, source, sinks, state_file, log).run(stop)
 
 
@@ -135,13 +137,13 @@ class _Monitor:
         return ending
 
     def _deliver(self, chunk: Chunk | None, lines: list[Line]) -> None:
-        """Pass lines to the sinks, the log and the state, in this order, so that no line is lost."""
+        """Pass lines to the sinks, the state and the log, in this order, so that no line is lost."""
         lines = [*self._pending, *lines]
         self._pending = [line for sink in self._sinks for line in sink.put(chunk, lines)]
         is_due = self._is_unstored or self._source.wants_confirmation or any(map(_is_said, lines))
+        if self._log is not None:
+            self._log.take(lines)
         try:
-            if self._log is not None:
-                self._log.append(lines)
             if is_due:
                 self._store()
         except StoreError as error:
@@ -150,9 +152,11 @@ class _Monitor:
             self._note(None)
 
     def _store(self) -> None:
+        log = {} if self._log is None else self._log.position
         if self._state_file is not None:
-            log = {} if self._log is None else self._log.position
             self._state_file.write(Stored(self._state, self._source.position, log))
+        if self._log is not None:
+            self._log.write()
         self._source.confirm()
 
     def _note(self, error: StoreError | None) -> None:

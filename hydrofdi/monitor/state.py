@@ -21,7 +21,7 @@ from hydrofdi.settings.naming import setting
 from hydrofdi.store.files import reason, require_regular, whole_file
 from hydrofdi.store.folder.lock import file_lock
 
-SCHEMA, VERSION = "hydrofdi.monitor-state", 2
+SCHEMA, VERSION = "hydrofdi.monitor-state", 3
 """Raise the version when arrays of the state get another name or meaning."""
 
 
@@ -36,7 +36,7 @@ class Stored:
     position : mapping
         Where the source continues.
     log : mapping
-        Where the log continues; empty without one.
+        Where the log continues, and lines that it may not have yet; empty without one.
     """
 
     state: State

@@ -48,23 +48,23 @@ class KilledAt:
         pass
 
 
-class KilledBeforeState(StateFile):
-    """A state file that ends the process at its n-th call, between the log and the state."""
+class KilledAfterState(StateFile):
+    """A state file that ends the process at its n-th call, between the state and the log."""
 
     left = 0
 
     def write(self, stored):
         self.left -= 1
+        super().write(stored)
         if self.left == 0:
             raise Killed
-        super().write(stored)
 
 
-def run(folder, source=None, sinks=(), stop=lambda: False, file=FILE, kill_before_state=0):
+def run(folder, source=None, sinks=(), stop=lambda: False, file=FILE, kill_after_state=0):
     """One life of a monitor; gives how it ended."""
     source = source or Samples(MADE)
-    state_file = KilledBeforeState(folder / "state", file, source.name)
-    state_file.left = kill_before_state
+    state_file = KilledAfterState(folder / "state", file, source.name)
+    state_file.left = kill_after_state
     log = WindowLog(folder / "log.jsonl", file.unit)
     return monitor(Watch(file), source, sinks, state_file=state_file, log=log, stop=stop)
 
@@ -91,12 +91,12 @@ def test_the_log_has_all_that_is_said(undisturbed):
 
 @settings(max_examples=8, deadline=None)
 @given(st.lists(st.tuples(st.integers(1, 30), st.booleans()), min_size=1, max_size=8))
-def test_killed_before_or_after_the_log_nothing_is_lost_or_twice(undisturbed, tmp_path_factory, kills):
+def test_killed_before_or_after_the_state_nothing_is_lost_or_twice(undisturbed, tmp_path_factory, kills):
     folder = tmp_path_factory.mktemp("killed")
-    for call, is_logged in kills:
+    for call, is_stored in kills:
         try:
-            if is_logged:
-                run(folder, kill_before_state=call)
+            if is_stored:
+                run(folder, kill_after_state=call)
             else:
                 run(folder, sinks=[KilledAt(call)])
         except Killed:
@@ -107,11 +107,14 @@ def test_killed_before_or_after_the_log_nothing_is_lost_or_twice(undisturbed, tm
     assert logged(folder) == undisturbed
 
 
-def test_a_torn_line_is_cut_off(undisturbed, tmp_path):
+@pytest.mark.parametrize("n_written", [0, 9, -1, None])
+def test_a_torn_step_is_completed(undisturbed, n_written, tmp_path):
     with pytest.raises(Killed):
-        run(tmp_path, kill_before_state=15)
+        run(tmp_path, kill_after_state=15)
+    waiting = StateFile(tmp_path / "state", FILE, "made").read().log["waiting"]
+    assert waiting
     with open(tmp_path / "log.jsonl", "a") as log:
-        log.write('{"line": "wind')
+        log.write(waiting[:n_written])
     run(tmp_path)
     assert logged(tmp_path) == undisturbed
 
@@ -126,15 +129,59 @@ def test_a_log_that_was_rotated_begins_anew(undisturbed, tmp_path):
     assert rest == undisturbed[-len(rest) :]
 
 
-def test_another_log_is_left_whole(tmp_path):
+def test_a_log_that_was_rotated_while_the_state_could_not_be_stored_has_each_window_once(
+    undisturbed, tmp_path
+):
+    class Fails(StateFile):
+        n_call = 0
+
+        def write(self, stored):
+            self.n_call += 1
+            if self.n_call == 16:
+                (tmp_path / "log.jsonl").rename(tmp_path / "old")
+            if self.n_call > 10:
+                raise StoreError("full")
+            super().write(stored)
+
+    state_file = Fails(tmp_path / "state", FILE, "made")
+    with pytest.raises(Killed):
+        monitor(
+            Watch(FILE),
+            Samples(MADE),
+            [KilledAt(30)],
+            state_file=state_file,
+            log=WindowLog(tmp_path / "log.jsonl", FILE.unit),
+        )
     run(tmp_path)
-    (tmp_path / "log.jsonl").rename(tmp_path / "old")
-    other = tmp_path / "other.jsonl"
-    other.write_text("a line of somebody else\n" * 1000)
-    source = Samples(MADE)
-    state_file = StateFile(tmp_path / "state", FILE, source.name)
-    monitor(Watch(FILE), source, state_file=state_file, log=WindowLog(other))
-    assert other.read_text().count("somebody else") == 1000
+    rest = logged(tmp_path)
+    (tmp_path / "old").rename(tmp_path / "log.jsonl")
+    assert logged(tmp_path) + rest == undisturbed
+
+
+def test_monitors_that_share_a_log_lose_no_line_and_never_write_at_once(undisturbed, tmp_path):
+    log = tmp_path / "log.jsonl"
+    for source in (Samples(MADE), Samples(MADE, name="other"), Samples(MADE)):
+        state_file = StateFile(tmp_path / f"{source.name}.state", FILE, source.name)
+        monitor(Watch(FILE), source, state_file=state_file, log=WindowLog(log, FILE.unit))
+    assert logged(tmp_path) == [*undisturbed, *undisturbed]
+    content = log.read_bytes()
+    open_one = WindowLog(log)
+    open_one.open({})
+    with pytest.raises(StoreError):
+        run(tmp_path)
+    open_one.close()
+    assert log.read_bytes() == content
+
+
+@pytest.mark.parametrize("is_link", [False, True])
+def test_what_is_no_log_is_refused_and_left_whole(is_link, tmp_path):
+    notes = tmp_path / ("notes" if is_link else "log.jsonl")
+    notes.write_text("notes")
+    if is_link:
+        (tmp_path / "log.jsonl").symlink_to(notes)
+    with pytest.raises(StoreError):
+        run(tmp_path)
+    assert notes.read_text() == "notes"
 
 
 def test_a_source_that_cannot_go_back_starts_over_and_no_window_comes_twice(undisturbed, tmp_path):

@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from io import FileIO
+from itertools import takewhile
 from pathlib import Path
 
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Line
 from hydrofdi.monitor.sinks.stream_lines import lines_text
 from hydrofdi.monitor.sources import Position
-from hydrofdi.store.files import reason, require_regular
+from hydrofdi.monitor.sources.text.followed_file import found_again, place_in
+from hydrofdi.store.files import open_own, reason, write_all
+from hydrofdi.store.folder.lock import take_lock
+
+_OWN = b'{"line": "'
 
 LARGEST_BACKLOG = 16 * 2**20
 """Most bytes of lines that wait in memory while the disk is full."""
 
 
 class WindowLog:
-    """JSON lines in a file. The state file stores its length; a restart cuts off later lines.
+    """JSON lines in a file that no other monitor writes meanwhile.
 
-    The file is opened anew for each step: it may be rotated at any moment.
+    The state file stores the lines of a step and their place before they are written, so that a restart
+    writes those that are not there. If the file is renamed, the next step begins a new one.
 
     Parameters
     ----------
@@ -31,67 +38,103 @@ class WindowLog:
     def __init__(self, path: Path, unit: str = "1") -> None:
         self.path, self._unit = path, unit
         self._waiting = b""
+        self._file: FileIO | None = None
 
     def open(self, position: Position) -> None:
-        """Continue at a stored position; at the end of the file if the position is that of another file.
-
-        A shorter file was rotated: its lines are elsewhere.
+        """Continue at the end of the file, with the lines of a stored position that were not written.
 
         Raises
         ------
         StoreError
-            It is not a regular file, or cannot be written.
+            It is a link, not a log of hydrofdi, in use by another monitor, or cannot be written.
         """
-        require_regular(self.path)
-        is_same = position.get("path") == str(self.path.resolve())
+        file = self._opened()
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with open(self.path, "ab") as file:
-                if is_same and position["length"] < file.tell():
-                    file.truncate(position["length"])
+            self._waiting = _unwritten(position, file) if position else b""
         except OSError as error:
             raise self._refused(error) from None
 
     @property
     def position(self) -> Position:
-        """The position after all lines: path and length of the file [bytes], 0 if it was rotated away."""
-        length = self.path.stat().st_size if self.path.exists() else 0
-        return {"path": str(self.path.resolve()), "length": length}
+        """Waiting lines, and their place: path and end of the file.
 
-    def append(self, lines: Sequence[Line]) -> None:
-        """Add lines and make them survive a crash of the machine.
+        Raises
+        ------
+        StoreError
+            The file cannot be used.
+        """
+        file = self._opened()
+        place = place_in(file.fileno(), os.fstat(file.fileno()).st_size)
+        return {"path": str(self.path.resolve()), "waiting": self._waiting.decode(), **place}
 
-        Lines that cannot be written wait for the next call.
+    def take(self, lines: Sequence[Line]) -> None:
+        """Let lines wait."""
+        self._waiting += lines_text(lines, self._unit).encode()
+        if len(self._waiting) > LARGEST_BACKLOG:
+            self._waiting = self._waiting[
+                self._waiting.index(b"\n", len(self._waiting) - LARGEST_BACKLOG) + 1 :
+            ]
+
+    def write(self) -> None:
+        """Write all waiting lines, or none, at `position`, and make them survive a crash of the machine.
 
         Raises
         ------
         StoreError
             The disk is full, or the file cannot be written.
         """
-        self._waiting += lines_text(lines, self._unit).encode()
-        if len(self._waiting) > LARGEST_BACKLOG:
-            self._waiting = self._waiting[
-                self._waiting.index(b"\n", len(self._waiting) - LARGEST_BACKLOG) + 1 :
-            ]
         if not self._waiting:
             return
+        file = self._file
+        assert file is not None
+        length = os.fstat(file.fileno()).st_size
         try:
-            with open(self.path, "ab", buffering=0) as file:
-                self._write(file.fileno(), file.tell())
+            try:
+                write_all(file, self._waiting)
+                os.fsync(file.fileno())
+            except OSError:
+                file.truncate(length)
+                raise
         except OSError as error:
             raise self._refused(error) from None
         self._waiting = b""
 
-    def _write(self, descriptor: int, length: int) -> None:
-        """Write all waiting lines, or none."""
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+
+    def _opened(self) -> FileIO:
+        """The file that has the name now, locked."""
+        if self._file is None or not self._has_name(self._file):
+            self.close()
+            self._file = open_own(self.path, _OWN, "a log of a monitor")
+            take_lock(self._file, f"{self.path}: another monitor writes it")
+        return self._file
+
+    def _has_name(self, file: FileIO) -> bool:
         try:
-            written = 0
-            while written < len(self._waiting):
-                written += os.write(descriptor, self._waiting[written:])
-            os.fsync(descriptor)
+            return os.path.samestat(self.path.stat(), os.fstat(file.fileno()))
         except OSError:
-            os.ftruncate(descriptor, length)
-            raise
+            return False
 
     def _refused(self, error: OSError) -> StoreError:
         return StoreError(f"{self.path}: cannot be written: {reason(error)}")
+
+
+def _unwritten(position: Position, log: FileIO) -> bytes:
+    """The waiting lines of a stored position that are not in its file, also if that was renamed since.
+
+    Of a file that is gone or was cut, all are taken as written. A torn line at the end of `log` is cut off.
+    """
+    waiting: bytes = position["waiting"].encode()
+    file = found_again(Path(position["path"]), position)
+    if file is None:
+        return b""
+    tail = file.read(len(waiting) + 1)
+    file.close()
+    pairs = zip(tail.splitlines(True), waiting.splitlines(True), strict=False)
+    n_written = sum(len(line) for line, _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+    if waiting.startswith(tail) and file.inode == os.fstat(log.fileno()).st_ino:
+        log.truncate(int(position["offset"]) + n_written)
+    return waiting[n_written:]

@@ -145,17 +145,29 @@ def test_the_end_of_a_renamed_file_is_not_the_end_of_the_stream(log):
     assert follower.times == [1.0, 2.0]
 
 
-def test_a_file_that_was_cut_is_read_from_its_beginning(log):
-    append(log, HEADER + "1,10\n2,")
+@pytest.mark.parametrize("later", ["3,30\n", "3,30\n4,40\n5,50\n6,60\n"], ids=["shorter", "longer"])
+def test_a_file_that_was_cut_is_read_from_its_beginning(later, log):
+    append(log, HEADER + "1,10\n2,20\n2.5,")
     follower = Follower(log)
     follower.read()
-    log.write_text(HEADER, encoding="utf-8")
+    log.write_text(HEADER + later, encoding="utf-8")
     follower.read()
-    append(log, "3,30\n")
+    append(log, "7,70\n")
     follower.read()
-    assert follower.times == [1.0, 3.0]
+    assert follower.times == [1.0, 2.0, *(float(line[0]) for line in later.splitlines()), 7.0]
     assert follower.kinds == [EventKind.CONNECTED]
-    assert "became shorter" in follower.events[0].text
+
+
+def test_a_hole_that_a_writer_leaves_is_no_new_beginning(log):
+    append(log, HEADER + "1,10\n2,20\n")
+    follower = Follower(log)
+    follower.read()
+    with open(log, "r+b") as file:
+        file.truncate(0)
+        file.seek(follower.source.position["offset"])
+        file.write(b"3,30\n")
+    follower.read()
+    assert follower.times == [1.0, 2.0, 3.0]
 
 
 def test_another_file_with_the_same_inode_is_not_taken_for_the_old_one(log):

@@ -10,7 +10,7 @@ from typing import Any
 
 from hydrofdi.monitor.sources.contract import Position
 
-_HEAD = 256
+_HEAD = 4096
 """Bytes at the beginning that distinguish a file from a later one with the same inode."""
 
 
@@ -57,6 +57,11 @@ class FollowedFile:
     def was_truncated(self) -> bool:
         """Whether the file is now shorter than what was read."""
         return os.fstat(self._file.fileno()).st_size < self.offset
+
+    def was_begun_anew(self) -> bool:
+        """Whether it begins otherwise than what was read; a hole is what a writer leaves that went on."""
+        head = os.pread(self._file.fileno(), len(self._head), 0)
+        return not head.startswith(b"\0") and not self._head.startswith(head)
 
     def begin_anew(self) -> None:
         """Read from the beginning."""

@@ -27,7 +27,7 @@ class GrowingFile(StreamSource):
     """A text file, read from its beginning and followed as it grows.
 
     A renamed file is read to its end; then the new file with its name is read, once it is not empty. A file
-    that became shorter is read from its beginning. A file that does not exist yet is waited for.
+    that was cut is read from its beginning, also if it has grown again. A file that does not exist yet is waited for.
 
     Parameters
     ----------
@@ -143,12 +143,13 @@ class GrowingFile(StreamSource):
         self._file, self._text, self._trouble = file, self._lines(stored), ""
 
     def _read(self, file: FollowedFile) -> Chunk | None:
-        if data := file.read(BLOCK):
-            return self._parsed(data)
-        if file.was_truncated():
-            self._say("became shorter; it is read from the start")
+        data = file.read(BLOCK)
+        if file.was_begun_anew() or (not data and file.was_truncated()):
+            self._say("was cut; it is read from the start")
             self._text.forget_unfinished()
             file.begin_anew()
+        elif data:
+            return self._parsed(data)
         elif self._is_replaced(file):
             if data := file.read(BLOCK):
                 return self._parsed(data)

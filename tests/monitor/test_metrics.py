@@ -1,7 +1,9 @@
 import math
 import socket
+import threading
 import time
 import urllib.request
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from hydrofdi.detectors.trained import Verdict
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import ChartReading, Condition, Event, EventKind, WindowLine
+from hydrofdi.monitor.sinks import metrics
 from hydrofdi.monitor.sinks.metrics import MetricsSink
 from hydrofdi.records.streams import Chunk, WindowFault
 from tests.detectors.trained.made import detector
@@ -102,7 +105,25 @@ def test_the_address_is_said_once(sink):
     (event,) = sink.put(None, [])
     assert sink.url in event.text
     assert event.kind == "notice"
-    assert sink.put(None, []) == ()
+    assert not sink.put(None, [])
+
+
+def test_an_address_that_others_reach_is_insecure(closing):
+    assert [event.kind for event in closing(MetricsSink("0.0.0.0:0", detector())).put(None, [])] == [
+        "notice",
+        "insecure",
+    ]
+
+
+def test_clients_that_send_nothing_take_no_threads_and_are_dropped(closing, monkeypatch):
+    monkeypatch.setattr(metrics, "_PATIENCE", 0.05)
+    sink = closing(MetricsSink("127.0.0.1:0", detector()))
+    n_thread, address = threading.active_count(), ("127.0.0.1", int(sink.url.split(":")[2].partition("/")[0]))
+    with ExitStack() as stack:
+        clients = [stack.enter_context(socket.create_connection(address)) for _ in range(6)]
+        clients[0].sendall(b"GET /metrics HTTP/1.1\r\n")
+        assert served(sink)["hydrofdi_alarms_total",] == 0
+        assert threading.active_count() <= n_thread + 1
 
 
 def test_nothing_listens_after_the_end():

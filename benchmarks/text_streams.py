@@ -31,7 +31,7 @@ def read_text(data):
     lines = TextLines({}, TextConfig(), "benchmark", {})
     n_row = 0
     for first in range(0, len(data), BLOCK):
-        chunk, _ = lines.read(data[first : first + BLOCK])
+        chunk = lines.read(data[first : first + BLOCK])
         n_row += 0 if chunk is None else chunk.n_time
     assert n_row > 0.99 * N_ROW
 

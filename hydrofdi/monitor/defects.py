@@ -18,7 +18,7 @@ _WORDS = {
     EventKind.RATE_CHANGED: "samples at another rate",
     EventKind.DUPLICATE: "duplicate samples",
     EventKind.TIME_RAN_BACK: "out-of-order samples",
-    EventKind.MALFORMED: "samples without a time stamp within 1e11 s of zero",
+    EventKind.MALFORMED: "samples that could not be read or have no time stamp",
 }
 _KINDS = list(_WORDS)
 
@@ -72,7 +72,9 @@ class Defects:
 
 def part(chunk: Chunk, first: int, stop: int) -> Chunk:
     """Some of the samples of a chunk."""
-    return Chunk(chunk.time[first:stop], {name: row[first:stop] for name, row in chunk.channels.items()})
+    rows = {name: row[first:stop] for name, row in chunk.channels.items()}
+    unread = {place - first: text for place, text in chunk.unread.items() if first <= place < stop}
+    return Chunk(chunk.time[first:stop], rows, unread)
 
 
 def _minute(time: float) -> float:

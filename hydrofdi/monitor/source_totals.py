@@ -12,13 +12,15 @@ class SourceTotals:
     """Counts samples, and lines or messages that are malformed or lost."""
 
     def __init__(self) -> None:
-        self._n_sample = 0
+        self._n_sample = self._n_unread = 0
         self._first: dict[EventKind, Event] = {}
         self._count = dict.fromkeys(_WORDS, 0)
 
     def note(self, reading: Reading) -> None:
         """Count a reading."""
-        self._n_sample += 0 if reading.chunk is None else reading.chunk.n_time
+        if reading.chunk is not None:
+            self._n_sample += reading.chunk.readable.n_time
+            self._n_unread += len(reading.chunk.unread)
         for event in reading.events:
             if event.kind in _WORDS:
                 self._first.setdefault(event.kind, event)
@@ -27,7 +29,7 @@ class SourceTotals:
     @property
     def is_unreadable(self) -> bool:
         """Whether something arrived, but no sample."""
-        return not self._n_sample and self._count[EventKind.MALFORMED] > 0
+        return not self._n_sample and self._n_unread + self._count[EventKind.MALFORMED] > 0
 
     def events(self) -> list[Event]:
         """The totals of events that were not all reported."""

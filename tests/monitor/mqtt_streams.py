@@ -102,6 +102,11 @@ def events(readings, kind=None):
     return [event for each in readings for event in each.events if kind in (None, event.kind)]
 
 
+def unread(readings):
+    """Why messages could not be read."""
+    return [text for each in readings if each.chunk for text in each.chunk.unread.values()]
+
+
 def connected(source):
     """Wait for the connection."""
     return until(source, lambda readings: events(readings, EventKind.CONNECTED))

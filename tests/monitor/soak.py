@@ -90,6 +90,10 @@ def soak(folder: Path, n_minute: int, n_kill: int, seed: int = 0, longest: float
     chance, detector = random.Random(seed), trained(folder, seed)
     whole, growing, undisturbed = folder / "whole.csv", folder / "growing.csv", folder / "undisturbed.jsonl"
     write(whole, stream(n_minute, seed))
+    lines = whole.read_text().splitlines(keepends=True)
+    for _ in range(2 * n_minute):
+        lines.insert(chance.randrange(2, len(lines)), "no row\n")
+    whole.write_text("".join(lines))
     run("monitor", detector, whole, "--no-follow", "--log", undisturbed, check=0)
     command = [*COMMAND, "monitor", detector, growing, "--state", folder / "state", "--log", folder / "log"]
     content = whole.read_bytes()

@@ -15,12 +15,12 @@ def reader(position=(), channels=None, largest=LARGEST, needed=(), **options):
 
 
 def read_in_pieces(lines, data, cuts=()):
-    """All samples and events of bytes that come in pieces."""
+    """All samples of bytes that come in pieces, and why the others could not be read."""
     places = [0, *sorted(min(cut, len(data)) for cut in cuts), len(data)]
     readings = [lines.read(data[a:b]) for a, b in pairwise(places)]
     readings.append(lines.read(b"", is_end=True))
-    chunks = [chunk for chunk, _ in readings if chunk is not None]
-    return joined(chunks), [event for _, events in readings for event in events]
+    chunk = joined([chunk for chunk in readings if chunk is not None])
+    return chunk.readable, [chunk.unread[place] for place in sorted(chunk.unread)]
 
 
 def samples(chunk):

@@ -21,6 +21,7 @@ from hydrofdi.cli.monitor.live.watched import Watched
 from hydrofdi.cli.monitor.live.wording import duration_text, instant_text
 from hydrofdi.detectors.trained.wording import count_text, plain
 from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.sources.malformed import malformed
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import WindowFault
@@ -156,12 +157,10 @@ def test_a_long_remedy_is_told_from_its_beginning_to_its_end():
 
 def test_lines_that_cannot_be_read_are_said_with_the_first_reason():
     seen = Watched(FILE, "press.csv")
-    first = Event(EventKind.MALFORMED, "malformed line 'a,b': no number", count=3)
-    seen.take(
-        None, [first, replace(first, text="malformed line 'c': too few cells", count=2, is_silent=True)]
-    )
+    for text, why in (("a,b", "no number"), ("c", "too few cells")):
+        seen.take(malformed("line", text, why), [])
     text = text_of(seen)
-    assert " NO DATA  no sample could be read: 5 malformed\nmalformed line 'a,b': no number\n" in text
+    assert " NO DATA  no sample could be read: 2 malformed\nmalformed line 'a,b': no number\n" in text
     seen.take(part(LEAKING, 0, 1000), [])
     assert "could be read" not in text_of(seen)
 

@@ -6,6 +6,7 @@ import json
 import os
 import resource
 import signal
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +20,11 @@ from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.loop import Ending, monitor
 from hydrofdi.monitor.sinks.log import WindowLog
 from hydrofdi.monitor.sinks.stream_lines import StreamLines
+from hydrofdi.monitor.sources.text import growing_file
 from hydrofdi.monitor.sources.text.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
-from tests.monitor.streams import Kept, Samples, made_detector, stream
+from tests.monitor.streams import P1, Kept, Samples, made_detector, stream
 
 FILE = made_detector()
 MADE = stream(40, leaking=[12, 13, 30], stuck=[20, 21])
@@ -222,15 +224,37 @@ def test_what_was_counted_in_silence_is_summed_up_at_the_end(tmp_path):
     ]
 
 
+def test_malformed_lines_are_said_alike_whatever_the_blocks_and_the_kills(tmp_path, monkeypatch):
+    text, disturbed, undisturbed = (tmp_path / name for name in ("run.csv", "disturbed", "undisturbed"))
+    times, samples = MADE.time.tolist(), MADE.channels[P1].tolist()
+    rows = [f"{time},{sample}\n" for time, sample in zip(times, samples, strict=True)]
+    for place in (30_000, 12_345, 12_300, 700):
+        rows[place:place] = ["no row\n"] * (place // 100)
+    text.write_text("time [s],P1 [Pa]\n" + "".join(rows))
+    for folder in (disturbed, undisturbed):
+        folder.mkdir()
+    run(undisturbed, GrowingFile(text, follow=False))
+    monkeypatch.setattr(growing_file, "BLOCK", 2345)
+    for number in range(30):
+        kill = {"sinks": [KilledAt(20 + number)]} if number % 2 else {"kill_after_state": 3}
+        with suppress(Killed):
+            run(disturbed, GrowingFile(text, follow=False), **kill)
+            break
+    assert logged(disturbed) == logged(undisturbed)
+    counts = [each["count"] for each in logged(disturbed) if each.get("event") == "malformed"]
+    assert sum(counts) == 300 + 123 + 123 + 7
+
+
 def test_a_stream_without_a_readable_sample_ends_so(tmp_path):
     text = tmp_path / "run.csv"
     text.write_text("time [s],P1 [bar]\n" + "0.0;1\n" * 60_000)
     kept = Kept()
     ending = monitor(Watch(FILE), GrowingFile(text, follow=False), [kept])
     assert ending is Ending.UNREADABLE
-    *_, total, last = kept.lines
-    assert total.text.startswith("60,000 malformed in total, the first: malformed line '0.0;1': has 1 cells")
-    assert last.text == "stopped: the stream is over, and no sample of it could be read"
+    _, first, others, last = kept.lines
+    assert first.text.startswith("malformed line '0.0;1': has 1 cells")
+    assert (first.kind, first.count, others.kind, others.count) == ("malformed", 1, "malformed", 59_999)
+    assert last.kind is EventKind.STOPPED
 
 
 def test_a_source_may_forget_what_is_stored_alone(tmp_path):

@@ -16,4 +16,12 @@ def test_killed_at_random_moments_it_says_what_the_undisturbed_one_says(n_minute
     numbers = [record["number"] for record in records if record["line"] == "window"]
     events = {record["event"] for record in records if record["line"] == "event"}
     assert numbers == list(range(len(numbers)))
-    assert {"alarm_raised", "gap", "duplicate", "time_ran_back", "stuck", "missing_samples"} <= events
+    assert {
+        "alarm_raised",
+        "gap",
+        "duplicate",
+        "time_ran_back",
+        "stuck",
+        "missing_samples",
+        "malformed",
+    } <= events

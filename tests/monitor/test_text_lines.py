@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.lines import EventKind
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured import plain_file_source
 from hydrofdi.records.measured.description.sections import ChannelConfig
@@ -41,9 +40,9 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 @given(cuts=st.lists(st.integers(0, 150), max_size=8))
 def test_the_pieces_in_which_a_text_comes_do_not_matter(form, cuts):
-    chunk, events = read_in_pieces(reader(), FORMS[form], cuts)
+    chunk, unread = read_in_pieces(reader(), FORMS[form], cuts)
     assert samples(chunk) == EXPECTED
-    assert events == []
+    assert unread == []
 
 
 def test_other_signs_are_configured():
@@ -56,8 +55,8 @@ def test_other_signs_are_configured():
 
 def test_blanks_divide_columns_where_nothing_else_does():
     text = b"time [s]   P1 [Pa]\n 0.5   1e5\ntime [s]  P1 [Pa]\n 1.0 2e5 \n"
-    chunk, events = read_in_pieces(reader(), text)
-    assert events == []
+    chunk, unread = read_in_pieces(reader(), text)
+    assert unread == []
     assert samples(chunk) == {"time": [0.5, 1.0], "P1": [1e5, 2e5]}
 
 
@@ -73,23 +72,20 @@ BAD = [b"2;3", b"1,2", b"1,2,3,4", b"x,2,3", b"1,2,3x", b"1,1_0,3", b"\xff\x00",
 @given(st.lists(st.sampled_from([b"1,2,3", *BAD]), min_size=1), st.lists(st.integers(0, 100), max_size=5))
 def test_malformed_lines_are_counted_and_the_others_stay(lines, cuts):
     text = b"time [s],P1 [Pa],u [V]\n1,2,3\n" + b"".join(line + b"\n" for line in lines)
-    chunk, events = read_in_pieces(reader(), text, cuts)
+    chunk, unread = read_in_pieces(reader(), text, cuts)
     n_bad = sum(line in BAD for line in lines)
     assert samples(chunk)["u"] == [3.0] * (1 + len(lines) - n_bad)
-    assert {event.kind for event in events} <= {EventKind.MALFORMED}
-    assert sum(event.count for event in events) == n_bad
-    assert sum(not event.is_silent for event in events) == (n_bad > 0)
+    assert len(unread) == n_bad
 
 
 def test_a_malformed_line_is_said_with_its_reason():
-    _, [event] = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3,4x\n5,6\n")
-    assert event.text == "malformed line '3,4x': '4x' is not a number"
-    assert (event.time, event.count) == (5.0, 1)
+    _, unread = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3,4x\n5,6\n")
+    assert unread == ["malformed line '3,4x': '4x' is not a number"]
 
 
 def test_decimal_commas_are_named_where_nobody_said_so():
-    _, [event] = read_in_pieces(reader(), b"time [s];P1 [Pa]\n0;1\n0,1;2\n")
-    assert event.text.endswith(
+    _, [text] = read_in_pieces(reader(), b"time [s];P1 [Pa]\n0;1\n0,1;2\n")
+    assert text.endswith(
         "'0,1' is not a number; if commas are decimal signs, write"
         " 'text: {decimal: \",\"}' in the file of config"
     )
@@ -98,9 +94,9 @@ def test_decimal_commas_are_named_where_nobody_said_so():
 def test_malformed_json_lines_are_counted():
     good = b'{"time": 1, "P1 [Pa]": 2}\n'
     text = good + b'{"time": 2, "P1 [Pa]": "2"}\n{"time": 3,\n[1]\nhello\n' + good + b'{"a": 1}\n'
-    chunk, events = read_in_pieces(reader(), text)
+    chunk, unread = read_in_pieces(reader(), text)
     assert samples(chunk) == {"time": [1.0, 1.0], "P1": [2.0, 2.0]}
-    assert [event.count for event in events] == [5]
+    assert len(unread) == 5
 
 
 def test_a_blank_line_is_no_sample_of_a_single_column():
@@ -117,7 +113,7 @@ def test_noise_neither_ends_a_stream_nor_depends_on_its_pieces(good, noise, cuts
     data = good + b"".join(noise) + b"\n" + good
     whole, in_pieces = (read_in_pieces(reader(), data, places) for places in ((), cuts))
     assert samples(whole[0]) == samples(in_pieces[0])
-    assert sum(event.count for event in whole[1]) == sum(event.count for event in in_pieces[1])
+    assert whole[1] == in_pieces[1]
     assert whole[0].time[-1] == 1.0
 
 
@@ -126,10 +122,10 @@ def test_a_line_without_end_is_left_out_with_bounded_memory():
     lines.read(b"time [s],P1 [Pa]\n1,2\n")
     counts = []
     for _ in range(40):
-        _, events = lines.read(b"9" * 100_000)
-        counts += [event.count for event in events]
+        chunk = lines.read(b"9" * 100_000)
+        counts += [] if chunk is None else chunk.unread.values()
         assert lines.n_unfinished <= 1 << 20
-    chunk, _ = lines.read(b",1\n2,3\n")
+    chunk = lines.read(b",1\n2,3\n")
     assert samples(chunk) == {"time": [2.0], "P1": [3.0]}
     assert counts
 
@@ -177,8 +173,8 @@ def test_a_stream_gives_the_samples_of_a_file(tmp_path):
     file = tmp_path / "run.csv"
     file.write_text(text, encoding="utf-8")
     [batch] = plain_file_source(file).batches()
-    chunk, events = read_in_pieces(reader(), text.encode(), range(1000, 30000, 997))
-    assert events == []
+    chunk, unread = read_in_pieces(reader(), text.encode(), range(1000, 30000, 997))
+    assert unread == []
     assert set(chunk.channels) == set(batch.channels)
     for channel, values in chunk.channels.items():
         assert np.array_equal(values, batch[channel][0]), channel
@@ -187,9 +183,9 @@ def test_a_stream_gives_the_samples_of_a_file(tmp_path):
 @pytest.mark.parametrize("cuts", [(), range(1, 6000, 700)])
 def test_lines_above_the_limit_are_counted_and_left_out(cuts):
     data = b"time [s],P1 [Pa]\n0,1\n1," + b"1" * 3000 + b"\n2,3\n"
-    chunk, events = read_in_pieces(reader(largest=1024), data, cuts)
+    chunk, unread = read_in_pieces(reader(largest=1024), data, cuts)
     assert samples(chunk) == {"time": [0.0, 2.0], "P1": [1.0, 3.0]}
-    assert [event.text for event in events if "longer than 1,024 bytes" in event.text]
+    assert [text for text in unread if "longer than 1,024 bytes" in text]
 
 
 @pytest.mark.parametrize(
@@ -209,15 +205,15 @@ def test_another_encoding_is_refused_by_its_name_in_one_plain_line(text, encodin
 
 def test_no_word_of_the_csv_library_is_passed_on():
     long = b'"' + b"1" * 200_000
-    _, [event] = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3," + long + b"\n5,6\n")
-    assert event.text.endswith(": cannot be split into cells")
+    _, [text] = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3," + long + b"\n5,6\n")
+    assert text.endswith(": cannot be split into cells")
 
 
 def test_a_needed_channel_in_a_unit_of_something_else_is_refused_at_once():
     text = b"time [s],P1 [mm],P2 [bar],v [V]\n1,2,3,4\n"
     with pytest.raises(DataError, match=r"the stream: 'P1 \[mm\]': the unit mm is not convertible to Pa"):
         reader(needed=[Channel.CHAMBER_1_PRESSURE]).read(text)
-    chunk, _ = reader(needed=[Channel.CHAMBER_2_PRESSURE]).read(text)
+    chunk = reader(needed=[Channel.CHAMBER_2_PRESSURE]).read(text)
     assert set(samples(chunk)) == {"time", "P2"}
 
 
@@ -248,9 +244,9 @@ DATED = {
 @pytest.mark.parametrize("form", DATED)
 def test_dates_need_no_unit_and_are_found_by_the_names_of_files(form):
     text, options = DATED[form]
-    chunk, events = read_in_pieces(reader(**options), text.encode())
+    chunk, unread = read_in_pieces(reader(**options), text.encode())
     assert samples(chunk) == {"time": [1770271200.0, 1770271200.5], "P1": [8e6, 8.1e6]}
-    assert sum(event.count for event in events) == ("between" in form)
+    assert len(unread) == ("between" in form)
 
 
 @pytest.mark.parametrize("title", ["time [s]", "Time [ms]"])

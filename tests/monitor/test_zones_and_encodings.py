@@ -26,11 +26,11 @@ def seconds(*when: int) -> float:
     ("zone", "hour"), [("UTC", 12), ("Europe/Berlin", 10), ("+05:30", 6.5), ("-03:00", 15)]
 )
 def test_dates_without_a_zone_are_in_the_stated_one(zone, hour) -> None:
-    chunk, events = read_in_pieces(reader(zone=zone), ROWS.encode())
+    chunk, unread = read_in_pieces(reader(zone=zone), ROWS.encode())
     assert chunk.time.tolist() == pytest.approx(
         [seconds(2026, 7, 1) + 3600 * hour, seconds(2026, 7, 1) + 3600 * hour + 0.01], abs=1e-6
     )
-    assert not events
+    assert not unread
 
 
 def test_a_stated_zone_does_not_move_dates_that_have_one() -> None:
@@ -57,8 +57,8 @@ def test_json_knows_the_zone_as_well() -> None:
 
 
 def test_without_a_zone_the_reason_names_the_key() -> None:
-    _, events = read_in_pieces(reader(), ROWS.encode())
-    assert "'text: {zone: Europe/Berlin}'" in events[0].text
+    _, unread = read_in_pieces(reader(), ROWS.encode())
+    assert "'text: {zone: Europe/Berlin}'" in unread[0]
 
 
 @pytest.mark.parametrize(

@@ -60,8 +60,8 @@ class Measures:
 
     def count(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         """Count the samples and the lines of a reading."""
-        if chunk is not None and chunk.n_time:
-            self._count_samples(chunk)
+        if chunk is not None and chunk.readable.n_time:
+            self._count_samples(chunk.readable)
         for line in lines:
             if isinstance(line, WindowLine):
                 self._count_window(line)
@@ -90,10 +90,7 @@ class Measures:
 
     def _count_samples(self, chunk: Chunk) -> None:
         self._samples.inc(chunk.n_time)
-        latest = float(chunk.time[-1])
-        if not math.isfinite(latest):
-            return
-        self._latest = latest
+        self._latest = latest = float(chunk.time[-1])
         self._sample.set(latest)
         if self._lag is None and latest > _EARLIEST:
             self._lag = self._gauge("lag_seconds", "Wall clock minus the time stamp of the last sample")

@@ -25,4 +25,9 @@ def joined(chunks: Sequence[Chunk]) -> Chunk:
             )
             for channel in channels
         },
+        {
+            int(first) + place: text
+            for first, chunk in zip(np.cumsum([0, *(chunk.n_time for chunk in chunks)]), chunks, strict=False)
+            for place, text in chunk.unread.items()
+        },
     )

@@ -13,7 +13,7 @@ from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig, MqttConnection
 from hydrofdi.monitor.mqtt.session import Session
 from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
 from hydrofdi.monitor.sources.joining import joined
-from hydrofdi.monitor.sources.malformed import Malformed
+from hydrofdi.monitor.sources.malformed import malformed
 from hydrofdi.monitor.sources.mqtt_deliveries import MOST_UNACKNOWLEDGED, Deliveries, Delivery
 from hydrofdi.monitor.sources.payload import LARGEST, PayloadError
 from hydrofdi.records.streams import Chunk
@@ -70,7 +70,6 @@ class MqttSource(StreamSource):
         self._connection = MqttConnection(address, config, session, self._deliveries, first_wait)
         self._unconfirmed_since = 0.0
         self._dropped_at = -_SAID_AGAIN
-        self._malformed = Malformed("message")
 
     @property
     def name(self) -> str:
@@ -93,14 +92,12 @@ class MqttSource(StreamSource):
         n_sample = n_message = 0
         delivery = self._deliveries.take(timeout)
         while delivery is not None:
-            chunk = self._samples(delivery)
-            if chunk is not None:
-                chunks.append(chunk)
-                n_sample += chunk.n_time
+            chunks.append(self._samples(delivery))
+            n_sample += chunks[-1].n_time
             n_message += 1
             full = n_sample >= _MOST_SAMPLES or n_message >= _MOST_MESSAGES
             delivery = None if full else self._deliveries.take(0.0)
-        events = (*self._connection.take_events(), *self._malformed.events(n_sample), *self._losses())
+        events = (*self._connection.take_events(), *self._losses())
         return Reading(joined(chunks) if chunks else None, events)
 
     @property
@@ -119,7 +116,7 @@ class MqttSource(StreamSource):
         self._deliveries.close()
         self._connection.close()
 
-    def _samples(self, delivery: Delivery) -> Chunk | None:
+    def _samples(self, delivery: Delivery) -> Chunk:
         if self._deliveries.n_read == 1:
             self._unconfirmed_since = time.monotonic()
         try:
@@ -128,8 +125,7 @@ class MqttSource(StreamSource):
             payload, delivery.payload = delivery.payload, delivery.payload[:60]
             return self._read_payload(payload)
         except PayloadError as error:
-            self._malformed.note(delivery.payload[:60].decode(errors="replace"), str(error))
-            return None
+            return malformed("message", delivery.payload[:60].decode(errors="replace"), str(error))
 
     def _losses(self) -> list[Event]:
         n_dropped = self._deliveries.take_dropped()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from operator import itemgetter
 
 import numpy as np
@@ -96,7 +96,8 @@ class EvenStream:
         anew = accepted[is_gap | order.is_set_back[accepted]]
         n_gaps = _in_a_row(is_gap & np.isfinite(order.before[accepted]), int(state["n_gap"]))
         loud = int(accepted[0]) if accepted.size else chunk.n_time
-        found, said = self._findings(state, order, accepted, n_gaps, loud if state["is_silent"] else 0)
+        loud = loud if state["is_silent"] else 0
+        found, said = self._findings(state, order, accepted, n_gaps, loud, chunk.unread)
         after = {
             **state, "last": order.last, "n_earlier": order.n_earlier, "said": said,
             "n_gap": n_gaps[-1] if accepted.size else state["n_gap"],
@@ -107,7 +108,13 @@ class EvenStream:
         return {name: np.array(value) for name, value in after.items()}, pieces, found
 
     def _findings(
-        self, state: State, order: Order, accepted: NDArray[np.intp], n_gaps: NDArray[np.intp], loud: int
+        self,
+        state: State,
+        order: Order,
+        accepted: NDArray[np.intp],
+        n_gaps: NDArray[np.intp],
+        loud: int,
+        unread: Mapping[int, str],
     ) -> tuple[list[Finding], list[float]]:
         """The findings from the sample `loud` on, in order, and the last instant of each kind."""
         is_finite = np.isfinite(order.stamps)
@@ -118,12 +125,13 @@ class EvenStream:
             Kind("duplicate", np.flatnonzero(is_same), words.duplicate),
             Kind("time_ran_back", np.flatnonzero(order.is_earlier), words.time_ran_back),
             Kind("time_ran_back", np.flatnonzero(order.is_set_back), words.set_back, is_always_news=True),
-            Kind("malformed", np.flatnonzero(~is_finite), words.malformed),
+            Kind("malformed", np.flatnonzero(~is_finite), words.malformed, texts=unread),
         )
         found: list[tuple[int, Finding]] = []
         said: list[float] = []
         for kind, before in zip(kinds, state["said"].tolist(), strict=True):
-            new, latest = kind.since(loud).findings(order, before)
+            is_sent_again = kind.name != "malformed" or bool(state["may_repeat"])
+            new, latest = kind.since(loud if is_sent_again else 0).findings(order, before)
             found += new
             said.append(latest)
         return [finding for _, finding in sorted(found, key=itemgetter(0))], said

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ class Finding:
     ----------
     kind : str
         ``gap``, ``rate_changed`` (one gap after another), ``duplicate``, ``time_ran_back`` or ``malformed``
-        (no time stamp within 1e11 s of zero).
+        (unreadable, or no time stamp within 1e11 s of zero).
     time : float or None
         First instant, on the clock of the stream [s]; None before the first sample.
     count : int
@@ -55,12 +55,15 @@ class Kind:
         Sentence about an occurrence, from its instant and the last accepted instant before it [s].
     is_always_news : bool
         Whether each occurrence is news, even if it soon follows another.
+    texts : mapping of int to str
+        Place → another sentence.
     """
 
     name: str
     places: NDArray[np.intp]
     text: Callable[[float, float], str]
     is_always_news: bool = False
+    texts: Mapping[int, str] = field(default_factory=dict)
 
     def since(self, first: int) -> Kind:
         """The occurrences from a sample on."""
@@ -89,9 +92,9 @@ class Kind:
         firsts = np.union1d([0], np.flatnonzero(~goes_on)).astype(np.intp)
         for first, count in zip(firsts, np.diff(firsts, append=instants.size), strict=True):
             time = float(instants[first]) if np.isfinite(instants[first]) else None
-            place = self.places[first]
-            text = self.text(float(order.stamps[place]), float(order.before[place]))
-            yield int(place), Finding(self.name, time, int(count), text, not bool(goes_on[first]))
+            place = int(self.places[first])
+            text = self.texts.get(place) or self.text(float(order.stamps[place]), float(order.before[place]))
+            yield place, Finding(self.name, time, int(count), text, not bool(goes_on[first]))
 
 
 def gap(stamp: float, before: float) -> str:

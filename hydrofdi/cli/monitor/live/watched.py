@@ -68,8 +68,11 @@ class Watched:
 
     def take(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         """Take samples and their lines."""
-        if chunk is not None and chunk.n_time:
-            self._take_samples(chunk)
+        if chunk is not None and chunk.readable.n_time:
+            self._take_samples(chunk.readable)
+        if chunk is not None and chunk.unread:
+            self.unread_text = self.unread_text if self.n_unread else next(iter(chunk.unread.values()))
+            self.n_unread += len(chunk.unread)
         for line in lines:
             if isinstance(line, WindowLine):
                 self._take_window(line)
@@ -101,9 +104,6 @@ class Watched:
             self.is_connected = event.kind is EventKind.CONNECTED
         if event.kind is EventKind.ALARM_RAISED and event.time is not None:
             self.alarms.append(event.time)
-        if event.kind is EventKind.MALFORMED:
-            self.unread_text = self.unread_text if self.n_unread else event.text
-            self.n_unread += event.count
         if not event.is_silent:
             self.events.append(event)
 

@@ -8,7 +8,7 @@ from itertools import chain
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of
-from hydrofdi.monitor.sources.malformed import Malformed
+from hydrofdi.monitor.sources.malformed import malformed
 from hydrofdi.monitor.sources.sample_clock import SampleClock
 from hydrofdi.monitor.sources.text.config import TextConfig
 from hydrofdi.records.batch import Array
@@ -38,13 +38,12 @@ class CsvLines:
         channels: Channels,
         config: TextConfig,
         clock: SampleClock | None,
-        malformed: Malformed,
         name: str,
         needed: Collection[Channel] = (),
     ) -> None:
         self.header: list[str] = []
         self._channels, self._config, self._clock = channels, config, clock
-        self._malformed, self._name, self._needed = malformed, name, needed
+        self._name, self._needed = name, needed
         self._delimiter, self._titles = ",", list[str]()
         self._units: list[str] | None = None
         self._columns: Columns | None = None
@@ -52,7 +51,7 @@ class CsvLines:
         self._reason = ""
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
-        """Samples of complete lines; malformed lines are counted.
+        """Samples of complete lines.
 
         Raises
         ------
@@ -138,7 +137,7 @@ class CsvLines:
             if self._is_header(text):
                 self._begin(text)
             else:
-                self._refuse(text, self._reason)
+                return [self._refused(text, self._reason)]
         except (ValueError, csv.Error) as error:
             if not self._has_begun:
                 raise (
@@ -147,7 +146,7 @@ class CsvLines:
                     else DataError(f"{self._name}: {text[:60]!r} {_reason(error)}")
                 ) from None
             self._titles, self.header, self._columns = [], [], None
-            self._refuse(text, _reason(error))
+            return [self._refused(text, _reason(error))]
         return []
 
     def _begin(self, text: str) -> None:
@@ -200,10 +199,10 @@ class CsvLines:
             return ()
         return [n for n in range(len(self._titles)) if n >= len(cells) or not self._is_number(cells[n])]
 
-    def _refuse(self, text: str, reason: str) -> None:
-        self._malformed.note(text, reason)
+    def _refused(self, text: str, reason: str) -> Chunk:
         if self._clock is not None:
             self._clock.skip(1)
+        return malformed("line", text, reason)
 
     def _is_header(self, text: str) -> bool:
         """Whether a line names columns, some of them known from the header before."""

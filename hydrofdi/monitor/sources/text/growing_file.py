@@ -27,7 +27,8 @@ class GrowingFile(StreamSource):
     """A text file, read from its beginning and followed as it grows.
 
     A renamed file is read to its end; then the new file with its name is read, once it is not empty. A file
-    that was cut is read from its beginning, also if it has grown again. A file that does not exist yet is waited for.
+    that was cut is read from its beginning, also if it has grown again. A file that does not exist yet is
+    waited for.
 
     Parameters
     ----------
@@ -171,9 +172,7 @@ class GrowingFile(StreamSource):
         return found.st_ino != file.inode and found.st_size > 0
 
     def _parsed(self, data: bytes, *, is_end: bool = False) -> Chunk | None:
-        chunk, events = self._text.read(data, is_end=is_end)
-        self._events += events
-        return chunk
+        return self._text.read(data, is_end=is_end)
 
     def _trouble_with(self, error: OSError) -> None:
         """Report once what is wrong; the next reading tries again."""

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 from hydrofdi.monitor.sources.columns import Channels
-from hydrofdi.monitor.sources.malformed import Malformed
+from hydrofdi.monitor.sources.malformed import malformed
 from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, parsed
 from hydrofdi.monitor.sources.sample_clock import SampleClock
 from hydrofdi.monitor.sources.text.config import TextConfig
@@ -28,23 +28,27 @@ class JsonLines:
         channels: Channels,
         config: TextConfig,
         clock: SampleClock | None,
-        malformed: Malformed,
         needed: Collection[Channel] = (),
     ) -> None:
         self.header: list[str] = []
         self._reader = PayloadReader(channels, config.time, clock, needed=needed, zone=config.time_zone)
-        self._clock, self._malformed = clock, malformed
+        self._clock = clock
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
-        """Samples of complete lines; malformed lines are counted."""
-        objects = []
+        """Samples of complete lines."""
+        chunks: list[Chunk] = []
+        objects: list[tuple[str, dict[str, Any]]] = []
         for line in lines:
             if not line or line.isspace():
                 continue
             try:
                 objects.append((line, parsed(line)))
             except PayloadError as error:
-                self._refuse(line, error)
+                chunks += [*self._samples(objects), self._refused(line, error)]
+                objects = []
+        return chunks + self._samples(objects)
+
+    def _samples(self, objects: Sequence[tuple[str, dict[str, Any]]]) -> list[Chunk]:
         together = self._together([found for _, found in objects])
         return [together] if together else self._one_by_one(objects)
 
@@ -63,10 +67,10 @@ class JsonLines:
             try:
                 chunks.append(self._reader.chunk(found))
             except PayloadError as error:
-                self._refuse(line, error)
+                chunks.append(self._refused(line, error))
         return chunks
 
-    def _refuse(self, line: str, error: PayloadError) -> None:
-        self._malformed.note(line, str(error))
+    def _refused(self, line: str, error: PayloadError) -> Chunk:
         if self._clock is not None:
             self._clock.skip(1)
+        return malformed("line", line, str(error))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Collection
+from itertools import groupby
 from typing import Any
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.lines import Event
 from hydrofdi.monitor.sources.columns import Channels
 from hydrofdi.monitor.sources.contract import Position
 from hydrofdi.monitor.sources.joining import joined
-from hydrofdi.monitor.sources.malformed import Malformed
+from hydrofdi.monitor.sources.malformed import malformed
 from hydrofdi.monitor.sources.payload import LARGEST
 from hydrofdi.monitor.sources.sample_clock import SampleClock
 from hydrofdi.monitor.sources.text.config import TextConfig
@@ -35,7 +35,7 @@ class TextLines:
     position : mapping
         `position` of an earlier run.
     largest : int
-        Longest line [bytes]; longer ones are counted as malformed.
+        Longest line [bytes]; longer ones are malformed.
     needed : collection of Channel
         Channels whose columns are refused, not ignored, if their unit has another dimension.
     """
@@ -54,10 +54,9 @@ class TextLines:
         frequency = config.sampling_frequency
         n_sample = int(position.get("n_sample", 0))
         self._clock = None if frequency is None else SampleClock(frequency, n_sample)
-        self._malformed = Malformed("line")
         self._encoding = "utf-8-sig" if config.encoding.lower() in ("utf-8", "utf8") else config.encoding
         self._lines: CsvLines | JsonLines | None = None
-        self._rest, self._is_skipping = b"", False
+        self._rest, self._is_skipping = b"", "is_skipping" in position
         if header := position.get("header"):
             self._lines = self._csv()
             self._lines.read(list(header))
@@ -75,14 +74,16 @@ class TextLines:
             known["header"] = list(self._lines.header)
         if self._clock is not None:
             known["n_sample"] = self._clock.n_sample
+        if self._is_skipping:
+            known["is_skipping"] = True
         return known
 
     def forget_unfinished(self) -> None:
         """Discard the unfinished last line."""
         self._rest, self._is_skipping = b"", False
 
-    def read(self, data: bytes, *, is_end: bool = False) -> tuple[Chunk | None, tuple[Event, ...]]:
-        """Samples of the lines that are now complete, and an event for malformed lines.
+    def read(self, data: bytes, *, is_end: bool = False) -> Chunk | None:
+        """Samples of the lines that are now complete; None without one.
 
         Parameters
         ----------
@@ -104,15 +105,14 @@ class TextLines:
         lines = whole.decode(self._encoding, errors="replace").split("\n") if whole else []
         if self._is_skipping and (lines or end):
             lines, self._is_skipping = lines[1:], False
-        if len(whole) > self._largest:
-            lines = [line for line in lines if self._fits(line)]
-        if len(rest) > self._largest and not self._fits(rest.decode(self._encoding, errors="replace")):
+        if len(rest) > self._largest:
+            lines.append(rest.decode(self._encoding, errors="replace"))
             self._rest, self._is_skipping = b"", True
-        chunks = self._chunks(lines)
-        chunk = joined(chunks) if chunks else None
-        n_time = chunk.n_time if chunk else 0
-        time = float(chunk.time[-1]) if chunk and n_time else None
-        return chunk, self._malformed.events(n_time, time)
+        chunks: list[Chunk] = []
+        for fits, some in groupby(lines, self._fits):
+            found = list(some)
+            chunks += self._chunks(found) if fits else [self._too_long(line) for line in found]
+        return joined(chunks) if chunks else None
 
     def _require_text(self, data: bytes) -> None:
         """Refuse UTF-16 and binary data before the first line."""
@@ -126,11 +126,11 @@ class TextLines:
             raise DataError(f"{self._name}: is not text in UTF-8; is it a binary file, or in UTF-16?")
 
     def _fits(self, line: str) -> bool:
-        """Whether a line is short enough; counts it if it is not."""
-        fits = len(line.encode()) <= self._largest
-        if not fits:
-            self._malformed.note(line[:60], f"is longer than {counted(self._largest, 'byte')}")
-        return fits
+        """Whether a line is short enough."""
+        return len(line) * 4 <= self._largest or len(line.encode()) <= self._largest
+
+    def _too_long(self, line: str) -> Chunk:
+        return malformed("line", line, f"is longer than {counted(self._largest, 'byte')}")
 
     def _chunks(self, lines: list[str]) -> list[Chunk]:
         if self._lines is None:
@@ -141,7 +141,7 @@ class TextLines:
         return self._lines.read(lines)
 
     def _json(self) -> JsonLines:
-        return JsonLines(self._channels, self._config, self._clock, self._malformed, self._needed)
+        return JsonLines(self._channels, self._config, self._clock, self._needed)
 
     def _csv(self) -> CsvLines:
-        return CsvLines(self._channels, self._config, self._clock, self._malformed, self._name, self._needed)
+        return CsvLines(self._channels, self._config, self._clock, self._name, self._needed)

@@ -83,8 +83,7 @@ class StandardInput(StreamSource):
             return Reading()
         data = self._data()
         self._is_over = not data
-        chunk, events = self._text.read(data, is_end=self._is_over)
-        return Reading(chunk, events, self._is_over)
+        return Reading(self._text.read(data, is_end=self._is_over), (), self._is_over)
 
     @property
     def position(self) -> Position:

@@ -9,14 +9,13 @@ from typing import Any
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.counting import brief
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.units import parse_quantity
 
 
 def refusal(name: str, expected: str, found: object) -> ConfigError:
     """The error for an argument of a wrong type."""
-    return ConfigError(f"{setting(name)}: expected {expected}; found {brief(found)}")
+    return ConfigError(f"{name}: expected {expected}; found {brief(found)}")
 
 
 def number_of(name: str, given: Any, unit: str, expected: str) -> float:
@@ -32,7 +31,7 @@ def number_of(name: str, given: Any, unit: str, expected: str) -> float:
     try:
         return parse_quantity(given, unit) if isinstance(given, str) else float(given)
     except ValueError as error:
-        raise ConfigError(f"{setting(name)}: {error}") from None
+        raise ConfigError(f"{name}: {error}") from None
 
 
 def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
@@ -45,7 +44,7 @@ def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
     """
     value = number_of(name, given, unit, expected)
     if not 0.0 < value < math.inf:
-        raise ConfigError(f"{setting(name)}: must be above zero; found {given!r}")
+        raise ConfigError(f"{name}: must be above zero; found {given!r}")
     return value
 
 
@@ -60,7 +59,7 @@ def count_of(name: str, given: Any) -> int:
     if isinstance(given, bool) or not isinstance(given, Integral):
         raise refusal(name, "an integer", given)
     if given < 1:
-        raise ConfigError(f"{setting(name)}: must be at least 1; found {given}")
+        raise ConfigError(f"{name}: must be at least 1; found {given}")
     return int(given)
 
 
@@ -75,7 +74,7 @@ def choice_of(name: str, given: Any, known: Sequence[str]) -> str:
     if not isinstance(given, str):
         raise refusal(name, f"one of {', '.join(known)}", given)
     if given not in known:
-        raise ConfigError(f"{setting(name)}: {given!r} is unknown{nearest(given, known)}")
+        raise ConfigError(f"{name}: {given!r} is unknown{nearest(given, known)}")
     return given
 
 

@@ -21,7 +21,6 @@ from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.naming import setting
 from hydrofdi.units import parse_quantity
 
 
@@ -163,7 +162,7 @@ def refuse_flow(experiment: Experiment | None) -> None:
         parse_quantity(text, "m^3/s")
     except ValueError:
         return
-    raise ConfigError(f"{text!r} is a leakage flow, not an experiment file; write {setting('flows', text)}")
+    raise ConfigError(f"{text!r} is a leakage flow, not an experiment file; write flows={text!r} (--flow)")
 
 
 def _in_si(flows: Sequence[str | float]) -> list[float]:
@@ -178,7 +177,7 @@ def _in_si(flows: Sequence[str | float]) -> list[float]:
         except ValueError as error:
             mistakes.append(Mistake(str(error), origin=f"flow {flow}"))
     if not flows:
-        mistakes.append(Mistake(f"name at least one flow, e.g. {setting('flows', '0.12 L/min')}"))
+        mistakes.append(Mistake("name at least one flow, e.g. flows=0.12 L/min"))
     if mistakes:
         raise ConfigError(mistakes)
     return values

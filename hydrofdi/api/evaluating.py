@@ -16,7 +16,6 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.pipeline import evaluating
 from hydrofdi.settings.mistakes import percent_hint
-from hydrofdi.settings.naming import setting
 from hydrofdi.studies.rules import Rules
 
 
@@ -110,5 +109,5 @@ def _share(name: str, given: str | float, least: float, most: float) -> float:
     value = number_of(name, given, "1", "a share such as 0.01 or '1 %'")
     if not least < value <= most:
         allowed = f"must be above {least:g} and at most {most:.4g}"
-        raise ConfigError(f"{setting(name)}: {allowed}; found {given!r}{percent_hint(given, most)}")
+        raise ConfigError(f"{name}: {allowed}; found {given!r}{percent_hint(given, most)}")
     return value

@@ -14,7 +14,6 @@ from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.naming import setting
 
 Texts = str | Sequence[str]
 """Names as a list, or in one text with commas."""
@@ -130,5 +129,5 @@ def _texts(name: str, given: Texts | Sequence[int] | int | None) -> list[str]:
     texts = names_of(name, given, "names, or one text with commas")
     found = [each.strip() for text in texts for each in text.split(",") if each.strip()]
     if not found:
-        raise ConfigError(f"{setting(name)}: is empty; leave it out for all")
+        raise ConfigError(f"{name}: is empty; leave it out for all")
     return found

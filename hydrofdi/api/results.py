@@ -17,7 +17,6 @@ from hydrofdi.api.table import Table
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts
-from hydrofdi.settings.naming import command
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.layout.names import STATUS, VERDICT
 
@@ -95,9 +94,7 @@ class Results:
         library = notebook_library("xarray")
         notebook_library("h5netcdf")
         if not self.file.exists():
-            raise StoreError(
-                f"{self.folder}: the sweep is not finished; {command('collect')} builds the file"
-            )
+            raise StoreError(f"{self.folder}: the sweep is not finished; 'hydrofdi collect' builds the file")
         dataset: xarray.Dataset = library.open_dataset(self.file, engine="h5netcdf")
         return dataset.assign_coords(study_coordinates(self.data))
 

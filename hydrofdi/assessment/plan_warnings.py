@@ -11,7 +11,6 @@ from hydrofdi.config.analysis import DEFAULT_CHOICE, IndicatorChoice
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.record import is_whole
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.settings.naming import command
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
@@ -71,7 +70,7 @@ def band_warnings(distinct: Distinct) -> list[str]:
         if place_in_bands(frequency, level_bands(run.record.sampling_frequency, run.wavelet.levels))[1]
         < NEAR_BAND_EDGE
     ]
-    return [f"{sentence} (see {command('check')})" for sentence in near_edge_warnings(near, len(modes))]
+    return [f"{sentence} (see 'hydrofdi check')" for sentence in near_edge_warnings(near, len(modes))]
 
 
 def near_edge_warnings(near: Iterable[tuple[float, float]], n_all: int) -> list[str]:

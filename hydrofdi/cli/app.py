@@ -26,7 +26,6 @@ from hydrofdi.errors import (
     ShadowedNameWarning,
     without_credentials,
 )
-from hydrofdi.settings.naming import settings_as_options
 from hydrofdi.settings.suggestions import similar
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
@@ -105,7 +104,7 @@ def main() -> None:
     """Run the command line and exit."""
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     try:
-        with warnings.catch_warnings(), told_on_standard_error(), settings_as_options():
+        with warnings.catch_warnings(), told_on_standard_error():
             _show_warnings()
             arguments = sys.argv[1:] or ["--help"]
             app = application(arguments[:1] if arguments[0] in _HOMES else _HOMES)

@@ -18,7 +18,6 @@ from hydrofdi.config.written_units import note_written_units
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.extending import extended, overlay, read_extended
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml, plain
 
@@ -70,14 +69,14 @@ def load_experiment(
         for text in settings:
             _apply_setting(source, text)
         keys = {text.partition("=")[0].strip() for text in settings}
-        _refuse_contradictory_settings(source, keys, origin=setting("settings"))
+        _refuse_contradictory_settings(source, keys, origin="settings")
     return _validate(source)
 
 
 def _require_texts(settings: object) -> None:
     if not isinstance(settings, Iterable) or not all(isinstance(each, str) for each in settings):
         expected = "{'fluid.bulk_modulus': '689 MPa'}, or texts such as 'fluid.bulk_modulus=689 MPa'"
-        raise ConfigError(f"{setting('settings')}: expected {expected}; found {brief(settings)}")
+        raise ConfigError(f"settings: expected {expected}; found {brief(settings)}")
 
 
 def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
@@ -118,7 +117,7 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 def _apply_setting(source: Source, text: str) -> None:
     key, equals, stated = text.partition("=")
-    origin = f"{setting('settings')} {text}"
+    origin = f"settings {text}"
     if not equals or not key.strip():
         source.mistakes.append(
             Mistake("expected KEY=VALUE, like fluid.bulk_modulus='689 MPa'", origin=origin)

@@ -12,7 +12,6 @@ from typing import Any, Self
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
 from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
-from hydrofdi.settings.naming import setting
 from hydrofdi.store.shard import store_shard_bytes
 
 
@@ -91,7 +90,7 @@ class DaskEngine:
         self._client.cancel([self._distributed.Future(key, self._client) for key in queued], force=True)
 
     def _named(self) -> str:
-        return setting("scheduler", self._scheduler)
+        return f"scheduler={self._scheduler}"
 
     def _result(self, item: Any, future: Any) -> TaskResult:
         try:

@@ -9,7 +9,6 @@ from typing import Any
 from hydrofdi.errors import ConfigError, IndicatorWarning
 from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.indicators.registry import indicator_names, shadows, sound_indicator
-from hydrofdi.settings.naming import command
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
 
@@ -25,7 +24,7 @@ def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[st
     given = [name.strip() for name in chosen.split(",")] if isinstance(chosen, str) else chosen
     is_unnamed = isinstance(chosen, str) and "" in given
     if not isinstance(given, Mapping | Sequence) or not given or is_unnamed:
-        listed = f"{command('indicators')} lists them"
+        listed = "'hydrofdi indicators' lists them"
         message = f"expected 'all', names, or 'name: {{options}}' pairs; found {chosen!r}; {listed}"
         source.mistakes.append(source.mistake(within, message))
         return {}
@@ -47,7 +46,7 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
                 "a list contains only names; with options, write 'indicators: {dwt: {}, modwt: {levels: 3}}'"
             )
         elif not isinstance(name, str) or not name:
-            message = f"expected the name of an indicator; found {name!r}; {command('indicators')} lists them"
+            message = f"expected the name of an indicator; found {name!r}; 'hydrofdi indicators' lists them"
         elif name in names:
             message = f"{name!r} is named twice; give one a label of its own: 'LABEL: {{kind: {name}}}'"
         elif name == "all":

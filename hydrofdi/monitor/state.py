@@ -17,7 +17,6 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.sources import Position
 from hydrofdi.records.streams import State
-from hydrofdi.settings.naming import setting
 from hydrofdi.store.files import reason, require_regular, whole_file
 from hydrofdi.store.folder.lock import file_lock
 
@@ -128,9 +127,7 @@ class StateFile:
         }
         for key, text in words.items():
             if header.get(key) != self._owner[key]:
-                advice = (
-                    f"give another file with {setting('state')}, or remove this one to start from scratch"
-                )
+                advice = "give another file as 'state', or remove this one to start from scratch"
                 raise StoreError(f"{self.path}: {text}; {advice}")
 
 

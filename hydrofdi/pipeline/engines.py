@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Engine, InProcessEngine, LocalPoolEngine, available_cores
-from hydrofdi.settings.naming import setting
 
 ENGINES = ("local", "in-process", "dask")
 
@@ -30,11 +29,10 @@ def make_engine(name: str, workers: int | None, scheduler: str | None, *, shared
     """
     if name == "dask":
         if not isinstance(scheduler, str):
-            raise ConfigError(f"the engine dask needs {setting('scheduler', 'tcp://host:port')}")
+            raise ConfigError("the engine dask needs scheduler=tcp://host:port")
         from hydrofdi.execution.dask_cluster import DaskEngine
 
         return DaskEngine(scheduler, shared_directory=shared_directory)
     if scheduler is not None or not shared_directory:
-        dask = setting("engine", "dask")
-        raise ConfigError(f"{setting('scheduler')} and {setting('shared_directory')} need {dask}")
+        raise ConfigError("scheduler and shared_directory need engine=dask")
     return InProcessEngine() if name == "in-process" else LocalPoolEngine(workers or available_cores())

@@ -12,7 +12,6 @@ from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.records.measured.source import MeasuredSource
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.records import StoredRecords
 
@@ -102,7 +101,7 @@ class HealthyRecords:
             return batch
         names = {*labels_of_healthy(source), *self.healthy}
         if not names:
-            remedy = f"{setting('healthy', 'LABEL')}, or 'healthy: [LABEL]' in the description"
+            remedy = "healthy=LABEL, or 'healthy: [LABEL]' in the description"
             raise ConfigError(f"{source.name}: which records are healthy? {remedy}")
         labels = batch.labels or ("",) * batch.n_record
         rows = [row for row, label in enumerate(labels) if label in names]
@@ -134,9 +133,7 @@ class HealthyRecords:
         if missing:
             names = ", ".join(repr(label) for label in sorted(found - {""})[:10]) or "none"
             hint = nearest(missing[0], sorted(found))
-            raise ConfigError(
-                f"{setting('healthy')}: no record has the label {missing[0]!r}; found {names}{hint}"
-            )
+            raise ConfigError(f"healthy: no record has the label {missing[0]!r}; found {names}{hint}")
 
 
 def labels_of_healthy(source: RecordSource) -> tuple[str, ...]:

@@ -22,7 +22,6 @@ from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of
 from hydrofdi.quality.failures import remedy
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.file_kinds import FileKind, other_kind
-from hydrofdi.settings.naming import command
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
@@ -184,7 +183,7 @@ def verify(directory: Path) -> list[str]:
             n_run = len(read_statuses(file))
             if n_run != len(plan.run_ids):
                 faults.append(
-                    f"{file}: holds {counted(n_run, 'run')} of {len(plan.run_ids)}; run {command('collect')}"
+                    f"{file}: holds {counted(n_run, 'run')} of {len(plan.run_ids)}; run 'hydrofdi collect'"
                 )
         except StoreError as error:
             faults.append(str(error))

@@ -10,7 +10,6 @@ from pathlib import Path
 import hydrofdi
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.errors import ConfigError, ReportError, StoreError
-from hydrofdi.settings.naming import command, setting
 from hydrofdi.store.request import REQUEST_FILE
 
 RESULTS = Path("results")
@@ -32,7 +31,7 @@ def experiment_directory(experiment: ExperimentConfig, out: Path | None = None) 
     if out is None:
         return RESULTS / experiment.name
     if out.resolve() == Path.cwd():
-        raise ConfigError(f"{setting('out')}: name a separate folder, not the working directory")
+        raise ConfigError("out: name a separate folder, not the working directory")
     return out
 
 
@@ -77,7 +76,7 @@ def newest_directory() -> Path:
     requested = [file for file in RESULTS.glob(f"*/{REQUEST_FILE}") if file.parent not in folders]
     files = finished + requested
     if not files:
-        raise ReportError(f"no experiment file in {RESULTS}/*; run {command('sweep CONFIG')} first")
+        raise ReportError(f"no experiment file in {RESULTS}/*; run 'hydrofdi sweep CONFIG' first")
     return max(files, key=lambda file: file.stat().st_mtime_ns).parent
 
 

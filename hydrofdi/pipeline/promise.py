@@ -17,7 +17,6 @@ from hydrofdi.detectors.trained.wording import (
 )
 from hydrofdi.pipeline.assumed_plant import assumption_text, constants_text
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.naming import setting
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.trained import DetectorFile
@@ -77,7 +76,7 @@ def _reference(file: DetectorFile) -> Iterator[str]:
     if any(output.name == "mean_leakage" for output in feature_of(file.config).indicator.outputs):
         yield (
             "Studies state the mean flow, which is smaller at a smaller pressure difference;"
-            f" {setting('output', 'mean_leakage')} judges that flow."
+            " output=mean_leakage judges that flow."
         )
 
 

@@ -16,7 +16,6 @@ from hydrofdi.pipeline.places import (
     results_files,
 )
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.naming import command
 from hydrofdi.simulation import run_identities
 from hydrofdi.store import (
     ExperimentData,
@@ -54,7 +53,7 @@ def read_results(place: Path | None = None) -> ExperimentData:
         return _read_requested(directory)
     files = results_files(directory)
     if not files:
-        raise ReportError(f"no experiment file in {directory}; run {command('sweep CONFIG')} first")
+        raise ReportError(f"no experiment file in {directory}; run 'hydrofdi sweep CONFIG' first")
     require_single(directory, files)
     return read_experiment(files[0])
 
@@ -105,7 +104,7 @@ def _read_shards(
     if index.runs and index.runs.keys().isdisjoint(run_ids):
         remark = (
             f"None of the {counted(len(index.runs), 'stored run')} is one of this experiment: the request or "
-            f"a default has changed since then; {command('sweep')} computes the current request."
+            f"a default has changed since then; 'hydrofdi sweep' computes the current request."
         )
         data = replace(data, remarks=(remark,))
     return data

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 
 _HEAD_BYTES = 65_536
@@ -127,16 +126,12 @@ def _described(path: Path, name: str, channels: Collection[Channel], settings: S
 
 def _refuse_frequency(path: Path, sampling_frequency: float | None) -> None:
     if sampling_frequency is not None:
-        raise ConfigError(
-            f"{setting('sampling_frequency')}: {path} states its own; the option is for a plain data file"
-        )
+        raise ConfigError(f"sampling_frequency: {path} states its own; the option is for a plain data file")
 
 
 def _refuse_settings(path: Path, settings: Sequence[str]) -> None:
     if settings:
-        raise ConfigError(
-            f"{setting('settings')}: {path} is not simulated; settings are for an experiment file"
-        )
+        raise ConfigError(f"settings: {path} is not simulated; settings are for an experiment file")
 
 
 def _head(path: Path) -> bytes:

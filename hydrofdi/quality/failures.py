@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from hydrofdi.settings.naming import command, setting
-
-_RETRY = "a sweep with {retry_failed} computes it again"
+_RETRY = "a sweep with retry_failed computes it again"
 
 _REMEDIES = {
-    "diverged": "shorten record.step; {check} names the longest step that is stable",
+    "diverged": "shorten record.step; 'hydrofdi check' names the longest step that is stable",
     "stroke_exceeded": (
         "lower input.amplitude or input.period, enlarge actuator.chamber_volume, or set actuator.end_stops:"
         " elastic"
     ),
-    "unreachable_leakage": "lower leakage.internal_flow; {calibrate} shows what a flow takes",
+    "unreachable_leakage": "lower leakage.internal_flow; 'hydrofdi calibrate' shows what a flow takes",
     "timeout": f"raise limits.time_per_job, or shorten record.duration; {_RETRY}",
-    "killed": f"take fewer {{workers}} if memory ran out; {_RETRY}",
-    "error": f"{{why}} shows the traceback; {_RETRY}",
+    "killed": f"take fewer workers if memory ran out; {_RETRY}",
+    "error": f"'hydrofdi why' shows the traceback; {_RETRY}",
 }
-"""Status of a run that failed → its remedy, with places for settings that messages name."""
+"""Status of a run that failed → its remedy."""
 
 FAILURES = tuple(_REMEDIES)
 """The statuses of runs that failed."""
@@ -31,6 +29,4 @@ def remedy(status: str) -> str:
     status : str
         Empty text for one that is not in `FAILURES`.
     """
-    named = {name: setting(name) for name in ("workers", "retry_failed")}
-    named |= {name: command(name) for name in ("check", "calibrate", "why")}
-    return _REMEDIES.get(status, "").format_map(named)
+    return _REMEDIES.get(status, "")

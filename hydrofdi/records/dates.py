@@ -11,7 +11,6 @@ from zoneinfo import ZoneInfo, available_timezones
 import numpy as np
 
 from hydrofdi.records.batch import Array
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import similar
 
 _POINTED = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):(.*)")
@@ -142,6 +141,6 @@ def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
     if not all(found.has_zone for found in instants):
         raise ValueError(
             f"the time has no zone; write it like {_EXAMPLE}, or state the zone in the file of"
-            f" {setting('config')}: 'text: {{zone: Europe/Berlin}}'"
+            f" config: 'text: {{zone: Europe/Berlin}}'"
         )
     return np.array([found.nanoseconds / _BILLION for found in instants], dtype=np.float64)

@@ -11,7 +11,6 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.source import RecordSource
-from hydrofdi.settings.naming import command
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert, parse_unit
 
@@ -176,7 +175,7 @@ def look_at(source: RecordSource, record_id: str | None = None) -> Overview:
             row = _row(batch, record_id)
             overview.example = overview.example if row is None else batch.rows([row])
     if record_id is not None and overview.example is None:
-        raise DataError(f"{source.name}: has no record {record_id!r}; {command('measure')} lists them")
+        raise DataError(f"{source.name}: has no record {record_id!r}; 'hydrofdi measure' lists them")
     return overview
 
 

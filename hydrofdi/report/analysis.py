@@ -15,7 +15,6 @@ from hydrofdi.report.responses import ResponseStudy, study_responses
 from hydrofdi.report.runs.axes import table_runs
 from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.report.runs.table import SensitivityTable
-from hydrofdi.settings.naming import command
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 
@@ -82,7 +81,7 @@ class Analysis:
         """Why there is no δ, as a sentence; empty if there is a healthy run."""
         if self.has_baseline:
             return ""
-        alone = f"it is a single run; {command('sweep')} adds the healthy ones"
+        alone = "it is a single run; 'hydrofdi sweep' adds the healthy ones"
         reason = alone if self.data.n_run == 1 else "the baseline itself leaks"
         return f"There is no healthy run to compare with ({reason}): δ is not known."
 

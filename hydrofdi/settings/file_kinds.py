@@ -6,8 +6,6 @@ import re
 from enum import StrEnum
 from pathlib import Path
 
-from hydrofdi.settings.naming import command
-
 _HEAD_BYTES = 65_536
 
 
@@ -110,7 +108,7 @@ def _use(path: Path, found: FileKind, wanted: FileKind) -> str:
     if found in _CURE:
         return _CURE[found]
     name, does = USE[found]
-    return f"{command(name.format(path=path))} {does}"
+    return f"'hydrofdi {name.format(path=path)}' {does}"
 
 
 def _settings_kind(text: str, wanted: FileKind) -> FileKind | None:

@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 
 from hydrofdi.errors import ShadowedNameWarning
-from hydrofdi.settings.naming import command
 
 _FOLDER = "configs"
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -85,7 +84,7 @@ def ready_hint(path: Path) -> str:
     close = same if len(same) == 1 else difflib.get_close_matches(asked, names, n=1, cutoff=0.7)
     if close:
         return f"; did you mean {close[0]!r}?"
-    return "" if path.suffix else f"; {command('configs')} lists the ready ones"
+    return "" if path.suffix else "; 'hydrofdi configs' lists the ready ones"
 
 
 def ready_summary(name: str) -> str:

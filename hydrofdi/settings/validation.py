@@ -11,7 +11,6 @@ from pydantic import BaseModel, ValidationError
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.file_kinds import FileKind, other_kind
 from hydrofdi.settings.mistakes import describe_error
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.ready import ready_hint
 from hydrofdi.settings.synonyms import meant
@@ -72,7 +71,7 @@ def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
         error, unit = {**error, "input": stated}, _unit_at(model, path)
     message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model), unit)
     if error["type"] in ("model_type", "model_attributes_type") and path:
-        message += _section_hint(source, path, _section_at(model, path), error["input"])
+        message += _section_hint(path, _section_at(model, path), error["input"])
     return source.mistake(path, message) if path else _placed(source, message)
 
 
@@ -86,24 +85,15 @@ def _stated(data: Any, path: Path) -> Any:
     return data
 
 
-def _section_hint(source: Source, path: Path, section: Any, found: Any) -> str:
+def _section_hint(path: Path, section: Any, found: Any) -> str:
     """The key that a value in the place of a section probably belongs to, or all keys of the section."""
     if not _is_model(section):
         return ""
     keys = list(section.model_fields)
     fitting = [key for key in keys if isinstance(found, str) and _takes(section, key, found)]
     if likely := [key for key in meant(str(path[-1]), keys) if key in fitting or not fitting] or fitting:
-        return f"; write {_as_written(source, path, likely[0], found)}"
+        return f"; write {dotted(path)}: {{{likely[0]}: {found}}}"
     return f"; its keys are {', '.join(keys)}"
-
-
-def _as_written(source: Source, path: Path, key: str, value: Any) -> str:
-    """A key with its value, as the user writes keys: as an option, a keyword of Python, or in a file."""
-    name, origin = dotted(path), source.origins.get(path)
-    if origin is None or not origin.startswith(setting("settings")):
-        is_keyword = origin == ""
-        return f"{name}__{key}={value!r}" if is_keyword else f"{name}: {{{key}: {value}}}"
-    return setting("settings", f"{name}.{key}={value}")
 
 
 def _takes(section: type[BaseModel], key: str, value: str) -> bool:
@@ -120,7 +110,7 @@ def _placed(source: Source, message: str) -> Mistake:
     places = {path: source.origins[path] for path in named if path in source.origins}
     if not places:
         return source.mistake((), message)
-    first, *others = sorted(places, key=lambda path: not places[path].startswith(setting("settings")))
+    first, *others = sorted(places, key=lambda path: not places[path].startswith("settings "))
     elsewhere = ", ".join(f"{dotted(path)} is in {places[path]}" for path in others)
     return Mistake(f"{message} ({elsewhere})" if elsewhere else message, origin=places[first])
 

@@ -16,7 +16,6 @@ import h5py
 from hydrofdi.errors import StoreError
 from hydrofdi.records.array_reader import open_hdf5
 from hydrofdi.settings.file_kinds import FileKind, other_kind
-from hydrofdi.settings.naming import command
 
 LIBRARY_VERSIONS = ("v110", "v110")
 """HDF5 format versions of written files: from 1.10 on, all metadata have checksums, so a damaged file is
@@ -75,7 +74,7 @@ def require_replaceable(path: Path) -> None:
     """
     if path.suffix != ".h5":
         raise StoreError(
-            f"{path}: results are written to a file whose name ends in .h5; {command('export')} writes .csv,"
+            f"{path}: results are written to a file whose name ends in .h5; 'hydrofdi export' writes .csv,"
             " .parquet and .mat"
         )
     if not path.is_file() or not path.stat().st_size:

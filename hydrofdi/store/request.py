@@ -14,7 +14,6 @@ from hydrofdi.config.experiment import STORED
 from hydrofdi.config.renamed_keys import with_present_keys
 from hydrofdi.errors import StoreError
 from hydrofdi.settings.mistakes import describe_error
-from hydrofdi.settings.naming import setting
 from hydrofdi.store.files import write_whole_text
 
 REQUEST_FILE = "experiment.json"
@@ -41,14 +40,13 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
         It contains another experiment.
     """
     if directory.exists() and not directory.is_dir():
-        raise StoreError(f"{directory}: is a file, not a folder; give another {setting('out')}")
+        raise StoreError(f"{directory}: is a file, not a folder; give another 'out'")
     if not (directory / REQUEST_FILE).exists():
         return
     held = read_request(directory).name
     if held != experiment.name:
         raise StoreError(
-            f"{directory}: contains the experiment {held!r}, not {experiment.name!r}; give another"
-            f" {setting('out')}"
+            f"{directory}: contains the experiment {held!r}, not {experiment.name!r}; give another 'out'"
         )
 
 

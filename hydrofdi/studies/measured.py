@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import similar
 from hydrofdi.studies.records import Scored, StudyRecords
 
@@ -100,7 +99,7 @@ def _require_healthy(labels: Labels, found: Sequence[str]) -> None:
     if not found:
         raise ConfigError("no record has a label; set 'label:' in the description")
     if not labels.healthy:
-        remedy = f"{setting('healthy', 'LABEL')}, or 'healthy: [LABEL]' in the description"
+        remedy = "healthy=LABEL, or 'healthy: [LABEL]' in the description"
         raise ConfigError(f"which records are healthy? {remedy}; found {names}")
     missing = [label for label in labels.healthy if label not in found]
     if missing:

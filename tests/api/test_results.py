@@ -69,7 +69,7 @@ def test_a_sweep_that_has_not_ended_has_a_table_and_no_dataset(small_sweep, tmp_
     (folder / "small.h5").unlink()
     results = hydrofdi.results(folder)
     assert len(results.table)
-    with pytest.raises(hydrofdi.HydrofdiError, match=r"hydrofdi\.collect"):
+    with pytest.raises(hydrofdi.HydrofdiError, match=r"hydrofdi collect"):
         _ = results.dataset
 
 
@@ -93,7 +93,7 @@ def test_the_sentence_without_results_is_that_of_the_command(tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     with pytest.raises(hydrofdi.HydrofdiError) as raised:
         hydrofdi.results()
-    sentence = str(raised.value).replace("hydrofdi.sweep(…)", "'hydrofdi sweep CONFIG'")
+    sentence = str(raised.value)
     assert run("report", cwd=tmp_path, check=2).stderr.strip() == f"hydrofdi: {sentence}"
 
 

@@ -16,7 +16,7 @@ def simulated():
     [
         (lambda each: each.plot("P1"), "plot: accepts no argument by position"),
         (lambda each: each.write(), "write: give path"),
-        (lambda each: each.write("r.csv"), r"ends in \.h5; hydrofdi\.export\(…\) writes \.csv"),
+        (lambda each: each.write("r.csv"), r"ends in \.h5"),
     ],
 )
 def test_a_wrong_call_of_a_run(simulated, call, sentence):

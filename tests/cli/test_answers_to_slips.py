@@ -42,7 +42,7 @@ def test_a_rate_in_bar_is_no_share(recording: Path) -> None:
 
 def test_a_limit_has_the_unit_of_the_value(recording: Path) -> None:
     refused = run("train", recording, "--window", "0 s", "--out", "d.json", cwd=recording.parent, check=2)
-    assert "--window: must be at least 1e-09 s; found 0 s" in refused.stderr
+    assert "window: must be at least 1e-09 s; found 0 s" in refused.stderr
 
 
 def test_the_state_that_cannot_be_locked_is_named(tmp_path: Path) -> None:

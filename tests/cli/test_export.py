@@ -253,9 +253,9 @@ def test_a_folder_with_an_earlier_export_is_replaced_only_when_asked(small_sweep
     refused = run("export", small_sweep.directory, "--out", out, "--runs", "3", check=2)
     assert "signals: contains an earlier export (3 files, such as 0000-" in refused.stderr
     assert "choose another folder" in refused.stderr
-    assert "--overwrite" in refused.stderr
+    assert "overwrite" in refused.stderr
     assert {file.name: file.read_bytes() for file in files_in(out)} == before
-    with pytest.raises(hydrofdi.HydrofdiError, match="replace it with overwrite"):
+    with pytest.raises(hydrofdi.HydrofdiError, match="overwrite"):
         hydrofdi.export(small_sweep.directory, out)
     run("export", small_sweep.directory, "--out", out, "--runs", "2-3", "--overwrite", check=0)
     kept = {file.name for file in files_in(out)}

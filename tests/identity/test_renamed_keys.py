@@ -51,4 +51,4 @@ def test_a_mistake_under_an_earlier_key_keeps_its_line(tmp_path):
 def test_the_command_warns_and_goes_on(hydrofdi):
     result = hydrofdi("simulate", "--json", "--set", "run.duration=2 s")
     assert result.returncode == 0
-    assert "warning: --set run.duration=2 s: run.duration is now record.duration" in result.stderr
+    assert "warning: settings run.duration=2 s: run.duration is now record.duration" in result.stderr

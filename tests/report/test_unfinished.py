@@ -37,7 +37,7 @@ def test_an_unfinished_experiment_reports_what_is_there_and_why_the_rest_is_not(
     assert [row.status for row in report.analysis.table.rows] == ["ok", "missing", "ok", "missing"]
     (holes,) = [block for block in report.document().blocks if block.key == "holes"]
     assert holes.paragraphs[0] == "2 of 4 runs have no results."
-    assert "hydrofdi.sweep(…) computes the missing runs" in holes.paragraphs[1]
+    assert "computes the missing runs" in holes.paragraphs[1]
     rows = json.loads(render_json(report))["rows"]
     assert [row["detail_rms_Pa"] == [None] * 5 for row in rows] == [False, True, False, True]
 

@@ -15,7 +15,6 @@ from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.training import stated_detector
 from hydrofdi.pipeline.training import channels_needed, require_place, train_on
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 
@@ -127,7 +126,7 @@ def train(
     }
     stated = stated_detector(
         config if config is None or isinstance(config, Mapping) else path_of(config),
-        {key: (setting(name), value) for key, (name, value) in given.items() if value is not None},
+        {key: (name, value) for key, (name, value) in given.items() if value is not None},
     )
     if out is not None:
         require_place(path_of(out))

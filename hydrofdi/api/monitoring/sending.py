@@ -12,7 +12,6 @@ from hydrofdi.monitor.configuration import load_monitor_config
 from hydrofdi.monitor.mqtt.address import MqttAddress, is_mqtt
 from hydrofdi.pipeline.sample_text import CsvText, JsonText
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.naming import setting
 
 Send = Callable[[Chunk], None]
 
@@ -42,13 +41,13 @@ def sample_target(
     """
     if to == "-":
         if config is not None:
-            raise ConfigError(f"{setting('config')}: is for a broker; give its topic with {setting('to')}")
+            raise ConfigError("config: is for a broker; give its topic as 'to'")
         yield _text_sender(form, stream)
     elif not is_mqtt(to):
         expected = "expected '-' for standard output, or mqtt://host:port/topic"
-        raise ConfigError(f"{setting('to')} {to}: {expected}")
+        raise ConfigError(f"to {to}: {expected}")
     elif form is not None:
-        raise ConfigError(f"{setting('format')}: is for standard output; messages are JSON")
+        raise ConfigError("format: is for standard output; messages are JSON")
     else:
         with _broker(to, config, tell) as send:
             yield send

@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.naming import setting
 from hydrofdi.units import Unit, parse_unit
 
 MOST_ROWS = 100_000
@@ -105,7 +104,7 @@ def require_held_text(text: str) -> str:
         The text is not in this form.
     """
     if "\n" not in text:
-        readers = f"an experiment file or {setting('settings')}"
+        readers = "an experiment file or settings"
         raise ValueError(f"{text!r} is a path; a file is only read if {readers} names it")
     name = text.partition("\n")[0].removeprefix("#") if text.startswith("#") else "text"
     return held_text(name, text)

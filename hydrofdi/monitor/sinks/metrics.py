@@ -14,7 +14,6 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import Event, EventKind, Line
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.naming import setting
 from hydrofdi.store.files import reason
 
 _PATIENCE = 3.0
@@ -45,15 +44,13 @@ class MetricsSink:
         except ModuleNotFoundError as error:
             if error.name != "prometheus_client":
                 raise
-            raise ConfigError(
-                f"{setting('metrics')} needs the extra: pip install 'hydrofdi[monitor]'"
-            ) from None
+            raise ConfigError("metrics needs the extra: pip install 'hydrofdi[monitor]'") from None
         self._measures = Measures(file)
         try:
             family, _, _, _, found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
             self._server = _Server(family, (host, port), make_wsgi_app(self._measures.registry))
         except (OSError, UnicodeError) as error:
-            raise ConfigError(f"{setting('metrics')}: {address}: {reason(error)}") from None
+            raise ConfigError(f"metrics: {address}: {reason(error)}") from None
         self._thread = Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
         self._thread.start()
         shown = f"[{host}]" if ":" in host else host
@@ -114,7 +111,5 @@ def _host_and_port(address: str) -> tuple[str, int]:
     if ":" in host and not (host.startswith("[") and host.endswith("]")):
         is_port = False
     if not (host and colon and is_port):
-        raise ConfigError(
-            f"{setting('metrics')}: {address!r} is not host:port; write, for example, 127.0.0.1:9464"
-        )
+        raise ConfigError(f"metrics: {address!r} is not host:port; write, for example, 127.0.0.1:9464")
     return host.strip("[]"), int(port)

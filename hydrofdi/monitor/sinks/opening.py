@@ -13,7 +13,6 @@ from hydrofdi.monitor.sinks.contract import Sink
 from hydrofdi.monitor.sinks.metrics import MetricsSink
 from hydrofdi.monitor.sinks.mqtt import MqttSink
 from hydrofdi.monitor.sinks.webhook import WebhookSink
-from hydrofdi.settings.naming import setting
 
 
 def open_sinks(
@@ -59,6 +58,4 @@ def _sinks(
             yield WebhookSink(config.webhook.model_copy(update={"url": text}))
         else:
             given = text.partition("://")[0]
-            raise ConfigError(
-                f"{setting('events')}: {given!r}: give mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or https://…"
-            )
+            raise ConfigError(f"events: {given!r}: give mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or https://…")

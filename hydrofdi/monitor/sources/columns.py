@@ -22,7 +22,6 @@ from hydrofdi.records.measured.column_units import (
 )
 from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
 from hydrofdi.records.measured.formats.table import find_column, shortened, split_title
-from hydrofdi.settings.naming import setting
 
 Channels = Mapping[Channel, ChannelConfig]
 """Channel → column, as in descriptions of measured files. Empty if names and units are self-explanatory."""
@@ -211,10 +210,7 @@ def _named_time(titles: Sequence[str], units: Sequence[str], dated: Collection[i
 
 
 def _encoding_hint() -> str:
-    file = setting("config")
-    return (
-        f"; this is not UTF-8: state the encoding in the file of {file}, such as 'text: {{encoding: cp1252}}'"
-    )
+    return "; this is not UTF-8: state the encoding in the file of config, such as 'text: {encoding: cp1252}'"
 
 
 def _no_unit_of_time(where: str) -> DataError:

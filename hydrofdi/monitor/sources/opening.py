@@ -10,7 +10,6 @@ from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import StreamSource
 from hydrofdi.settings.file_kinds import FileKind, other_kind
-from hydrofdi.settings.naming import command, setting
 from hydrofdi.settings.suggestions import similar
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
@@ -62,8 +61,7 @@ def open_stream(
         raise ConfigError(f"{text}: unknown kind of source {kind!r}{_hint(kind, text)}")
     if sampling_frequency is not None:
         raise ConfigError(
-            f"{setting('sampling_frequency')}: applies only to text; other sources need a time for each "
-            "sample"
+            "sampling_frequency: applies only to text; other sources need a time for each sample"
         )
     return _opcua(text, config, file) if kind == "opc.tcp" else _mqtt(text, config, file, detector)
 
@@ -96,7 +94,7 @@ def _text(
     path = Path(text)
     if text != "-" and (path.is_dir() or path.suffix.lower() in _RECORDS):
         raise ConfigError(
-            f"{text}: is not a text stream; {command('detect')} judges it, {command('replay')} streams it"
+            f"{text}: is not a text stream; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
         )
     if text != "-" and (mistaken := other_kind(path, FileKind.DATA)):
         raise ConfigError(mistaken)

@@ -13,7 +13,6 @@ from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.records.written.columns import Selection
 from hydrofdi.records.written.forms import OWN, WRITERS
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.files import require_own, whole_file
 
@@ -48,7 +47,7 @@ def target_of(path: Path, form: str | None) -> Target:
         The form is unknown, or not that of the suffix.
     """
     if form is not None and form not in [*WRITERS]:
-        raise ConfigError(f"{setting('format')}: {form!r} is unknown{nearest(str(form), [*WRITERS])}")
+        raise ConfigError(f"format: {form!r} is unknown{nearest(str(form), [*WRITERS])}")
     suffix = path.suffix.lower().removeprefix(".")
     if path.is_file() and not suffix:
         raise DataError(f"{path}: is a file, not a folder")
@@ -134,14 +133,12 @@ def _require_new(target: Target, earlier: Sequence[Path], inputs: Collection[Pat
     if earlier:
         files = f"{len(earlier):,} files, such as {earlier[0].name}" if len(earlier) > 1 else earlier[0].name
         raise ConfigError(
-            f"{path}: contains an earlier export ({files}); choose another folder, or replace it with"
-            f" {setting('overwrite')}"
+            f"{path}: contains an earlier export ({files}); choose another folder, or set 'overwrite'"
         )
     is_written = target.is_file and path.is_file() and path.stat().st_size > 0
     if is_written and path.resolve() not in inputs:
         raise ConfigError(
-            f"{path}: already exists and was not changed; choose another name, or replace it with"
-            f" {setting('overwrite')}"
+            f"{path}: already exists and was not changed; choose another name, or set 'overwrite'"
         )
 
 
@@ -168,8 +165,7 @@ def _records(
                 if held is not None:
                     raise ConfigError(
                         f"{target.path}: there is more than one record (including healthy baselines); "
-                        "name a folder to get one file per record, or choose one run "
-                        f"({setting('runs')})"
+                        "name a folder to get one file per record, or choose one of 'runs'"
                     )
                 held = batch.rows([row]), 0, target.path
     if held is not None:

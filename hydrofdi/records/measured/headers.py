@@ -17,7 +17,6 @@ from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table, shortened, split_title
 from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.records.measured.suggesting import is_counter, refusal
-from hydrofdi.settings.naming import setting
 
 _MOST_SHOWN = 12
 
@@ -111,8 +110,7 @@ def sampling_in(table: Table, file: Path, sampling_frequency: float | None) -> d
     if not times:
         raise refusal(
             file,
-            f"no sampling frequency is given ({setting('sampling_frequency', '1kHz')}), and no column is"
-            " named 'time [s]'",
+            "no sampling frequency is given (sampling_frequency=1kHz), and no column is named 'time [s]'",
             table,
         )
     if is_counter(table, table.find(times[0])):

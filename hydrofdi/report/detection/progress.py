@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from hydrofdi.report.document import Block
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.naming import command
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Progress:
             return None
         sentence = (
             f"{self.n_computed:,} of {counted(self.n_planned, 'run')} are computed;"
-            f" {command('sweep CONFIG')} computes the rest."
+            f" 'hydrofdi sweep CONFIG' computes the rest."
         )
         so_far = " The tables show the runs so far; no conclusions are drawn from them."
         return Block("progress", "Not finished", (sentence + (so_far if self.n_computed else ""),))

@@ -16,7 +16,6 @@ from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.signals import draw_signals
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes
-from hydrofdi.settings.naming import command
 from hydrofdi.store.files import whole_file
 
 __all__ = [
@@ -65,8 +64,7 @@ def draw_figure(report: ComposedReport, name: str) -> Figure:
     figures = report.figures()
     if not figures:
         raise ReportError(
-            "there is nothing to draw: no run has results;"
-            f" {command('sweep CONFIG')} computes the missing runs"
+            "there is nothing to draw: no run has results; 'hydrofdi sweep CONFIG' computes the missing runs"
         )
     with matplotlib.rc_context(SETTINGS):
         figure: Figure = figures[name].draw()

@@ -14,7 +14,6 @@ from hydrofdi.report.runs.table import SensitivityTable
 from hydrofdi.report.sections.quantiles import MANY_ROWS
 from hydrofdi.report.wording import lead_cells, lead_headers
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.naming import command
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.results import MISSING
 
@@ -70,5 +69,5 @@ def _kinds(holes: list[TableRow]) -> Iterator[str]:
 
 def _remedy(status: str) -> str:
     if status == MISSING:
-        return f"{command('sweep CONFIG')} computes the missing runs and keeps the others"
+        return "'hydrofdi sweep CONFIG' computes the missing runs and keeps the others"
     return remedy(status)

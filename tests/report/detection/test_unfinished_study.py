@@ -36,7 +36,7 @@ def test_an_unfinished_study_says_so_first_and_concludes_nothing(report):
     document = report.document()
     planned = report.progress.n_planned
     assert document.blocks[0].title == "Not finished"
-    sentence = f"90 of {planned:,} runs are computed; hydrofdi.sweep(…) computes the rest."
+    sentence = f"90 of {planned:,} runs are computed; 'hydrofdi sweep CONFIG' computes the rest."
     assert document.blocks[0].paragraphs[0].startswith(sentence)
     answer = next(block for block in document.blocks if block.key == "answer")
     assert answer.paragraphs == (

@@ -11,7 +11,6 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Chunk, EvenStream, Piece, Window, Windower, make_windower
-from hydrofdi.settings.naming import setting
 
 _CHUNK = 2**17
 """Number of samples of a record that are cut at a time; overlapping windows multiply their memory."""
@@ -32,20 +31,14 @@ def windower_of(
     assert window.by != "estimate"
     frequency = first.sampling_frequency
     if window.by == "cycle" and window.duration is None:
-        raise ConfigError(
-            f"{setting('by', 'cycle')}: give the length of each cycle, counted from its edge, with"
-            f" {setting('window')}"
-        )
+        raise ConfigError("by=cycle: give the length of each cycle, counted from its edge, as 'window'")
     if window.by == "cycle" and window.every is not None:
-        raise ConfigError(
-            f"{setting('every')}: windows by cycle start at the edges of the drive; remove this setting"
-        )
+        raise ConfigError("every: windows by cycle start at the edges of the drive; remove this setting")
     duration = first.duration if window.duration is None else window.duration
     n_sample = round(duration * frequency)
     if n_sample < 2:
         raise ConfigError(
-            f"{setting('window')}: {duration:g} s at {frequency:g} Hz contain {n_sample} samples; use at"
-            " least 2"
+            f"window: {duration:g} s at {frequency:g} Hz contain {n_sample} samples; use at least 2"
         )
     n_every = None if window.every is None else max(1, round(window.every * frequency))
     return make_windower(
@@ -95,7 +88,7 @@ def drive_of(healthy: RecordSource, channel: Channel) -> Drive:
     if not low < high:
         found = "is missing in" if high == -np.inf else "never changes in"
         raise NotStatedError(
-            f"{setting('by', 'cycle')}: {channel} {found} all healthy records, but cycles start at its edges;"
+            f"by=cycle: {channel} {found} all healthy records, but cycles start at its edges;"
             " choose another channel under 'window:', or use windows by time"
         )
     return low, high

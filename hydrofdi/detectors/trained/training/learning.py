@@ -21,7 +21,6 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.settings.naming import setting
 
 
 def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
@@ -113,7 +112,7 @@ def _absence(scorer: Scorer, records: Sequence[LearnedRecord], config: DetectorC
             f"no record has a cycle that starts with an edge of {window.channel}; choose another edge or"
             " channel"
         )
-    return f"{longest}, but a window {time_text(window.duration or 0.0)}; give a shorter {setting('window')}"
+    return f"{longest}, but a window {time_text(window.duration or 0.0)}; give a shorter window"
 
 
 def _channels(feature: Feature, config: DetectorConfig, first: RecordBatch) -> tuple[Channel, ...]:
@@ -130,7 +129,7 @@ def _estimator(
 ) -> Estimator:
     if config.window.duration is not None or config.window.every is not None:
         raise ConfigError(
-            f"{setting('by', 'estimate')}: this setting has no windows; the option 'interval' of"
+            f"by=estimate: this setting has no windows; the option 'interval' of"
             f" {feature.indicator.name} sets the time between estimates"
         )
     return Estimator(feature, channels, first.sampling_frequency)
@@ -163,6 +162,6 @@ def _checked(
     if needs_length and batch.n_time != first.n_time:
         raise DataError(
             f"{source}: lasts {batch.duration:g} s, but {other} {first.duration:g} s; give the duration of a"
-            f" window with {setting('window')}"
+            f" window as 'window'"
         )
     return batch

@@ -19,7 +19,6 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
 from hydrofdi.evaluation.tolerance import tolerance_threshold
 from hydrofdi.records import Array
-from hydrofdi.settings.naming import setting
 
 _MOST_FOLDS = 25
 """Maximum number of cross-validation folds; with more groups, several are left out at a time."""
@@ -92,7 +91,7 @@ def _set(rule: Rule, scores: Array, learned: Learned, found: str) -> Threshold:
         remedy = "more records, shorter windows" if learned.n_sample else "more records"
         raise NotStatedError(
             f"{promise} needs {needed:,} healthy {what} ({lasting}), and {found} {scores.size:,};"
-            f" take {remedy} or a higher {setting('false_alarm_rate')}",
+            f" take {remedy} or a higher false_alarm_rate",
             needed,
         ) from None
 

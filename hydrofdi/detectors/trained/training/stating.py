@@ -16,7 +16,6 @@ from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.mistakes import describe_error
-from hydrofdi.settings.naming import setting
 from hydrofdi.settings.suggestions import listed, nearest
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path as KeyPath
@@ -83,7 +82,7 @@ def _choose(chosen: Any, source: Source) -> None:
         raise ConfigError([source.mistake(("options",), "belong under the label in 'indicators:'")])
     if label not in made or ("indicator" not in source.data and len(made) > 1):
         hint = nearest(str(label), [*made]) if label not in made else listed([*made])
-        raise ConfigError([source.mistake((_INDICATORS,), f"choose one with {setting('indicator')}{hint}")])
+        raise ConfigError([source.mistake((_INDICATORS,), f"choose an indicator{hint}")])
     source.data["indicator"] = made[label].name
     source.data["options"] = made[label].options.model_dump(exclude_unset=True)
 
@@ -134,5 +133,4 @@ def _mistakes_of_score(config: DetectorConfig, source: Source) -> Iterator[Mista
     try:
         feature.direction(config.direction)
     except ConfigError as faulty:
-        option = setting("direction")
-        yield source.mistake(("direction",), f"{faulty} ({option})" if option != "direction" else str(faulty))
+        yield source.mistake(("direction",), str(faulty))

@@ -18,7 +18,6 @@ from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.formats.text_cells import blank_divided, delimiter_of
 from hydrofdi.records.measured.formats.text_numbers import CellError, column_numbers, is_number
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.naming import setting
 
 
 class CsvLines:
@@ -228,5 +227,4 @@ def _only(numbers: set[int]) -> int:
 
 
 def _comma_hint() -> str:
-    file = setting("config")
-    return f"; if commas are decimal signs, write 'text: {{decimal: \",\"}}' in the file of {file}"
+    return "; if commas are decimal signs, write 'text: {decimal: \",\"}' in the file of config"

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.refusal import NotStatedError
-from hydrofdi.indicators import Indicator, Output, measure
-from hydrofdi.records import Array, RecordBatch
+from hydrofdi.indicators import Indicator, Output
 from hydrofdi.settings.suggestions import nearest
 
 
@@ -66,31 +61,3 @@ class Feature:
                 f"choose the direction in which {self.label} raises an alarm: rising, falling or both"
             )
         return direction
-
-    def of(self, records: RecordBatch) -> Array:
-        """Values of the output, shape (n_record, n_number); NaN if a record has none."""
-        return self._measured(records)[0]
-
-    def of_healthy(self, records: RecordBatch) -> Array:
-        """The same for training records.
-
-        Raises
-        ------
-        NotStatedError
-            No record has a value; the message gives the reason of the first record.
-        """
-        numbers, obstacles = self._measured(records)
-        if not np.isfinite(numbers).any():
-            reason = next((each for each in obstacles if each), self.indicator.absence)
-            raise NotStatedError(f"no healthy record has {self.label}: {reason}")
-        return numbers
-
-    def _measured(self, records: RecordBatch) -> tuple[Array, tuple[str | None, ...]]:
-        measures = measure(records, {"it": self.indicator})
-        numbers = measures.values[f"it.{self.described.name}"]
-        return numbers.reshape(records.n_record, -1), measures.obstacles["it"]
-
-
-def features_of(features: Sequence[Feature], records: RecordBatch) -> Array:
-    """Values of several outputs, concatenated, shape (n_record, n_number)."""
-    return np.hstack([feature.of(records) for feature in features])

@@ -34,18 +34,6 @@ class Area:
     n_faulty: int
     not_measurable: int
 
-    @property
-    def d_prime(self) -> tuple[float, float, float]:
-        """Distance d' of two unit-variance Gaussians with this area, and its interval: √2 Φ⁻¹(area).
-
-        Green and Swets, Signal Detection Theory and Psychophysics (1966), chapter 3. It is invariant under
-        monotone transforms of the scores.
-        """
-        from scipy.special import ndtri
-
-        value, low, high = math.sqrt(2.0) * ndtri(np.array([self.value, self.low, self.high]))
-        return float(value), float(low), float(high)
-
 
 def placements(healthy: Array, faulty: Array) -> tuple[Array, Array]:
     """Fraction of faulty scores above each healthy one, and of healthy scores below each faulty one.

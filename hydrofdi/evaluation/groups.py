@@ -44,8 +44,7 @@ class HealthyPair:
 def left_out_outcomes(healthy: ArrayLike, groups: Sequence[str], rule: Rule) -> Array:
     """Alarms of each group at the threshold of all others: cross-validation by group, Stone (1974).
 
-    Journal of the Royal Statistical Society B 36, 111. Compute the rate of each group with `alarm_rates`, and
-    that of all with `alarm_rate` and `groups`.
+    Journal of the Royal Statistical Society B 36, 111. `alarm_rate` with `groups` gives the rate of all.
 
     Parameters
     ----------

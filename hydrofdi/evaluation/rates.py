@@ -94,32 +94,6 @@ def alarm_rate(outcomes: ArrayLike, *, groups: Sequence[str] | None = None, conf
     return Rate(count, total, missing, low, high, confidence, n_group)
 
 
-def alarm_rates(
-    outcomes: ArrayLike,
-    populations: Sequence[str],
-    *,
-    groups: Sequence[str] | None = None,
-    confidence: float = 0.95,
-) -> dict[str, Rate]:
-    """Alarm rate of each population.
-
-    Parameters
-    ----------
-    outcomes : array_like, shape (n_record,)
-    populations : sequence of str, length n_record
-    groups : sequence of str, length n_record, optional
-    confidence : float
-    """
-    values, names = np.asarray(outcomes, dtype=float), np.asarray(populations)
-    clusters = None if groups is None else np.asarray(groups)
-    rates = {}
-    for name in dict.fromkeys(populations):
-        rows = names == name
-        own = None if clusters is None else clusters[rows].tolist()
-        rates[name] = alarm_rate(values[rows], groups=own, confidence=confidence)
-    return rates
-
-
 def _effective_number(outcomes: Array, groups: np.ndarray, confidence: float) -> tuple[float, int]:
     from scipy.special import stdtrit
 

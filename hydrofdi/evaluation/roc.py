@@ -35,16 +35,6 @@ class RocCurve:
         """1 - detection rate."""
         return 1.0 - self.detection_rate
 
-    def normal_deviates(self) -> tuple[Array, Array]:
-        """False-alarm and miss rate as normal deviates, the axes of a DET curve: Φ⁻¹ of each.
-
-        Martin et al., Proc. Eurospeech (1997) 1895. Unit-variance Gaussians give a straight line with slope
-        -1.
-        """
-        from scipy.special import ndtri
-
-        return np.asarray(ndtri(self.false_alarm_rate)), np.asarray(ndtri(self.miss_rate))
-
     def partial_area(self, false_alarm_rate: float) -> float:
         """Partial area up to a false-alarm rate, scaled so that 0.5 is chance and 1 is perfect.
 

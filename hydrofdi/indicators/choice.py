@@ -12,8 +12,6 @@ from hydrofdi.indicators.registry import indicator_names, shadows, sound_indicat
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
 
-_WITH_OPTIONS = "indicators: {dwt: {}, modwt: {levels: 3}}"
-
 
 def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
     """Label → options, for any form of choice; mistakes are collected in `source`."""

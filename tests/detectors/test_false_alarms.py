@@ -6,7 +6,6 @@ import pytest
 from detectors.streams import autoregressive, true_mean_time
 from hydrofdi.detectors.charts import make_chart
 from hydrofdi.detectors.run_lengths import FalseAlarms
-from hydrofdi.detectors.run_lengths.independent import cusum_run_length, limit_for
 from hydrofdi.detectors.run_lengths.operation import members, operations
 from hydrofdi.evaluation.refusal import NotStatedError
 
@@ -36,8 +35,7 @@ def test_the_interval_of_the_mean_time_covers_it(memory, between, n_stream, want
 
 
 def test_independent_tables_do_not_hold_for_dependent_scores():
-    wanted = 1000.0
-    limit = limit_for(wanted, cusum_run_length)
+    wanted, limit = 1000.0, 5.757350  # Page's integral equation, solved for independent normal scores
     healthy = FalseAlarms(make_chart("cusum"), autoregressive(1, 200, 500, 0.8), 1.0)
     assert healthy.at(limit).high < wanted / 5.0
     independent = FalseAlarms(make_chart("cusum"), autoregressive(1, 200, 500, 0.0), 1.0)
@@ -47,8 +45,7 @@ def test_independent_tables_do_not_hold_for_dependent_scores():
 
 def test_records_shorter_than_the_memory_of_the_chart_are_joined():
     """A CUSUM that needs some 10 scores for an alarm, from records of 5: the run length of the table."""
-    limit = limit_for(200.0, cusum_run_length)
-    found = FalseAlarms(make_chart("cusum"), autoregressive(2, 4000, 5, 0.0), 1.0).at(limit)
+    found = FalseAlarms(make_chart("cusum"), autoregressive(2, 4000, 5, 0.0), 1.0).at(4.171316)
     assert found.mean_time == pytest.approx(200.0, rel=0.15)
 
 

@@ -47,16 +47,6 @@ class PodCurve:
     axis: Axis
 
     @property
-    def location(self) -> float:
-        """µ, the place on the axis where the curve is half-way between the floor and 1."""
-        return -self.intercept / self.slope if self.slope else np.inf * np.sign(-self.intercept)
-
-    @property
-    def spread(self) -> float:
-        """s, along the axis: in decades, or fractions of the largest tested severity."""
-        return 1.0 / self.slope if self.slope else np.inf
-
-    @property
     def is_step(self) -> bool:
         """Whether hits and misses are practically separated: fewer than two severities lie on the slope.
 

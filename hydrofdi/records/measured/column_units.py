@@ -12,7 +12,6 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.units import Unit, parse_unit, similar_units
 
-COUNTS = "counts"
 _COUNTS = {"counts", "count", "cts", "lsb"}
 _SI_BY_NAME = {channel.value: channel.unit for channel in Channel} | {"time": "s"}
 _EXACT = 2**53

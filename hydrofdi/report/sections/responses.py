@@ -98,10 +98,6 @@ def _cells(response: Response, known: list[int]) -> tuple[Cell, ...]:
     return (Cell(response.feature.header), *map(_cell, texts, medians))
 
 
-def _fewer(n_run: int, most: int) -> str:
-    return f"{_GAP}({n_run}{_GAP}runs)" if n_run < most else ""
-
-
 def _cell(text: str, value: float) -> Cell:
     return Cell(text, value=value)
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config.study.online import ChartConfig, OnlineConfig
-from hydrofdi.detectors import HealthyScale, healthy_scale
 from hydrofdi.detectors.charts import Chart, make_chart
+from hydrofdi.detectors.healthy_scale import HealthyScale, healthy_scale
 from hydrofdi.detectors.run_lengths import AlarmLimit, FalseAlarms, delays
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.refusal import NotStatedError

@@ -10,7 +10,6 @@ from pydantic import Field
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.mqtt.configuration import MqttConfig
 from hydrofdi.monitor.opcua.configuration import OpcUaConfig
-from hydrofdi.monitor.sinks.webhook_config import WebhookConfig
 from hydrofdi.monitor.sources.text.config import TextConfig
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.checks import channel_mistakes
@@ -41,8 +40,6 @@ class MonitorConfig(Section):
     mqtt: MqttConfig = MqttConfig()
 
     opcua: OpcUaConfig = OpcUaConfig()
-
-    webhook: WebhookConfig = WebhookConfig()
 
     limits: LimitsConfig = LimitsConfig()
 

@@ -61,7 +61,7 @@ KEYS = {
         "record", "analysis", "sweep", "study", "baseline", "detection",
     },
     FileKind.MEASURED: {"files", "time", "format"},
-    FileKind.MONITOR: {"text", "mqtt", "opcua", "webhook"},
+    FileKind.MONITOR: {"text", "mqtt", "opcua"},
 }  # fmt: skip
 """Kind → keys that no other kind has."""
 

@@ -23,11 +23,10 @@ def test_an_empty_file_and_none_are_the_default(tmp_path):
 
 def test_paths_start_at_the_folder_of_the_file_unless_they_are_absolute(tmp_path):
     mqtt = "mqtt: {username: u, password_file: secrets/mqtt, ca_file: /etc/ca.pem}"
-    (tmp_path / "monitor.yaml").write_text(f"{mqtt}\nwebhook: {{token_file: token}}\n")
+    (tmp_path / "monitor.yaml").write_text(f"{mqtt}\n")
     config = load_monitor_config(tmp_path / "monitor.yaml")
     assert config.mqtt.password_file == tmp_path / "secrets" / "mqtt"
     assert config.mqtt.ca_file == Path("/etc/ca.pem")
-    assert config.webhook.token_file == tmp_path / "token"
     assert config.mqtt.username == "u"
 
 

@@ -269,7 +269,7 @@ class Detector:
         metrics : str, optional
             Address at which metrics are served for Prometheus, ``HOST:PORT``.
         events : sequence of str, optional
-            Addresses to which events are sent: ``mqtt(s)://HOST/TOPIC`` or ``https://…``.
+            Addresses to which events are sent: ``mqtt(s)://HOST/TOPIC``.
         follow : bool
             Whether to wait for more at the end of a file.
         sampling_frequency : str or float, optional

@@ -52,7 +52,7 @@ def monitor(
     ] = None,
     events: Annotated[
         list[str] | None,
-        typer.Option(metavar="URL", help="Send events to mqtt(s)://HOST/TOPIC or https://… Repeatable."),
+        typer.Option(metavar="URL", help="Send events to mqtt(s)://HOST/TOPIC. Repeatable."),
     ] = None,
     follow: Annotated[
         bool, typer.Option("--follow/--no-follow", help="At the end of a file, wait for more or stop.")

@@ -12,7 +12,6 @@ from hydrofdi.monitor.mqtt.address import MqttAddress, is_mqtt
 from hydrofdi.monitor.sinks.contract import Sink
 from hydrofdi.monitor.sinks.metrics import MetricsSink
 from hydrofdi.monitor.sinks.mqtt import MqttSink
-from hydrofdi.monitor.sinks.webhook import WebhookSink
 
 
 def open_sinks(
@@ -27,7 +26,7 @@ def open_sinks(
     metrics : str or None
         Address at which metrics are served, ``host:port``.
     events : sequence of str
-        Addresses to which events are sent: ``mqtt(s)://host/topic`` or ``https://…``.
+        Addresses to which events are sent: ``mqtt(s)://host/topic``.
 
     Raises
     ------
@@ -48,14 +47,9 @@ def _sinks(
 ) -> Iterator[Sink]:
     if metrics is not None:
         yield MetricsSink(metrics, file)
-    if config.webhook.url:
-        yield WebhookSink(config.webhook)
     for text in events:
-        if is_mqtt(text):
-            address, with_windows = MqttAddress.parse(text), config.mqtt.windows
-            yield MqttSink(address, config.mqtt, file.unit, with_windows=with_windows)
-        elif text.partition("://")[0].lower() in ("http", "https"):
-            yield WebhookSink(config.webhook.model_copy(update={"url": text}))
-        else:
+        if not is_mqtt(text):
             given = text.partition("://")[0]
-            raise ConfigError(f"events: {given!r}: give mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or https://…")
+            raise ConfigError(f"events: {given!r}: give mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
+        address, with_windows = MqttAddress.parse(text), config.mqtt.windows
+        yield MqttSink(address, config.mqtt, file.unit, with_windows=with_windows)

@@ -7,9 +7,8 @@ from dataclasses import replace
 from functools import cached_property
 from html import escape
 from os import PathLike
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api.arguments import choice_of
 from hydrofdi.api.binding import bound
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.figures import shown
@@ -19,7 +18,6 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.pipeline.single import SingleRun, simulate_nominal, write_single_run
 from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
-from hydrofdi.simulation.second_opinion import Solver
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout.names import TIME
 
@@ -195,7 +193,6 @@ def simulate(
     experiment: Experiment | None = None,
     /,
     *,
-    solver: Solver | None = None,
     out: str | PathLike[str] | None = None,
     **settings: Any,
 ) -> Run:
@@ -205,8 +202,6 @@ def simulate(
     ----------
     experiment : path, mapping or ExperimentConfig, optional
         YAML file, or what would stand in one; without it, the nominal actuator. A sweep is left aside.
-    solver : {"lsoda", "radau"}, optional
-        Integrate the same equations with SciPy instead, as an independent check.
     out : path, optional
         Store the run in this experiment file (HDF5); `Run.write` does it later.
     **settings
@@ -239,12 +234,10 @@ def simulate(
     Traceback (most recent call last):
     hydrofdi.errors.ConfigError: bulk_modulos: unknown key; did you mean 'bulk_modulus'?
     """
-    if solver is not None:
-        choice_of("solver", solver, get_args(Solver))
     loaded = experiment_of(experiment, settings)
     if out is not None:
         require_replaceable(path_of(out))
-    run = Run(loaded, simulate_nominal(loaded, solver))
+    run = Run(loaded, simulate_nominal(loaded))
     if out is not None:
         run.write(out)
     return run

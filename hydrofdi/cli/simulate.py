@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,13 +11,6 @@ from hydrofdi.cli.options import Json, Settings
 
 if TYPE_CHECKING:
     from hydrofdi.config import ExperimentConfig
-
-
-class SecondOpinion(StrEnum):
-    """Solvers of SciPy."""
-
-    lsoda = "lsoda"
-    radau = "radau"
 
 
 def simulate(
@@ -31,12 +23,6 @@ def simulate(
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="Draw the signals (.png, .svg or .pdf).")
     ] = None,
-    solver: Annotated[
-        SecondOpinion | None,
-        typer.Option(
-            "--solver", help="Integrate the same equations with SciPy instead, as an independent check."
-        ),
-    ] = None,
     json: Json = False,
 ) -> int:
     """Simulate one actuator and print its features.
@@ -48,14 +34,13 @@ def simulate(
 
     experiment = experiment_with(config, settings or ())
     with shown_in(experiment.units):
-        return _simulate(experiment, out, figure, None if solver is None else solver.value, json=json)
+        return _simulate(experiment, out, figure, json=json)
 
 
 def _simulate(
     experiment: ExperimentConfig,
     out: Path | None,
     figure: Path | None,
-    solver: Literal["lsoda", "radau"] | None,
     *,
     json: bool,
 ) -> int:
@@ -66,7 +51,7 @@ def _simulate(
     from hydrofdi.quality.failures import remedy
 
     tell_doubtful_settings(experiment, with_sweep=False)
-    run = simulate_actuator(experiment, solver=solver, out=out)
+    run = simulate_actuator(experiment, out=out)
     if out is not None:
         tell(f"stored {out}")
     if figure is not None:

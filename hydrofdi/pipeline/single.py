@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.pipeline.places import library_versions
 from hydrofdi.simulation import record_identity, run_identity
-from hydrofdi.simulation.second_opinion import Solver, simulate_with_solver
 from hydrofdi.store import Columns, HeldResults, write_experiment
 from hydrofdi.store.layout.names import NO_BASELINE
 
@@ -28,10 +26,8 @@ class SingleRun:
     columns: Columns
 
 
-def simulate_nominal(experiment: ExperimentConfig, solver: Solver | None = None) -> SingleRun:
+def simulate_nominal(experiment: ExperimentConfig) -> SingleRun:
     """Simulate the nominal run of an experiment, its sweep left aside.
-
-    With a solver, SciPy integrates the same equations, and the identity of the run says so.
 
     Raises
     ------
@@ -40,10 +36,8 @@ def simulate_nominal(experiment: ExperimentConfig, solver: Solver | None = None)
     """
     run = expand_runs(_alone(experiment)).runs[0]
     (coefficient,) = leakage_coefficients([run], InProcessEngine(), {})
-    if solver is None:
-        return SingleRun(run, compute_columns([_job(run, coefficient)]))
-    job = _job(run, coefficient, f"-{solver}")
-    return SingleRun(run, compute_columns([job], partial(simulate_with_solver, solver=solver)))
+    job = Job.of(run, run_identity(run), coefficient, record_identity(run))
+    return SingleRun(run, compute_columns([job]))
 
 
 def _alone(experiment: ExperimentConfig) -> ExperimentConfig:
@@ -52,10 +46,6 @@ def _alone(experiment: ExperimentConfig) -> ExperimentConfig:
     if experiment.study is not None and experiment.store.signals == "none":
         alone["store"] = experiment.store.model_copy(update={"signals": "all"})
     return experiment.model_copy(update=alone | {"detection": DetectionConfig()})
-
-
-def _job(run: RunSpec, coefficient: float, mark: str = "") -> Job:
-    return Job.of(run, run_identity(run) + mark, coefficient, record_identity(run) + mark)
 
 
 def write_single_run(path: Path, experiment: ExperimentConfig, single: SingleRun) -> None:

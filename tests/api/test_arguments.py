@@ -16,7 +16,6 @@ STUDY = {
 }
 
 WRONG = {
-    "solver": lambda: hydrofdi.simulate(solver="foo"),
     "engine": lambda: hydrofdi.sweep(STUDY, engine="foo"),
     "workers: expected": lambda: hydrofdi.sweep(STUDY, workers=1.5),
     "workers: must": lambda: hydrofdi.plan(STUDY, workers=0),

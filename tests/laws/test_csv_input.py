@@ -18,8 +18,8 @@ from hydrofdi.config.sections.record import RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation import run_identity, simulate_batch, solve_leakage_coefficients
 from hydrofdi.simulation.drive import input_voltage, largest_voltage
-from hydrofdi.simulation.second_opinion import simulate_with_solver
 from tests.conftest import Command
+from tests.second_solver import simulate_with_solver
 
 RUN = RecordConfig(duration=2.0)
 SQUARE = "time [ms], voltage [mV]\n0, 2000\n500, -2000\n1000, 2000\n1500, -2000\n"

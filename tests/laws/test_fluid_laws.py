@@ -18,7 +18,7 @@ from hydrofdi.quality.run_quality import assess_runs
 from hydrofdi.quality.settling import how_records_settle
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
-from hydrofdi.simulation.second_opinion import simulate_with_solver
+from tests.second_solver import simulate_with_solver
 
 LIQUID, AIR, EXPONENT, ATMOSPHERE = 1.4e9, 0.01, 1.4, 101325.0
 pressures = st.floats(min_value=-0.9e5, max_value=40e6)

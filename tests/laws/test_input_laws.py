@@ -18,9 +18,9 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.drive import input_voltage
-from hydrofdi.simulation.second_opinion import simulate_with_solver
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.conftest import Command
+from tests.second_solver import simulate_with_solver
 
 Writer = Callable[[str], Path]
 RUN = RecordConfig(duration=4.0)

@@ -12,8 +12,8 @@ from hydrofdi.config.analysis import PAPER
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
-from hydrofdi.simulation.second_opinion import simulate_with_solver
 from hydrofdi.transforms.wavelet import detail_rms
+from tests.second_solver import simulate_with_solver
 
 SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "record.step": 2e-5})
 CHOICES: dict[str, dict[str, Any]] = {

@@ -13,7 +13,7 @@ from hydrofdi.sensing.conversion import quantised, saturated
 from hydrofdi.sensing.feedback import feedback_noise
 from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
-from hydrofdi.simulation.second_opinion import simulate_with_solver
+from tests.second_solver import simulate_with_solver
 
 LOOP = RunParameters().with_values(
     {

@@ -16,8 +16,8 @@ from hydrofdi.sensing import CHANNELS
 from hydrofdi.sensing.channels import CLOCK, random_generator
 from hydrofdi.sensing.sampling import Clocks, sampling_instants
 from hydrofdi.simulation import batch, simulate_batch
-from hydrofdi.simulation.second_opinion import simulate_with_solver
 from hydrofdi.transforms.wavelet import detail_rms
+from tests.second_solver import simulate_with_solver
 
 SHORT = ("record.duration=2 s", "input.period=0.5 s")
 LAGS = tuple(f"{channel.section}={{order: second, bandwidth: 150 Hz}}" for channel in CHANNELS)
@@ -84,7 +84,7 @@ def test_a_run_that_lags_happens_as_without_a_lag() -> None:
 
 
 @pytest.mark.parametrize("loop", [(), LOOP], ids=["open", "closed"])
-def test_solvers_of_the_second_opinion_follow_the_lags_as_the_kernel_does(loop: tuple[str, ...]) -> None:
+def test_second_solvers_follow_the_lags_as_the_kernel_does(loop: tuple[str, ...]) -> None:
     run = run_with(
         "record.duration=1 s", "record.step=0.02 ms", "input.period=0.5 s", "wavelet.levels=3", *loop, *LAGS
     )

@@ -13,9 +13,8 @@ from hydrofdi.config.analysis import PAPER
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.options import ModelOptions
-from hydrofdi.simulation.second_opinion import simulate_with_solver
 from hydrofdi.transforms.wavelet import detail_rms
-from tests.commands import run_json
+from tests.second_solver import simulate_with_solver
 
 RANGES = {
     "actuator.chamber_volume": (160e-6, 470e-6),
@@ -114,11 +113,3 @@ def test_solver_that_gives_up_is_a_failed_run() -> None:
     )
     opinion = simulate_with_solver([impossible], [0.0], "lsoda")
     assert opinion.outcomes[0].status == "stroke_exceeded"
-
-
-def test_second_opinion_on_the_command_line_says_whose_it_is() -> None:
-    command = ("simulate", "--set=record.duration=1 s", "--set=input.period=0.5 s")
-    records = [run_json(*command, *more) for more in ([], ["--solver", "lsoda"])]
-    assert records[1]["run_id"] == records[0]["run_id"] + "-lsoda"
-    np.testing.assert_allclose(records[1]["detail_rms_Pa"], records[0]["detail_rms_Pa"], rtol=2e-3)
-    assert records[1]["detail_rms_Pa"] != records[0]["detail_rms_Pa"]

@@ -1,4 +1,4 @@
-"""Verification of runs: the same equations with SciPy's solvers.
+"""The equations of the kernel, integrated with SciPy's solvers: an independent check of its runs.
 
 All states are integrated together with error control, and the solver restarts whenever an input jumps or a
 controller acts. This is much slower than the kernel.

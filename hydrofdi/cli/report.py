@@ -21,7 +21,6 @@ class Format(StrEnum):
     text = "text"
     markdown = "markdown"
     csv = "csv"
-    latex = "latex"
     json = "json"
     html = "html"
 
@@ -126,7 +125,6 @@ def _write_page(made: ComposedReport, page: Path) -> None:
 def _print(made: ComposedReport, form: Format, full: bool) -> None:
     from hydrofdi.cli.rendering import print_document
     from hydrofdi.cli.terminal import write_out
-    from hydrofdi.report.forms.latex import render_latex
     from hydrofdi.report.forms.markdown import render_markdown
     from hydrofdi.report.forms.record import render_json
     from hydrofdi.report.forms.tidy import render_csv
@@ -136,8 +134,6 @@ def _print(made: ComposedReport, form: Format, full: bool) -> None:
             print_document(made.document(), made.path, full=full)
         case Format.markdown:
             write_out(render_markdown(made.document()))
-        case Format.latex:
-            write_out(render_latex(made.document()))
         case Format.csv:
             write_out(render_csv(made.columns()))
         case Format.json:

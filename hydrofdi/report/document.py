@@ -1,6 +1,6 @@
 """A report as sections of paragraphs and tables, free of any form.
 
-Every form (terminal, Markdown, LaTeX, the page) renders these same texts, so that none says anything else.
+Every form (terminal, Markdown, the page) renders these same texts, so that none says anything else.
 """
 
 from __future__ import annotations

@@ -12,7 +12,6 @@ from hydrofdi.report.document import Document
 from hydrofdi.report.figures import KINDS, Figure, draw_all
 from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
 from hydrofdi.report.forms.inline_svg import inline_svg
-from hydrofdi.report.forms.latex import render_latex
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import missing_figure, render_page
 from hydrofdi.report.forms.record import render_json
@@ -55,7 +54,6 @@ def write_all_forms(report: ComposedReport, directory: Path) -> Iterator[str]:
     texts = {
         "md": render_markdown(document),
         "csv": render_csv(report.columns()),
-        "tex": render_latex(document),
         "json": render_json(report),
         "html": _page(report, document, svgs, holes),
     }
@@ -79,7 +77,6 @@ def _own(document: Document) -> dict[str, re.Pattern[bytes]]:
     return {
         "md": re.compile(re.escape(f"# {document.title}\n\n{lead}").encode()),
         "csv": re.compile(rb"[^\n]*\b(run_id|indicator)\b"),
-        "tex": re.compile(rb"% .*: made by hydrofdi"),
         "json": re.compile(rb'\{\n  "experiment": '),
         "html": re.compile(rb".{,500} hydrofdi</title>", re.DOTALL),
         "parquet": re.compile(rb"PAR1.*\b(run_id|indicator)\b", re.DOTALL),

@@ -56,7 +56,7 @@ def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
     assert [row["verdict"] for row in record["rows"]] == ["cavitating"] * 4
     assert record["verdicts"] == {"cavitating": 4}
     assert {line["verdict"] for line in csv.DictReader(io.StringIO(printed("csv")))} == {"cavitating"}
-    for form in ("text", "markdown", "latex"):
+    for form in ("text", "markdown"):
         assert "C cavitating" in printed(form)
     assert "4 of 4 runs have results" in printed("text")
 

@@ -4,8 +4,6 @@ import csv
 import io
 import json
 import os
-import shutil
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +17,6 @@ from hydrofdi.papers.maddahi2015 import StudyReport
 from hydrofdi.pipeline import read_results
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import KINDS
-from hydrofdi.report.forms.latex import render_latex
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import render_page
 from hydrofdi.report.forms.record import render_json
@@ -40,7 +37,6 @@ def without_configuration(report):
     ("suffix", "render"),
     [
         ("md", lambda report: render_markdown(without_configuration(report))),
-        ("tex", lambda report: render_latex(report.document())),
         ("csv", lambda report: render_csv(report.columns())),
         ("json", render_json),
         ("html", lambda report: render_page(without_configuration(report), {}, {})),
@@ -106,26 +102,13 @@ def test_parquet_holds_the_same_columns_as_csv(made_up):
     assert read.to_pydict() == tidy_columns(analysis)
 
 
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex here")
-def test_the_latex_tables_compile(made_up, tmp_path):
-    (tmp_path / "tables.tex").write_text(render_latex(make_report(made_up).document()), encoding="utf-8")
-    (tmp_path / "main.tex").write_text(
-        r"\documentclass{article}\usepackage[landscape,margin=1cm]{geometry}\usepackage{booktabs}"
-        r"\begin{document}\input{tables}\end{document}"
-    )
-    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "main.tex"]
-    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
-    assert result.returncode == 0, result.stdout[-2000:]
-    assert "Missing character" not in result.stdout
-
-
 def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
     report = StudyReport.of(read_results(small_sweep.directory))
     for name in ("first", "second"):
         list(write_all_forms(report, tmp_path / name))
     files = sorted(path.name for path in (tmp_path / "first").iterdir())
     figures = ("figure2", "figure3", "figure4", "sensitivity", "spectrum", "mode_plane")
-    forms = {f"small.{suffix}" for suffix in ("md", "csv", "tex", "json", "html")}
+    forms = {f"small.{suffix}" for suffix in ("md", "csv", "json", "html")}
     assert {*files} - {"small.parquet"} == forms | {f"{name}.{kind}" for name in figures for kind in KINDS}
     for file in files:
         assert (tmp_path / "first" / file).read_bytes() == (tmp_path / "second" / file).read_bytes(), file

@@ -25,7 +25,7 @@ def friction(tmp_path_factory):
     return sweep_in(tmp_path_factory.mktemp("friction"), FRICTION)
 
 
-@pytest.mark.parametrize("form", ["text", "markdown", "latex", "json", "csv"])
+@pytest.mark.parametrize("form", ["text", "markdown", "json", "csv"])
 def test_a_sweep_of_friction_and_period_speaks_of_no_table_and_no_claim(friction, form):
     text = run_hydrofdi("report", friction.directory, "--format", form, cwd=friction.folder).stdout.lower()
     assert "friction.viscous" in text

@@ -12,7 +12,6 @@ from hydrofdi.cli.rendering import print_document
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.registry import indicator_kind
 from hydrofdi.papers import make_report
-from hydrofdi.report.forms.latex import render_latex
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import render_page
 from hydrofdi.report.forms.tidy import render_csv
@@ -120,7 +119,6 @@ def test_every_form_has_the_section(with_ring, made_up, capsys):
     for text in (
         capsys.readouterr().out,
         render_markdown(document),
-        render_latex(document).replace(r"\_", "_"),
         render_page(document, {}, {}),
     ):
         assert "Indicator ring (ring_down)" in text

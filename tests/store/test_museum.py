@@ -95,7 +95,7 @@ def test_a_leaky_run_by_itself_is_no_longer_its_own_baseline(version):
 
 
 @pytest.mark.parametrize("version", READABLE)
-@pytest.mark.parametrize("form", ["markdown", "csv", "latex"])
+@pytest.mark.parametrize("form", ["markdown", "csv"])
 def test_every_form_of_the_report_can_be_made(version, form):
     assert all(reported(MUSEUM / version / name, "--format", form) for name in ("pressures.h5", "run.h5"))
 

@@ -1,7 +1,5 @@
 """The table of designs: what is bought, and what is not shown to be."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,8 +8,6 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.report.composition import document_of
 from hydrofdi.report.detection.designs import design_records, designs_block
-from hydrofdi.report.detection.report import DetectionReport
-from hydrofdi.report.forms.latex import render_latex
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored, StudyRecords
 from hydrofdi.studies.rules import Rules
@@ -103,11 +99,3 @@ def test_the_terminal_fits_into_eighty_columns(detections, capsys, monkeypatch):
 def test_a_single_design_has_no_table(detections):
     assert designs_block(detections[:1]) is None
     assert design_records(detections[:1]) == []
-
-
-def test_latex_has_no_sign_that_needs_a_package(detections):
-    """pdflatex stops at an arrow that nothing declares."""
-    document = DetectionReport("designs", Path("designs.h5"), detections).document()
-    latex = render_latex(document)
-    assert r"$\uparrow$" in latex
-    assert latex.isascii(), set(latex) - set(map(chr, range(128)))

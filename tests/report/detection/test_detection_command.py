@@ -68,6 +68,6 @@ def test_a_figure_of_a_study_is_drawn_by_its_name(swept, tmp_path):
 def test_all_forms_of_a_study_are_written(swept, tmp_path):
     run_hydrofdi("report", swept.directory, "--out", tmp_path, cwd=swept.folder)
     written = {path.name for path in tmp_path.iterdir()}
-    assert {f"small-study.{form}" for form in ("md", "csv", "tex", "json", "html")} <= written
+    assert {f"small-study.{form}" for form in ("md", "csv", "json", "html")} <= written
     figures = {"ranking", "pod", "roc", "det", "false_alarms", "densities"}
     assert {f"{name}.{kind}" for name in figures for kind in ("png", "svg", "pdf")} <= written

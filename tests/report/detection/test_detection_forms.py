@@ -7,7 +7,6 @@ import pytest
 
 from hydrofdi.cli.rendering import print_document
 from hydrofdi.report.detection.answer import answer_block, answer_sentence
-from hydrofdi.report.forms.latex import render_latex
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import render_page
 from hydrofdi.studies.rules import Rules
@@ -39,7 +38,6 @@ def test_all_forms_say_the_same_numbers(detection, document, capsys, monkeypatch
     forms = {
         "terminal": terminal(document, capsys, monkeypatch, 160),
         "markdown": render_markdown(document),
-        "latex": render_latex(document),
         "page": render_page(document, {}, dict.fromkeys(document.figures, "")),
     }
     texts = {name: plain(form) for name, form in forms.items()}

@@ -97,10 +97,6 @@ class ReportError(HydrofdiError):
     """Nothing to show."""
 
 
-class RenamedKeyWarning(FutureWarning):
-    """An experiment uses a key under a name that it no longer has."""
-
-
 class IndicatorWarning(UserWarning):
     """An indicator of another package cannot be used."""
 

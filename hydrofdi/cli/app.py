@@ -22,7 +22,6 @@ from hydrofdi.cli.terminal import told_on_standard_error
 from hydrofdi.errors import (
     HydrofdiError,
     IndicatorWarning,
-    RenamedKeyWarning,
     ShadowedNameWarning,
     without_credentials,
 )
@@ -35,7 +34,7 @@ _MOST_OF_PATH = 60
 
 _QUOTED = re.compile("'([^']*)'")
 
-_TOLD = (RenamedKeyWarning, IndicatorWarning, ShadowedNameWarning)
+_TOLD = (IndicatorWarning, ShadowedNameWarning)
 """Warnings that are for users."""
 
 DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141

@@ -10,7 +10,6 @@ from typing import Any
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
 from hydrofdi.config.normalized_indicators import normalize_indicators
-from hydrofdi.config.renamed_keys import RENAMED, given_twice, rename_keys
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
@@ -19,7 +18,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml, plain
+from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
 
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
     ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
@@ -95,7 +94,6 @@ def _prepare(own: Source, file: FilePath) -> None:
     if not own.data:
         raise ConfigError([Mistake(_NOTHING, origin=str(file))])
     anchor_input_files(own, file.parent)
-    rename_keys(own)
     note_written_units(own)
 
 
@@ -142,7 +140,6 @@ def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None
     for part in reversed(path):
         value = {part: value}
     laid = Source(value, {path: ""} if origins is None else origins)
-    rename_keys(laid)
     note_written_units(laid)
     overlay(source, laid, _merged)
 
@@ -152,10 +149,6 @@ def _refuse_contradictory_settings(source: Source, keys: Set[str], origin: str) 
         if {one, other} <= keys:
             message = f"give {one.split('.')[-1]} or {other.split('.')[-1]}, not both"
             source.mistakes.append(Mistake(message, one.rpartition(".")[0], origin))
-    for old, new in RENAMED.items():
-        for around in ("", *(f"{dotted(mapping)}." for mapping in _DOTTED_MAPPINGS)):
-            if {around + old, around + new} <= keys:
-                source.mistakes.append(Mistake(given_twice(old), around + old, origin))
 
 
 def _setting_path(key: str) -> Path:

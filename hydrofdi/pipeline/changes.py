@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.renamed_keys import with_present_keys
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.folder.provenance import read_provenance
@@ -58,7 +57,7 @@ def replaced_settings(directory: Path, asked: ExperimentConfig) -> str:
 
 def _changes(before: dict[str, Any], asked: ExperimentConfig) -> dict[str, tuple[Any, Any]]:
     """Key → (value before, value now), where they differ."""
-    old = _flat(with_present_keys(before))
+    old = _flat(before)
     now = _flat(without_contents(json.loads(asked.model_dump_json())))
     return {
         key: (old.get(key), now.get(key))

@@ -121,7 +121,7 @@ class ExperimentData:
         return bool((self.replicate_of != NO_BASELINE).any())
 
     def _sealed(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Baseline rows, without those of leaking runs, which earlier versions also accepted as baselines."""
+        """Baseline rows, without those of leaking runs."""
         return np.where((rows >= 0) & (self.leakage_requests[rows] == 0.0), rows, NO_BASELINE)
 
     def values(self, name: str) -> list[Any]:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.renamed_keys import RENAMED
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.mistakes import describe_error
@@ -25,7 +23,6 @@ from hydrofdi.store.layout.names import (
     FORMAT_VERSION,
     OBSTACLE,
     PHASE,
-    READABLE_FORMATS,
     REPLICATE_OF,
     REPLICATED,
     REQUESTED,
@@ -38,8 +35,8 @@ from hydrofdi.store.layout.names import (
     stored_variables,
 )
 from hydrofdi.store.layout.outputs import is_output
-from hydrofdi.store.layout.variables import absent_values, held_values
-from hydrofdi.store.layout.wavelet_numbers import earlier_outputs, wavelet_numbers
+from hydrofdi.store.layout.variables import held_values
+from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.request import stored_experiment
 from hydrofdi.store.results import MISSING
 from hydrofdi.store.signals import signal_rows
@@ -82,8 +79,10 @@ def read_experiment(path: Path) -> ExperimentData:
         experiment = _configuration(path, file)
         asked = (*REQUESTED, REPLICATED) if REPLICATE_OF in file else REQUESTED
         stored = (*asked, *stored_variables("none", phases=PHASE in file))
-        columns = _axes(file, experiment.varied_names)
-        columns |= {variable.name: _values(file, variable) for variable in (*stored, *_outputs(file))}
+        axes = {axis_variable(name) for name in experiment.varied_names}
+        held = [name for name in file if name in axes or (is_output(name) and not file[name].is_scale)]
+        variables = (*stored, *(Variable(name, (RUN,), "", "") for name in held))
+        columns = {each.name: held_values(file, each, slice(None)) for each in variables}
         columns |= wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
@@ -172,35 +171,10 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
         version = file.attrs.get("format_version")
         if version is None or "configuration" not in file.attrs:
             raise StoreError(f"{path}: is not an experiment file of hydrofdi")
-        if version not in READABLE_FORMATS:
+        if version != FORMAT_VERSION:
             can = "no longer reads" if version < FORMAT_VERSION else "does not read yet"
             raise StoreError(
                 f"{path}: has format version {version}, which this hydrofdi {can}"
-                f" (it reads {READABLE_FORMATS[0]} to {FORMAT_VERSION}); sweep again into another folder"
+                f" (it reads {FORMAT_VERSION}); sweep again into another folder"
             )
         yield file
-
-
-def _axes(file: h5py.File, swept: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Values of swept parameters, by the current names of their variables."""
-    earlier = {new: old for old, new in RENAMED.items()}
-    columns = {}
-    for name in swept:
-        variable = axis_variable(name)
-        held = next(
-            (each for each in (variable, axis_variable(earlier.get(name, name))) if each in file), None
-        )
-        if held is not None:
-            columns[variable] = _values(file, Variable(held, (RUN,), "", ""))
-    return columns
-
-
-def _outputs(file: h5py.File) -> list[Variable]:
-    """Indicator outputs that a file contains, in any format version."""
-    names = [name for name in file if is_output(name) and not file[name].is_scale] or earlier_outputs(file)
-    return [Variable(name, (RUN,), "", "") for name in names]
-
-
-def _values(file: h5py.File, variable: Variable) -> NDArray[Any]:
-    values = held_values(file, variable, slice(None))
-    return absent_values(file, variable) if values is None else values

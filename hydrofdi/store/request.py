@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import STORED
-from hydrofdi.config.renamed_keys import with_present_keys
 from hydrofdi.errors import StoreError
 from hydrofdi.settings.mistakes import describe_error
 from hydrofdi.store.files import write_whole_text
@@ -94,13 +92,11 @@ def _reason(error: Exception) -> str:
 
 
 def stored_experiment(text: str) -> ExperimentConfig:
-    """Parse a resolved configuration written by this or an earlier version.
+    """Parse a resolved configuration.
 
     Raises
     ------
     ValueError
         The text is not a resolved configuration.
     """
-    with suppress(json.JSONDecodeError):
-        text = json.dumps(with_present_keys(json.loads(text)))
     return ExperimentConfig.model_validate_json(text, context=STORED)

@@ -20,7 +20,6 @@ from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, syn
 from hydrofdi.store.layout.names import (
     FEATURES,
     FORMAT_VERSION,
-    READABLE_FORMATS,
     RECORD_ID,
     RUN,
     RUN_ID,
@@ -31,7 +30,7 @@ from hydrofdi.store.layout.names import (
     stored_variables,
 )
 from hydrofdi.store.layout.outputs import is_needless, is_output
-from hydrofdi.store.layout.variables import held_values
+from hydrofdi.store.layout.variables import held_values, is_optional
 from hydrofdi.store.signals import create_signal, write_block
 
 Columns = Mapping[str, NDArray[Any]]
@@ -176,11 +175,11 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
     if check and content_digest(path) != path.stem:
         raise StoreError(f"{path}: is damaged: its content does not match its name")
     with open_for_reading(path) as file:
-        if file.attrs["format_version"] not in READABLE_FORMATS:
+        if file.attrs["format_version"] != FORMAT_VERSION:
             raise StoreError(f"{path}: has format version {file.attrs['format_version']}")
         return ShardContent(
             run_ids=tuple(file[RUN_ID].asstr()[:]),
-            record_ids=tuple(file[RECORD_ID].asstr()[:] if RECORD_ID in file else [""] * len(file[RUN_ID])),
+            record_ids=tuple(file[RECORD_ID].asstr()[:]),
             statuses=tuple(file[STATUS].asstr()[:]),
             signals=str(file.attrs["signals"]),
             dtype=str(file.attrs["dtype"]),
@@ -198,17 +197,10 @@ def read_variables(
 
 def _read_rows(file: h5py.File, variable: Variable, rows: NDArray[np.int64]) -> NDArray[Any]:
     first, last = int(rows.min()), int(rows.max())
-    values = _held(file, variable, slice(first, last + 1))
-    if values is not None:
-        return values[rows - first]
+    if not is_optional(variable) or variable.name in file:
+        return held_values(file, variable, slice(first, last + 1))[rows - first]
     blank, kind = ("", object) if variable.is_text else (np.nan, float)
     return np.full((len(rows), *[0] * (len(variable.dimensions) - 1)), blank, kind)
-
-
-def _held(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any] | None:
-    if variable.is_signal and variable.name not in file:
-        return None
-    return held_values(file, variable, rows)
 
 
 def read_records(places: Sequence[StoredPlace], signals: Collection[str], n_time: int) -> Columns:

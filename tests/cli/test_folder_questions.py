@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
+import h5py
+
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store.shard import content_digest
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
 
-_KEPT = Path(__file__).parent.parent / "museum" / "format_2_physics_1" / "kept"
+_KEPT = Path(__file__).parent.parent / "museum" / "format_3_physics_3" / "kept"
 
 
 def test_why_names_indicators_their_options_and_identities(tmp_path: Path) -> None:
@@ -21,9 +26,14 @@ def test_why_names_indicators_their_options_and_identities(tmp_path: Path) -> No
     assert "levels 3" in shown
 
 
-def test_status_says_that_an_earlier_version_stored_the_runs() -> None:
-    assert run_json("status", _KEPT)["earlier"] == 8
-    assert "stored by an earlier version of the physics: 8 runs" in run("status", _KEPT).stdout
+def test_status_says_that_an_earlier_version_stored_the_runs(tmp_path: Path) -> None:
+    folder = tmp_path / "kept"
+    shutil.copytree(_KEPT, folder)
+    (shard,) = (folder / "shards").iterdir()
+    with h5py.File(shard, "a") as file:
+        file.attrs["physics_version"] = PHYSICS_VERSION - 1
+    shard.rename(shard.with_stem(content_digest(shard)))
+    assert run_json("status", folder)["earlier"] == 8
 
 
 def test_collect_says_what_it_built(tmp_path: Path) -> None:

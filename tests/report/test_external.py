@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import shutil
 from dataclasses import replace
 
 import h5py
@@ -14,9 +13,7 @@ from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.pipeline import read_results
 from hydrofdi.report.analysis import analyze
-from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import LATER_ADDED
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 
@@ -142,45 +139,6 @@ def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small
     report = make_report(read_results(small_sweep.directory))
     assert "external" not in {block.key for block in report.document().blocks}
     assert "external_leakage" not in report.record()
-
-
-@pytest.fixture
-def older(leaking, tmp_path):
-    """The same folder as an earlier hydrofdi of this format version left it."""
-    directory = tmp_path / "results" / "leaking"
-    shutil.copytree(leaking.directory, directory)
-    shard, *others = (directory / "shards").glob("*.h5")
-    assert not others
-    for file in (shard, directory / "leaking.h5"):
-        remove_added(file)
-    from hydrofdi.store.shard import content_digest
-
-    shard.rename(shard.with_name(f"{content_digest(shard)}.h5"))
-    (directory / "index.json").unlink()
-    return directory
-
-
-def remove_added(path):
-    with h5py.File(path, "a") as file:
-        added = [variable.name for variable in LATER_ADDED] + [f"dwt.a{level}" for level in range(1, 6)]
-        for name in [*added, names.APPROXIMATION_RMS]:
-            if name in file:
-                del file[name]
-
-
-def test_older_files_stay_readable_and_lack_what_was_added_later(older, data, hydrofdi):
-    for name in ("the file", "the shards"):
-        read = read_results(older)
-        np.testing.assert_array_equal(read.columns[names.DETAIL_RMS], data.columns[names.DETAIL_RMS], name)
-        for variable in LATER_ADDED:
-            assert read.columns[variable.name].shape == data.columns[variable.name].shape
-            assert all(value != value or value == "" for value in read.columns[variable.name].flat)
-        assert "a4 is not stored" in render_markdown(make_report(read).document())
-        (older / "leaking.h5").unlink(missing_ok=True)
-    assert hydrofdi("collect", older).returncode == 0
-    assert np.isnan(read_results(older).columns[names.APPROXIMATION_RMS]).all()
-    assert hydrofdi("verify", older).returncode == 0
-    assert hydrofdi("rerun", older, "0").returncode == 0
 
 
 def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):

@@ -4,6 +4,7 @@ import json
 import shutil
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray
@@ -14,7 +15,7 @@ from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi
 
 MUSEUM = Path(__file__).parent.parent / "museum"
-READABLE = ("format_2_physics_1_first", "format_2_physics_1", "format_2_physics_2", "format_2_physics_3")
+READABLE = ("format_3_physics_3",)
 
 
 def reported(place, *arguments):
@@ -48,40 +49,27 @@ def test_a_file_is_reported_with_the_numbers_and_labels_that_it_had(version, nam
     assert_same_rows(rows["rows"], then(version, name))
 
 
-def test_swept_keys_that_were_called_otherwise_keep_their_labels():
-    """``run.step`` varies in this file, and ``run.discard`` leaves out its start."""
-    file = MUSEUM / "format_2_physics_3" / "discarded" / "discarded.h5"
-    rows = json.loads(reported(file, "--json"))["rows"]
-    assert {row["labels"]["record.step"] for row in rows} == {1e-4, 5e-5}
-    assert sorted(map(_details, rows)) == sorted(map(_details, then("format_2_physics_3", "discarded")))
-    assert read_results(file).experiment.analysis.discard == 2.0
-
-
 @pytest.mark.parametrize("version", READABLE)
-def test_a_folder_is_reported_from_its_file_and_names_its_physics(version):
+def test_a_folder_is_reported_from_its_file(version):
     folder = MUSEUM / version / "kept"
     assert_same_rows(json.loads(reported(folder, "--json"))["rows"], then(version, "kept"))
-    text = " ".join(reported(folder).split())
-    physics = int(version.split("_")[3])
-    assert (f"Computed with version {physics} of the physics" in text) == (physics != PHYSICS_VERSION)
-    assert "not computed yet" not in text
+    assert "not computed yet" not in reported(folder)
+
+
+def test_a_file_of_another_physics_names_it(tmp_path):
+    file = tmp_path / "kept.h5"
+    shutil.copy(MUSEUM / "format_3_physics_3" / "kept" / "kept.h5", file)
+    with h5py.File(file, "a") as held:
+        held.attrs["physics_version"] = PHYSICS_VERSION - 1
+    assert f"Computed with version {PHYSICS_VERSION - 1} of the physics" in " ".join(reported(file).split())
 
 
 def test_shards_without_a_file_are_found_by_the_identities_of_their_own_physics(tmp_path):
     folder = tmp_path / "kept"
-    shutil.copytree(MUSEUM / "format_2_physics_2" / "kept", folder)
+    shutil.copytree(MUSEUM / "format_3_physics_3" / "kept", folder)
     (folder / "kept.h5").unlink()
     rows = json.loads(reported(folder, "--json"))["rows"]
-    assert_same_rows(rows, then("format_2_physics_2", "kept"))
-
-
-def test_shards_whose_identities_are_of_another_kind_are_not_guessed(tmp_path):
-    folder = tmp_path / "kept"
-    shutil.copytree(MUSEUM / "format_2_physics_1_first" / "kept", folder)
-    (folder / "kept.h5").unlink()
-    text = " ".join(reported(folder).split())
-    assert "None of the 8 stored runs is one of this experiment" in text
-    assert "8 of 8 runs have no results" in text
+    assert_same_rows(rows, then("format_3_physics_3", "kept"))
 
 
 @pytest.mark.parametrize("version", READABLE)

@@ -96,7 +96,7 @@ def _mean_sentence(study: ExternalStudy) -> str:
     if not any(row.status == "ok" for row in study.rows):
         return f"No run has a mean of P_1 to compare {name} with."
     if math.isnan(shares.low):
-        return f"{name} is not stored, because an earlier version made these runs; sweep into a new folder."
+        return f"{name} is not measured."
     return (
         f"The mean of P_1 makes up {100.0 * shares.low:.0f} to {100.0 * shares.high:.0f} % of the square of"
         f" the RMS of {name}: whatever moves the mean pressure moves {name}."

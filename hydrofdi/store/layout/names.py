@@ -10,10 +10,6 @@ from hydrofdi.config.store import NAMED
 FORMAT_VERSION = 3
 """Version of the layout of shards and experiment files."""
 
-READABLE_FORMATS = (2, FORMAT_VERSION)
-"""Versions that can be read. Before version 3, the outputs of the indicator ``dwt`` were named
-``detail_rms``, ``approximation_rms`` and ``phase_detail_rms``."""
-
 RUN, TIME, LEVEL, PHASE = "run", "time", "level", "phase"
 """Dimensions."""
 
@@ -137,7 +133,10 @@ BY_LEVEL = (
 )
 """Outputs of the indicator ``dwt``, arranged by level: written to experiment files for other readers."""
 
-LATER_ADDED = (
+COMPUTED = (
+    Variable(RUN_ID, (RUN,), "", "identity of the run: hash of its record and its analysis"),
+    Variable(STATUS, (RUN,), "", "how the run ended"),
+    Variable(MESSAGE, (RUN,), "", "message of a failed run"),
     Variable(EXTERNAL_LEAKAGE_FLOWS[0], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 1"),
     Variable(EXTERNAL_LEAKAGE_FLOWS[1], (RUN,), "m3 s-1", "mean external leakage flow out of chamber 2"),
     Variable(MEAN_CHAMBER_1_PRESSURE, (RUN,), "Pa", "mean pressure of chamber 1"),
@@ -152,14 +151,6 @@ LATER_ADDED = (
         "RMS of the undecimated approximations of the settled P_1",
     ),
     Variable(RECORD_ID, (RUN,), "", "identity of the record: hash of what determines it and the physics"),
-)
-"""Computed variables that older files lack; they are read as NaN or empty text."""
-
-COMPUTED = (
-    Variable(RUN_ID, (RUN,), "", "identity of the run: hash of its record and its analysis"),
-    Variable(STATUS, (RUN,), "", "how the run ended"),
-    Variable(MESSAGE, (RUN,), "", "message of a failed run"),
-    *LATER_ADDED,
     *OVER_PHASES,
     Variable(MEAN_LEAKAGE_FLOW, (RUN,), "m3 s-1", "mean of the absolute internal leakage flow"),
     Variable(LEAKAGE_COEFFICIENT, (RUN,), "m3.5 kg-0.5", "internal leakage coefficient K_i"),

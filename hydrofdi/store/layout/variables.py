@@ -1,4 +1,4 @@
-"""Variables of a file, including those missing in files of an earlier hydrofdi."""
+"""Variables of a file."""
 
 from __future__ import annotations
 
@@ -9,49 +9,28 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.store.layout.names import (
-    DETAIL_RMS,
-    LATER_ADDED,
-    LEVEL,
-    OVER_PHASES,
-    PHASE,
-    RUN,
-    RUN_ID,
-    SETTLED_DETAIL_RMS,
-    Variable,
-)
+from hydrofdi.store.layout.names import OVER_PHASES, Variable
 from hydrofdi.store.layout.outputs import is_output
-from hydrofdi.store.layout.wavelet_numbers import earlier_output
-
-_OPTIONAL = {variable.name for variable in (*LATER_ADDED, *OVER_PHASES)}
 
 
-def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any] | None:
-    """Rows of a variable; None if the file lacks an optional variable.
+def is_optional(variable: Variable) -> bool:
+    """Whether only some shards contain a variable: signals, features over phases, outputs of indicators."""
+    return variable.is_signal or variable in OVER_PHASES or is_output(variable.name)
+
+
+def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any]:
+    """Rows of a variable.
 
     Raises
     ------
     KeyError
-        The file lacks a required variable.
+        The file lacks it.
     """
-    name = variable.name
-    if name not in file and is_output(name):
-        return earlier_output(file, name, rows)
-    if name not in file and name in _OPTIONAL:
-        return None
-    dataset = file[name]
+    dataset = file[variable.name]
     if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
         raise KeyError(f"{dataset.name} is not a variable with one row per run")
     is_text = h5py.check_string_dtype(dataset.dtype)
     return np.asarray(dataset.asstr()[rows] if is_text else dataset[rows])
-
-
-def absent_values(file: h5py.File, variable: Variable) -> NDArray[Any]:
-    """NaN or empty text, in the shape that the missing variable would have in the file."""
-    n_level = next((file[name].shape[-1] for name in (DETAIL_RMS, SETTLED_DETAIL_RMS) if name in file), 0)
-    sizes = {RUN: len(file[RUN_ID]), LEVEL: n_level, PHASE: 2**n_level}
-    blank, kind = ("", object) if variable.is_text else (np.nan, float)
-    return np.full([sizes[dimension] for dimension in variable.dimensions], blank, kind)
 
 
 def fit_to_dimensions(

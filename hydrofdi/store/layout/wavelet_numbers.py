@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,22 +37,3 @@ def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[An
         elif name != PHASE_DETAIL_RMS:
             numbers[name] = np.full(columns[SETTLED_DETAIL_RMS].shape, np.nan)
     return numbers
-
-
-def earlier_output(file: h5py.File, name: str, rows: slice) -> NDArray[Any] | None:
-    """An output of ``dwt`` from a file before format version 3; None if it is not one or is missing."""
-    for variable, output in _OUTPUT.items():
-        match = re.fullmatch(re.escape(f"{DWT}.") + output.format(r"(\d+)"), name)
-        if match and variable in file and int(match[1]) <= file[variable].shape[-1]:
-            return np.asarray(file[variable][rows][..., int(match[1]) - 1])
-    return None
-
-
-def earlier_outputs(file: h5py.File) -> list[str]:
-    """Outputs of ``dwt`` that a file before format version 3 contains under other names."""
-    return [
-        f"{DWT}.{output.format(level)}"
-        for variable, output in _OUTPUT.items()
-        if variable in file
-        for level in range(1, file[variable].shape[-1] + 1)
-    ]

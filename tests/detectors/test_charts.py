@@ -141,20 +141,3 @@ def test_moving_windows_take_mean_and_maximum():
     most = make_chart("moving_window", {"window": 2, "measure": "maximum", "direction": "rising"})
     np.testing.assert_allclose(mean.follow(scores), [[np.nan, 2.0, 1.0, 2.5]])
     np.testing.assert_allclose(most.follow(scores), [[np.nan, 1.0, 3.0, 3.0]])
-
-
-@pytest.mark.parametrize(("mean", "rate"), [(0.0, "false_alarms"), (1.0, "missed")])
-def test_a_single_sprt_errs_as_rarely_as_wald_says(mean, rate):
-    """Wald: α ≤ α'/(1 − β') and β ≤ β'/(1 − α'); overshoot makes both smaller, hardly to a quarter."""
-    chart = make_chart("sprt", {"direction": "rising", "false_alarms": 0.05, "missed": 0.05})
-    draw = np.random.default_rng(8)
-    ratios = np.cumsum(mean + draw.standard_normal((20000, 200)) - 0.5, axis=1)
-    upper = ratios >= chart.limit
-    ends = upper | (ratios <= chart.lower_limit)
-    first = ends.argmax(axis=1)
-    is_alarm = upper[np.arange(20000), first]
-    statistic = chart.follow(mean + np.random.default_rng(8).standard_normal((20000, 200)), chart.limit)
-    decided = statistic[np.arange(20000), first]
-    np.testing.assert_array_equal(decided >= chart.limit, is_alarm)
-    errors = is_alarm.mean() if rate == "false_alarms" else 1.0 - is_alarm.mean()
-    assert 0.05 / 4 < errors < 0.05 / 0.95

@@ -21,7 +21,7 @@ class ChartConfig(Section):
     its trace (option ``trace_duration``), such as ``weak_rls.leakage``."""
 
     chart: str
-    """The rule: ``cusum``, ``ewma``, ``glr``, ``moving_window`` or ``sprt``."""
+    """The rule: ``cusum``, ``ewma``, ``glr`` or ``moving_window``."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of the rule, which may also be given next to the other keys."""

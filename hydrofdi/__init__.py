@@ -11,7 +11,6 @@ The public names below are loaded when they are first used, so that importing th
 from __future__ import annotations
 
 from importlib import import_module
-from inspect import isfunction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -111,8 +110,6 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'hydrofdi' has no attribute {name!r}")
     found = getattr(import_module(_HOMES[name]), name)
-    if isfunction(found):
-        found = import_module("hydrofdi.api.binding").bound(found)
     globals()[name] = found
     return found
 

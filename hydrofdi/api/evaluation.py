@@ -7,7 +7,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api.binding import bound
 from hydrofdi.api.evaluation_record import evaluation_record
 from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_sentences
@@ -100,7 +99,6 @@ class Evaluation:
         """What ``hydrofdi evaluate --json`` prints."""
         return evaluation_record(self.found)
 
-    @bound
     def plot(self, figure: str = "densities") -> Figure:
         """The best scores of all records with the limits, or another figure of a study by its name.
 

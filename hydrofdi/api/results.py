@@ -9,7 +9,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydrofdi.api.binding import bound
 from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_sentences, html_table
 from hydrofdi.api.places import notebook_library, path_of
@@ -123,14 +122,12 @@ class Results:
 
         return StoredRecords(self.data, str(self.folder), channels)
 
-    @bound
     def report(self) -> str:
         """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""
         from hydrofdi.report.forms.markdown import render_markdown
 
         return render_markdown(self._report.document())
 
-    @bound
     def plot(self, figure: str | None = None) -> Figure:
         """A figure of the report by its name; the usual one where it is left out.
 

@@ -9,7 +9,6 @@ from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api.binding import bound
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_table
@@ -160,14 +159,12 @@ class Run:
         """What ``hydrofdi simulate --json`` prints."""
         return run_record(self.summary)
 
-    @bound
     def plot(self) -> Figure:
         """The signals over time; `Figure.savefig` writes them."""
         from hydrofdi.report.figures import draw_signals
 
         return shown(draw_signals(self._single.columns, self.experiment.wavelet, self.title))
 
-    @bound
     def write(self, path: str | PathLike[str]) -> None:
         """Store the run as an experiment file (HDF5).
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.arguments import refusal
-from hydrofdi.api.binding import bound
 from hydrofdi.api.detectors.judged import table_of
 from hydrofdi.api.detectors.watching import watched
 from hydrofdi.api.page import html_sentences
@@ -69,7 +68,6 @@ class Detector:
         self.path = path
 
     @classmethod
-    @bound
     def load(cls, path: str | PathLike[str]) -> Detector:
         """The detector in a file that ``hydrofdi train`` or `save` wrote.
 
@@ -81,7 +79,6 @@ class Detector:
         file = path_of(path)
         return cls(Training(load_detector(file), LeftOut(), is_unlabelled=False), file)
 
-    @bound
     def save(self, path: str | PathLike[str]) -> None:
         """Write the detector as JSON for a person to read.
 
@@ -137,7 +134,6 @@ class Detector:
         """The detector, its promise, and what was left out of its training."""
         return training_record(self.training)
 
-    @bound
     def judge(
         self,
         data: Any,
@@ -169,7 +165,6 @@ class Detector:
         windows = self.windows(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)
         return table_of(windows, self.file.unit)
 
-    @bound
     def windows(
         self,
         data: Any,
@@ -194,7 +189,6 @@ class Detector:
         sources = sources_of(data, channels_read(self.file), said)
         return Tally(self.file, chain.from_iterable(detect(self.file, source) for source in sources))
 
-    @bound
     def watch(
         self,
         chunks: Iterable[Any],
@@ -240,7 +234,6 @@ class Detector:
             raise refusal("chunks", "chunks of samples, one after another", chunks)
         return watched(self.file, chunks, Said(sampling_frequency, channel, unit))
 
-    @bound
     def monitor(
         self,
         source: str | PathLike[str],

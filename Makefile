@@ -22,8 +22,8 @@ install: .venv/installed-runtime  ## make .venv and install hydrofdi into it
 
 table3: .venv/installed-runtime  ## run the study and write Table 3 to results/table3/
 	$(BIN)/hydrofdi sweep configs/table3.yaml
-	@$(BIN)/hydrofdi report $(RESULT)
 	@$(BIN)/hydrofdi report $(RESULT) --out $(RESULT)
+	@$(BIN)/hydrofdi report $(RESULT)
 
 test: .venv/installed-test  ## run the tests but the long ones (minutes)
 	$(PYTEST) -m "not long"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from hydrofdi.papers.maddahi2015.claims import D2, D3
 from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy
-from hydrofdi.papers.maddahi2015.sections.claims import claims_block, guarded_block
+from hydrofdi.papers.maddahi2015.sections.claims import checks_block, claims_block, guarded_block
 from hydrofdi.papers.maddahi2015.sections.controls import controls_block
 from hydrofdi.papers.maddahi2015.sections.reference import reference_block
 from hydrofdi.papers.maddahi2015.sections.scenario_controls import scenario_controls_block
 from hydrofdi.papers.maddahi2015.sections.scenarios import scenarios_block
-from hydrofdi.papers.maddahi2015.sections.standing import standing_block
+from hydrofdi.papers.maddahi2015.sections.standing import phases_block, standing_block
 from hydrofdi.papers.maddahi2015.sections.table2 import table2_block
 from hydrofdi.papers.maddahi2015.sections.table3 import table3_block
 from hydrofdi.papers.maddahi2015.study import Study
@@ -49,10 +49,12 @@ def _blocks(study: Study) -> tuple[Block | None, ...]:
             settled_block(study),
             table2_block(study),
             replicates_block(study, (D2, D3)),
-            standing_block(study) if study.has_baseline else None,
         ),
         claims_block(study),
+        standing_block(study) if study.has_baseline else None,
         *details(
+            phases_block(study) if study.has_baseline else None,
+            checks_block(study),
             controls_block(study) if study.has_baseline else None,
             reference_block(study),
             *indicator_blocks(study),

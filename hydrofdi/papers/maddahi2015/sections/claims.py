@@ -10,16 +10,18 @@ from hydrofdi.settings.counting import counted
 
 
 def claims_block(study: Study) -> Block:
-    """All claims with their margins, and every check behind them; one sentence if there is no grid."""
+    """All claims with their margins; one sentence if there is no grid."""
     title = "Claims: the paper's sentences as checks"
     if study.grid.lack:
         guarded = (_guarded_sentence(study),) if study.guarded else ()
         return Block("claims", title, (study.grid.lack, *guarded))
-    return Block(
-        "claims",
-        title,
-        tuple(_sentences(study)),
-        (_claims_sheet(study.claims), _checks_sheet(study)),
+    return Block("claims", title, tuple(_sentences(study)), (_claims_sheet(study.claims),))
+
+
+def checks_block(study: Study) -> Block | None:
+    """Every check behind the claims; None if there is no grid."""
+    return (
+        None if study.grid.lack else Block("checks", "Checks behind the claims", (), (_checks_sheet(study),))
     )
 
 
@@ -60,7 +62,7 @@ def _guarded_sentence(study: Study) -> str:
     undecided = [v.claim.id for v in study.guarded if v.reproduced is None]
     parts = [f"not so for {joined(broken)}"] if broken else []
     parts += [f"open for {joined(undecided)}"] if undecided else []
-    held = "; ".join(parts) or "all of them hold"
+    held = "; ".join(parts) or "all of them hold, at the configured start phase"
     required = joined([v.claim.id for v in study.guarded])
     return f"The experiment file requires {required}: {held}."
 

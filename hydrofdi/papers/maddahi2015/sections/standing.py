@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, D3
 from hydrofdi.papers.maddahi2015.controls import SealedAlarm
-from hydrofdi.papers.maddahi2015.standings import PhaseCount
+from hydrofdi.papers.maddahi2015.standings import PhaseCount, Standing
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.wording import HOLE, labels_text, modulus_text, signed, some
+from hydrofdi.report.wording import HOLE, joined, labels_text, modulus_text, signed
 
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
@@ -24,11 +24,16 @@ _HEADERS = ("Records", "Phases in which it holds", "Mean phase", "Least", "Large
 
 
 def standing_block(study: Study) -> Block:
-    """How claims and the sealed alarm stand over the start phases, as configured and settled."""
+    """Which claims and sealed alarms survive every start phase, as configured and settled."""
+    return Block("standing", "What survives: start phases and settled records", tuple(_sentences(study)))
+
+
+def phases_block(study: Study) -> Block:
+    """The numbers of claims and sealed alarms over the start phases."""
     return Block(
-        "standing",
-        "What survives: start phases and settled records",
-        tuple(_sentences(study)),
+        "phases",
+        "Claims and the sealed alarm over the start phases",
+        tuple(_repeated_phases(study)),
         (*([] if study.grid.lack else [_claims_sheet(study)]), _alarms_sheet(study)),
         ("phases",) if study.standings[0].n_phase > 1 else (),
     )
@@ -38,30 +43,26 @@ def _sentences(study: Study) -> Iterator[str]:
     if study.standings[0].n_phase == 1:
         yield _ONE_PHASE
     else:
-        yield from _survivors(study)
-        yield from _repeated_phases(study)
+        for standing in study.standings:
+            yield from _survivors(study, standing)
     if len(study.standings) == 1:
         yield _UNSETTLED
 
 
-def _survivors(study: Study) -> Iterator[str]:
-    found: dict[str, list[str]] = {"In every start phase": [], "In some phases": [], "In no phase": []}
-    for name, counts in _counts_by_name(study):
-        held, of = sum(count.held for count in counts), sum(count.of for count in counts)
-        if of:
-            found[list(found)[0 if held == of else 1 if held else 2]].append(name)
-    records = " and ".join(standing.title for standing in study.standings)
+def _survivors(study: Study, standing: Standing) -> Iterator[str]:
+    found: dict[str, list[str]] = {
+        "Hold at every start phase": [], "Depend on the start phase": [], "Hold at no start phase": [],
+    }  # fmt: skip
+    alarms = [f"the d3 alarm on the sealed actuator at {_conditions(alarm)}" for alarm in study.sealed_alarms]
+    counts = [*standing.claims.values(), *standing.alarms]
+    for name, count in zip([*standing.claims, *alarms], counts, strict=True):
+        if count.of:
+            turns = 0 < count.held < count.of
+            group = list(found)[1 if turns else 0 if count.held else 2]
+            found[group].append(f"{name} ({count.held} of {count.of})" if turns else name)
     for where, which in found.items():
         if which:
-            yield f"{where} ({records}): {some(which)}."
-
-
-def _counts_by_name(study: Study) -> Iterator[tuple[str, list[PhaseCount]]]:
-    for claim in CLAIMS:
-        yield claim.id, [standing.claims[claim.id] for standing in study.standings]
-    for place, alarm in enumerate(study.sealed_alarms):
-        name = f"the d3 alarm on the sealed actuator at {_conditions(alarm)}"
-        yield name, [standing.alarms[place] for standing in study.standings]
+            yield f"{where} ({standing.title}): {joined(which)}."
 
 
 def _conditions(alarm: SealedAlarm) -> str:

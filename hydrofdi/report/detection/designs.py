@@ -12,7 +12,7 @@ from hydrofdi.config.shown_values import shown_value
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.report.detection.record import design_record
-from hydrofdi.report.detection.selection import best_of_sensors, tested, wavelet_rules
+from hydrofdi.report.detection.selection import best_with_sensors, tested, wavelet_rules
 from hydrofdi.report.detection.wording import found_cell, rate_cell, sensors, severity_unit
 from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.report.forms.numbers import finite
@@ -60,8 +60,8 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     shown = f" [{unit.name}]" if unit.name else ""
     confidence, share = f"{100.0 * rules.confidence:g} %", f"{100.0 * rules.probability:g}"
     sentence = (
-        "Each design repeats the study with the same actuators. Columns: the best score with these sensors in"
-        " each design, and the wavelet rules."
+        "Each design repeats the study with the same actuators. Columns: the best score with no more than"
+        " these sensors in each design, and the wavelet rules."
     )
     note = (
         "↑ and ↓: detects more or fewer of the same leaking actuators than the first design, averaged over"
@@ -122,7 +122,8 @@ def _gain_record(compared: Compared) -> dict[str, Any] | None:
 
 
 def _columns(detection: Detection) -> dict[str, Detector]:
-    best = {sensors(each): each for each in best_of_sensors(detection)}
+    names = {frozenset(each.scored.channels): sensors(each) for each in detection.judgements}
+    best = {names[channels]: each for channels, each in best_with_sensors(detection).items()}
     rules = {each.scored.name: each for each in wavelet_rules(detection)}
     return {name: Detector(detection.records, each) for name, each in (best | rules).items()}
 

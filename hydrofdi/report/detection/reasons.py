@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.report.detection.selection import best_of_sensors, of_sensors
-from hydrofdi.report.detection.wording import sensors_in_words, severity_unit
+from hydrofdi.report.detection.selection import best_of_sensors, best_with_sensors, of_sensors
+from hydrofdi.report.detection.wording import sensors_in_words, severity_unit, symbols
 from hydrofdi.report.wording import joined
 from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Detection, Judgement
@@ -93,12 +94,18 @@ def _share(some: Sequence[Judgement], judgements: Sequence[Judgement]) -> str:
 
 
 def unfound(detection: Detection) -> Iterator[str]:
-    """A sentence on each set of sensors with which no score finds anything at its false-alarm rate."""
-    unit = severity_unit(detection)
-    for scores in of_sensors(detection).values():
+    """A sentence on the sets of sensors with which nothing, or no smaller fault, is found."""
+    unit, best = severity_unit(detection), best_with_sensors(detection)
+    idle: dict[str, list[str]] = defaultdict(list)
+    for sensors, scores in of_sensors(detection).items():
+        found = best.get(sensors)
+        if found is not None and found not in scores and found.smallest["q90_95"].value is not None:
+            more = [symbol for symbol in symbols(scores[0]) if symbol not in symbols(found)]
+            idle[joined(symbols(found))].append(joined(more))
+            continue
         judged = [each for each in scores if "q90_95" in each.smallest and each.scored.channels]
         able = [each.smallest["q90_95"] for each in judged if each.keeps_its_rate is not False]
-        if not judged or any(found.value is not None for found in able):
+        if not judged or any(bound.value is not None for bound in able):
             continue
         lead = f"With {sensors_in_words(judged[0])}, "
         if not able:
@@ -106,3 +113,5 @@ def unfound(detection: Detection) -> Iterator[str]:
             continue
         keeping = "" if len(able) == len(judged) else " that keeps to its false-alarm rate"
         yield f"{lead}no score{keeping} finds anything up to {unit.found(able[0])} {unit.name}".rstrip() + "."
+    for known, others in idle.items():
+        yield f"Knowing {' or '.join(others)} as well does not help {known}."

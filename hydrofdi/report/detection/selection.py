@@ -11,13 +11,31 @@ _WAVELET_RULES = re.compile(r"dwt\.d[23]|largest_change\b.*")
 """The RMS of d2 or d3 of P1, and the largest change of the details."""
 
 
+def best_with_sensors(detection: Detection) -> dict[frozenset[str], Judgement]:
+    """Each set of sensors → the best detector that keeps its false-alarm rate and needs no more than these.
+
+    Sets with which nothing is known to keep its rate are left out; the set with the best detector is first.
+    """
+    judged = detection.judgements
+    able = [each for each in judged if each.keeps_its_rate and each.smallest.get("q90_95") is not None]
+    best = {
+        sensors: each
+        for each in reversed(able)
+        for sensors in of_sensors(detection)
+        if _suffice(sensors, each)
+    }
+    return dict(sorted(best.items(), key=lambda item: able.index(item[1])))
+
+
+def _suffice(sensors: frozenset[str], judgement: Judgement) -> bool:
+    """Whether a score needs no more than these sensors; it may need any if it names none."""
+    needed = frozenset(judgement.scored.channels)
+    return sensors == needed or (bool(needed) and needed < sensors)
+
+
 def best_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
-    """For each set of sensors the best detector that keeps its false-alarm rate, best first."""
-    best: dict[frozenset[str], Judgement] = {}
-    for judgement in detection.judgements:
-        if judgement.keeps_its_rate and judgement.smallest.get("q90_95") is not None:
-            best.setdefault(frozenset(judgement.scored.channels), judgement)
-    return tuple(best.values())
+    """The best detectors with any set of sensors, each once, best first."""
+    return distinct(*best_with_sensors(detection).values())
 
 
 def of_sensors(detection: Detection) -> dict[frozenset[str], list[Judgement]]:
@@ -29,13 +47,13 @@ def of_sensors(detection: Detection) -> dict[frozenset[str], list[Judgement]]:
 
 
 def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
-    """The best score with each set of sensors, whether or not it is known to keep its false-alarm rate.
+    """The best score with no more than each set of sensors, whether or not its false alarms are known.
 
-    Those that are known to keep it and have a q90/95 come first.
+    Those that are known to keep their false-alarm rate and have a q90/95 come first.
     """
-    others = (scores[0] for scores in of_sensors(detection).values())
-    best = {frozenset(each.scored.channels): each for each in (*others, *best_of_sensors(detection))}
-    return tuple(each for each in detection.judgements if each in best.values())
+    others = {sensors: scores[0] for sensors, scores in of_sensors(detection).items()}
+    best = (others | best_with_sensors(detection)).values()
+    return tuple(each for each in detection.judgements if each in best)
 
 
 def worth_its_sensors(detection: Detection, judgement: Judgement) -> bool:

@@ -7,6 +7,7 @@ import pytest
 
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.answer import answer_block
+from hydrofdi.report.detection.selection import best_with_sensors
 from hydrofdi.report.detection.wording import sensors
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.rules import Rules
@@ -107,3 +108,19 @@ def test_a_score_exceeds_its_rate_where_its_interval_lies_above_what_is_allowed(
         is_shown = any(each.kind is not Kind.CONFUSION for each in expected)
         assert is_shown == (judgement.keeps_its_rate is False)
         assert np.isfinite(allowed)
+
+
+def worse(records):
+    return made_up_score(records, "worse", gain=3.0, seed=4, channels=(P1, P2, U))
+
+
+def good(records):
+    return made_up_score(records, "good", gain=200.0, seed=5, channels=(P1,))
+
+
+def test_more_sensors_never_find_less():
+    detection = study(good, worse)
+    assert {each.scored.name for each in best_with_sensors(detection).values()} == {"good"}
+    text, sheet = first_page(detection)
+    assert [row[0].text.split()[0] for row in sheet.rows] == ["good"]
+    assert "Knowing P2 and u as well does not help P1." in text

@@ -58,8 +58,7 @@ docs: .venv/installed-runtime  ## generate the pages of YAML files and indicator
 	$(BIN)/python docs/generate_configuration.py
 	$(BIN)/python docs/generate_indicators.py
 	$(BIN)/hydrofdi sweep configs/table3.yaml
-	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/table3.png > $(RESULT)/table3.txt
-	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png > $(RESULT)/table3.txt
+	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png
 
 site: .venv/installed-test  ## build the documentation into site/ (minutes; then seconds)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs site

@@ -14,9 +14,8 @@ from hydrofdi.api.page import html_sentences, html_table
 from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.api.table import Table
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import ReportError, StoreError
+from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
-from hydrofdi.settings.suggestions import nearest
 from hydrofdi.store.layout.names import STATUS, VERDICT
 
 if TYPE_CHECKING:
@@ -138,10 +137,7 @@ class Results:
         """
         from hydrofdi.report.figures import draw_figure
 
-        known = [*self._report.figures()]
         name = self._report.usual_figure if figure is None else str(figure)
-        if name not in known:
-            raise ReportError(f"no figure {name!r}{nearest(name, known)}")
         return shown(draw_figure(self._report, name))
 
     @cached_property

@@ -61,7 +61,7 @@ def report(
             help="Draw the figure that the file name states (.png, .svg, .pdf). Any sweep: responses,"
             " sensitivity (a heat map of δ). A study of detection: answer, ranking, pod, roc, det,"
             " false_alarms, densities, tornado, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
-            " spectrum, mode_plane, phases, scenarios. Any other name draws the default figure.",
+            " spectrum, mode_plane, phases, scenarios.",
         ),
     ] = None,
     check: Annotated[

@@ -59,7 +59,7 @@ def test_report_table_and_figure_are_those_of_the_command(small_sweep):
     assert len(results.table) == len(rows) - 1
     assert results.table["delta_fixed_percent"].dtype == float
     assert results.plot()._repr_png_().startswith(b"\x89PNG")
-    with pytest.raises(hydrofdi.HydrofdiError, match="no figure 'sensitivty'; did you mean 'sensitivity'"):
+    with pytest.raises(hydrofdi.HydrofdiError, match="did you mean 'sensitivity'"):
         results.plot("sensitivty")
 
 

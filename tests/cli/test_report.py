@@ -155,10 +155,10 @@ def test_the_report_names_bands_and_modes(printed):
 
 
 def test_the_report_can_be_drawn(hydrofdi, table3, tmp_path):
-    result = hydrofdi("report", table3.directory, "--figure", tmp_path / "table.svg", "--json")
+    result = hydrofdi("report", table3.directory, "--figure", tmp_path / "sensitivity.svg", "--json")
     assert result.returncode == 0
     assert json.loads(result.stdout)["rows"]
-    assert (tmp_path / "table.svg").read_text().startswith("<?xml")
+    assert (tmp_path / "sensitivity.svg").read_text().startswith("<?xml")
 
 
 def test_without_a_folder_the_newest_experiment_is_reported(hydrofdi, small_sweep, failing_sweep, tmp_path):

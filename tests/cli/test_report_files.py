@@ -85,13 +85,21 @@ def test_a_page_without_html_is_a_mistake(hydrofdi, small_sweep, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "start"), [("spectrum.svg", b"<?xml"), ("any.pdf", b"%PDF"), ("a.png", b"\x89PNG")]
+    ("name", "start"),
+    [("spectrum.svg", b"<?xml"), ("sensitivity.pdf", b"%PDF"), ("responses.png", b"\x89PNG")],
 )
 def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(hydrofdi, table3, tmp_path, name, start):
     result = hydrofdi("report", table3.directory, "--figure", name)
     assert (tmp_path / name).read_bytes().startswith(start)
-    caption = "Power spectrum" if name.startswith("spectrum") else "δ over leakage"
-    assert f"drew {name}: {caption}" in result.stderr
+    assert f"drew {name}: " in result.stderr
+
+
+def test_an_unknown_figure_is_refused_with_the_known_ones(hydrofdi, table3, tmp_path):
+    result = hydrofdi("report", table3.directory, "--figure", "rok.png")
+    assert result.returncode == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert "sensitivity" in result.stderr
+    assert not (tmp_path / "rok.png").exists()
 
 
 def test_claims_that_change_need_no_run_again(hydrofdi, experiment_file):

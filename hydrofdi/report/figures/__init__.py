@@ -16,6 +16,7 @@ from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.signals import draw_signals
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes
+from hydrofdi.settings.suggestions import similar
 from hydrofdi.store.files import whole_file
 
 __all__ = [
@@ -32,12 +33,6 @@ __all__ = [
 
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""
-
-_NAMES = {
-    "sensitivity", "responses", "figure2", "figure3", "figure4", "spectrum", "mode_plane", "phases",
-    "scenarios", "ranking", "answer", "pod", "roc", "det", "false_alarms", "densities", "tornado", "delays",
-}  # fmt: skip
-"""Names of figures in some report; any other name draws the default figure."""
 
 
 def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
@@ -59,13 +54,15 @@ def draw_figure(report: ComposedReport, name: str) -> Figure:
     Raises
     ------
     HydrofdiError
-        The experiment does not contain what the figure shows; the message says why.
+        There is no such figure, or the experiment does not contain what it shows; the message says why.
     """
     figures = report.figures()
     if not figures:
         raise ReportError(
             "there is nothing to draw: no run has results; 'hydrofdi sweep CONFIG' computes the missing runs"
         )
+    if name not in figures:
+        raise ReportError(f"no figure {name!r}; there are {', '.join(figures)}{similar(name, [*figures])}")
     with matplotlib.rc_context(SETTINGS):
         figure: Figure = figures[name].draw()
     return figure
@@ -84,19 +81,15 @@ def draw_all(report: ComposedReport, names: Sequence[str]) -> tuple[dict[str, Fi
 
 
 def write_figure(report: ComposedReport, path: Path) -> str:
-    """Draw the figure that a file is named after, else the default one of the report; returns its caption.
+    """Draw the figure that a file is named after; returns its caption.
 
     Raises
     ------
     HydrofdiError
         It cannot be drawn or written.
     """
-    figures = report.figures()
-    if figures and path.stem in _NAMES and path.stem not in figures:
-        raise ReportError(f"{path}: no figure {path.stem} here; there are {', '.join(figures)}")
-    name = path.stem if path.stem in figures else report.usual_figure
-    save_figure(draw_figure(report, name), path)
-    return figures[name].caption
+    save_figure(draw_figure(report, path.stem), path)
+    return report.figures()[path.stem].caption
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -59,7 +59,10 @@ def test_the_json_of_a_study_counts_its_records(swept):
 
 
 def test_a_figure_of_a_study_is_drawn_by_its_name(swept, tmp_path):
-    for name, caption in (("pod", "Share of records detected"), ("any", "The leakage that each score finds")):
+    for name, caption in (
+        ("pod", "Share of records detected"),
+        ("ranking", "The leakage that each score finds"),
+    ):
         done = run_hydrofdi("report", swept.directory, "--figure", tmp_path / f"{name}.svg", cwd=swept.folder)
         assert done.returncode == 0
         assert f"drew {tmp_path / name}.svg: {caption}" in done.stderr

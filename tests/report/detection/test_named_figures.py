@@ -8,9 +8,9 @@ from hydrofdi.report.figures.detection.marks import sensor_marks
 from tests.report.detection.made_up import judged, report_of
 
 
-@pytest.mark.parametrize("name", ["tornado", "figure2"])
+@pytest.mark.parametrize("name", ["tornado", "figure2", "rok"])
 def test_a_figure_that_a_study_does_not_have_is_refused_with_those_it_has(tmp_path, name):
-    with pytest.raises(ReportError, match=f"no figure {name} here; there are ranking, pod"):
+    with pytest.raises(ReportError, match="ranking, pod"):
         write_figure(report_of(judged()), tmp_path / f"{name}.svg")
     assert not list(tmp_path.iterdir())
 

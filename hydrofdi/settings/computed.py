@@ -10,13 +10,10 @@ _COMPUTED = (
     (
         "actuator.piston_area",
         "bore, bore_diameter, piston_diameter, cylinder_bore, cylinder_diameter, diameter, rod, rod_diameter,"
-        " piston_rod, piston_rod_diameter",
-        "π/4 · (bore² − rod²)",
-    ),
-    (
-        "actuator.piston_area",
-        "a1, a2, a_1, a_2, aa, ab, area_1, area_2, cap_area, bore_area, rod_area, annulus_area, area_ratio",
-        "the area of both sides, because the piston has a rod on each",
+        " piston_rod, piston_rod_diameter, a1, a2, a_1, a_2, aa, ab, area_1, area_2, cap_area, bore_area,"
+        " rod_area, annulus_area, area_ratio",
+        "the area of both chambers, π/4 · (bore² − rod²) with a rod on each side; a single rod is not"
+        " simulated, but records of one can be judged: piston_area_2 of indicators",
     ),
     (
         "actuator.end_stop_position",

@@ -59,6 +59,7 @@ def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
 
 @pytest.mark.parametrize(("times", "sentence"), [
     ([0, 1, 1, 2], "time does not increase at sample 3"),
+    ([0, 2, 1, 3], "the rows are not in order of time at sample 3"),
     ([0, 1, np.nan, 2], "1 sampling instants are missing"),
     ([0, 1, 2, np.inf], "1 sampling instants are missing"),
     ([-1e308, 0, 1e308, 1.7e308], "time goes from -1e+308 s to 1.7e+308 s"),

@@ -18,7 +18,7 @@ from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.records.measured.held import HeldSource, HeldTable, held_source
 from hydrofdi.records.measured.sampling import counts_samples
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.suggestions import listed, nearest
 from hydrofdi.units import parse_unit, similar_units
 
 Names = str | Mapping[str, str] | None
@@ -138,7 +138,7 @@ def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
         by_title = {column.title: column for column in data.columns}
         named = {column.name: column for column in data.columns} | by_title
         if unknown := [name for name in channel if name not in named]:
-            raise DataError(f"{data.kind}: has no column {unknown[0]!r}{nearest(unknown[0], [*by_title])}")
+            raise DataError(f"{data.kind}: has no column {unknown[0]!r}{listed([*by_title])}")
         return {_channel(name): named[column] for column, name in channel.items()}
     wanted = None if channel is None else _channel(channel)
     if len(data.columns) == 1 and (wanted or not data.columns[0].name):

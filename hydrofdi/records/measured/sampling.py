@@ -72,8 +72,11 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, t
         raise RejectionError(
             "time", f"{np.count_nonzero(~np.isfinite(times))} sampling instants are missing{_REMEDY}"
         )
-    if np.any(steps <= 0.0):
-        row = int(np.flatnonzero(steps <= 0.0)[0]) + 2
+    if np.any(steps < 0.0):
+        row = int(np.flatnonzero(steps < 0.0)[0]) + 2
+        raise RejectionError("time", f"the rows are not in order of time at sample {row}; sort them")
+    if np.any(steps == 0.0):
+        row = int(np.flatnonzero(steps == 0.0)[0]) + 2
         raise RejectionError("time", f"time does not increase at sample {row}{_REMEDY}")
     typical = float(np.median(steps))
     step = typical if np.any(steps > _GAP * typical) else (times[-1] - times[0]) / (times.size - 1)

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array, Remark
-from hydrofdi.settings.suggestions import nearest
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 _MOST_SHOWN = 12
@@ -49,9 +48,7 @@ def find_column(titles: Sequence[str], column: str, place: str) -> int:
         return int(column) - 1
     more = ", …" if len(titles) > _MOST_SHOWN else ""
     shown = [shortened(title) for title in titles[:_MOST_SHOWN]]
-    has = f"; it has {', '.join(shown)}{more}" if titles else "; it has none"
-    close = nearest(column, [title for title in [*titles, *names] if len(title) <= _LONGEST_TITLE])
-    raise DataError(f"{place}: has no column {column!r}{close or has}")
+    raise DataError(f"{place}: has no column {column!r}; it has {', '.join(shown) or 'none'}{more}")
 
 
 class Table(ABC):

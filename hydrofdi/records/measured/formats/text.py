@@ -158,15 +158,16 @@ class TextTable(Table):
             cells = self._cells.row(row)
             if any(cell.strip() for cell in cells[width:]):
                 hint = "; are commas decimal signs?" if "," in self._cells.line(row) else ""
+                hint += self._preamble_hint()
                 place = self._cells.place(row)
                 raise DataError(f"{place}: has {len(cells)} cells under {width} column names{hint}")
 
     def _check_blanks(self, found: int, width: int) -> None:
         if found != width:
             raise DataError(
-                f"{self._cells.place(self._first_row)}: has {found} cells under {width} column names; if "
-                "names contain spaces, write 'format: {header: false, skip: …}' and give columns by "
-                "number"
+                f"{self._cells.place(self._first_row)}: has {found} cells under {width} column names"
+                f"{self._preamble_hint()}; if names contain spaces, write"
+                " 'format: {header: false, skip: …}' and give columns by number"
             )
 
     def _irregularities(self, is_ended: bool) -> Iterator[Remark]:

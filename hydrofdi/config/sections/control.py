@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+from hydrofdi.settings import usual
 from hydrofdi.settings.quantities import SI, Section
 
 
@@ -21,7 +22,7 @@ class ControlConfig(Section):
     position if the sensor has no lag and ``measurement`` neither filter nor jitter, and its noise is not a
     density or the controller samples as often as the record."""
 
-    amplitude: Annotated[float, SI("m", usual=("1 µm", "10 m"))] = 20e-3
+    amplitude: Annotated[float, SI("m", usual=usual.POSITION)] = 20e-3
     """Amplitude of the position reference [m]; its shape and period are those of the input. A choice."""
 
     proportional_gain: Annotated[float, SI("V/m", least=0, usual=("0.01 V/m", "1000000 V/m"))] = 100.0
@@ -37,7 +38,7 @@ class ControlConfig(Section):
     sample_time: Annotated[float, SI("s", above=0, usual=("1 µs", "1 s"))] = 2e-3
     """Sampling interval of the controller [s]; the voltage is held in between. A choice."""
 
-    voltage_limit: Annotated[float, SI("V", above=0, usual=("10 mV", "1 kV"))] = 5.0
+    voltage_limit: Annotated[float, SI("V", above=0, usual=usual.VOLTAGE)] = 5.0
     """Largest magnitude of the voltage [V]. A choice."""
 
     @property

@@ -6,16 +6,17 @@ from typing import Annotated, Literal, Self
 
 from pydantic import model_validator
 
+from hydrofdi.settings import usual
 from hydrofdi.settings.quantities import SI, Section
 
 
 class SupplyConfig(Section):
     """Supply and return pressures."""
 
-    pressure: Annotated[float, SI("Pa", above=0, usual=("0.1 MPa", "200 MPa"))] = 17.2e6
+    pressure: Annotated[float, SI("Pa", above=0, usual=usual.SUPPLY_PRESSURE)] = 17.2e6
     """Supply pressure P_s [Pa]. 2500 psi on the test rig."""
 
-    return_pressure: Annotated[float, SI("Pa", least=0, usual=("1 kPa", "20 MPa"))] = 0.0
+    return_pressure: Annotated[float, SI("Pa", least=0, usual=usual.RETURN_PRESSURE)] = 0.0
     """Return pressure P_r [Pa]."""
 
     droop: Literal["none", "first_order"] = "none"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+from hydrofdi.settings import usual
 from hydrofdi.settings.quantities import SI, Section
 
 
@@ -28,7 +29,7 @@ class ValveConfig(Section):
     damping_ratio: Annotated[float, SI("1", above=0, usual=("0.05", "5"))] = 0.7
     """Damping ratio ξ of the spool [-]. Table 1, legible as ".7"."""
 
-    largest_opening: Annotated[float, SI("m", above=0, usual=("1 µm", "50 mm"))] | None = None
+    largest_opening: Annotated[float, SI("m", above=0, usual=usual.SPOOL_POSITION)] | None = None
     """Spool position at which the valve saturates [m]; by default unlimited (paper)."""
 
     largest_speed: Annotated[float, SI("m/s", above=0, usual=("0.1 mm/s", "100 m/s"))] | None = None

@@ -10,7 +10,7 @@ from hydrofdi.records.batch import Array, Remark
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.measured.findings.hum import hum_share
-from hydrofdi.records.measured.findings.low_pressure import low_pressures
+from hydrofdi.records.measured.findings.sizes import unusual_sizes
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
 from hydrofdi.settings.counting import counted
@@ -37,7 +37,7 @@ def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Itera
     if limits.samples is not None and recording.n_time != limits.samples:
         text = f"has {counted(recording.n_time, 'sample')} instead of {limits.samples}"
         yield Remark("wrong_length", text)
-    yield from low_pressures(recording)
+    yield from unusual_sizes(recording)
     for channel, samples in recording.channels.items():
         yield from _of_channel(recording, channel, samples, limits, ranges)
 

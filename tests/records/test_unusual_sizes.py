@@ -1,4 +1,4 @@
-"""Pressures that are too low for hydraulics: the unit is probably wrong."""
+"""Channels whose sizes are unusual: the unit is probably wrong."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.records import Channel
 from tests.records.measuring import P1, P2, csv_of, kinds, one
 
 SAMPLES = np.random.default_rng(4).normal(0.0, 0.05, 500)
@@ -38,6 +40,30 @@ def test_no_remark_on_plausible_pressures_a_chamber_at_tank_pressure_or_counts(t
 def test_an_array_in_bar_is_remarked():
     table = hydrofdi.measure({"P1": 150 * (1 + SAMPLES)}, "dwt", sampling_frequency="1 kHz")
     assert table["status"].tolist() == ["low_pressure"]
+
+
+@pytest.mark.parametrize(
+    ("signals", "expected"),
+    [
+        ({"P1": 1864e5, "P2": 150e5}, {P1}),
+        ({"P1": 860e5, "P2": 86e5}, {P1}),
+        (
+            {"P1": 86e5, "P2": 60e5, "x": 20.0, "u": 2000.0, "xv": 0.1},
+            {Channel.PISTON_POSITION, Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION},
+        ),
+        (
+            {"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 150e6},
+            {Channel.RETURN_PRESSURE, Channel.SUPPLY_PRESSURE},
+        ),
+        ({"P1": 200e5, "P2": 100e5, "x": 0.2, "u": 5.0, "xv": 1e-4}, set()),
+    ],
+)
+def test_channels_beyond_the_usual_sizes_are_remarked(signals, expected):
+    samples = {name: size * (1 + SAMPLES) for name, size in signals.items()}
+    (source,) = sources_of(samples, tuple(Channel), Said("1 kHz"))
+    (batch,) = source.batches()
+    assert {remark.channel for remark in batch.remarks[0] if remark.kind == "unusual"} == expected
+    assert ("unusual" in hydrofdi.inspect(samples, sampling_frequency="1 kHz").remarks) == bool(expected)
 
 
 def test_normalized_pressures_are_judged_before_their_division(tmp_path):

@@ -152,7 +152,7 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
     with np.errstate(all="ignore"):
         numbers = _plant_numbers(parameters, trajectory)
         settlings = how_records_settle(parameters, trajectory.chamber_1_pressure)
-        quality = assess_runs(parameters, trajectory, measured, settlings)
+        quality = assess_runs(parameters, trajectory, measured, settlings, numbers[names.MODE_DAMPING_RATIO])
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     for values in numbers.values():
         values[failed] = np.nan

@@ -11,6 +11,9 @@ from hydrofdi.quality.settling import SETTLED_CHANGE
 STILL = 1e-9
 """A record whose P_1 varies by less than this share of the supply stands still: what varies is rounding."""
 
+UNUSUAL = 0.9
+"""No machine has a parameter that misses its usual range by more than this share: by a factor of ten."""
+
 
 @dataclass(frozen=True)
 class Doubt:
@@ -67,6 +70,12 @@ DOUBTS = {
             "still", "pressure_variation", lambda variation: variation < STILL, "S",
             "P_1 varies by no more than {} % of the supply, which is rounding",
             "raise input.amplitude, or control.amplitude in closed loop, until the valve opens",
+        ),
+        Doubt(
+            "unusual", "unusual_share", lambda share: share > UNUSUAL, "M",
+            "a parameter of the machine or the damping ratio of its hydraulic mode misses its usual range"
+            " by up to {} %",
+            "check the units of the parameters, friction.viscous and the clearances of the valve",
         ),
     )
 }  # fmt: skip

@@ -5,15 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.request import parameter_names, parameter_quantity
 from hydrofdi.quality.doubts import DOUBTS, SOUND
 from hydrofdi.quality.settling import Settling
 from hydrofdi.simulation import Trajectory
 from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.units import parse_quantity
+
+_MACHINE = ("actuator", "fluid", "supply", "valve", "friction")
+"""Sections that describe a machine."""
+
+_USUAL_DAMPING_RATIO = 0.02
+"""That of the nominal actuator of the paper; real ones have 0.05 to 0.4."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +44,9 @@ class RunQuality:
         Share of the samples of P_1 at an end of its sensor's range [-].
     pressure_variation : ndarray
         Largest less least P_1, over the supply pressure [-].
+    unusual_share : ndarray
+        By how much a parameter or the damping ratio of the mode misses its usual range: 1 less its ratio to
+        the nearest end, or the inverse [-].
     volume_residual, energy_residual : ndarray
         Relative residuals of the balances [-].
     """
@@ -46,6 +58,7 @@ class RunQuality:
     settled_from: NDArray[np.float64]
     clipped_share: NDArray[np.float64]
     pressure_variation: NDArray[np.float64]
+    unusual_share: NDArray[np.float64]
     volume_residual: NDArray[np.float64]
     energy_residual: NDArray[np.float64]
 
@@ -55,6 +68,7 @@ def assess_runs(
     trajectory: Trajectory,
     measured: Trajectory,
     settlings: Sequence[Settling],
+    damping_ratios: NDArray[np.float64],
 ) -> RunQuality:
     """Verdicts on runs; those that failed have NaN for numbers.
 
@@ -67,6 +81,8 @@ def assess_runs(
         The same as the sensors show it.
     settlings : sequence of Settling, length n_run
         How its details settle.
+    damping_ratios : ndarray, shape (n_run,)
+        Of the hydraulic mode [-].
     """
     pressure_1, pressure_2 = trajectory.chamber_1_pressure, trajectory.chamber_2_pressure
     vapour = np.array([run.fluid.vapour_pressure for run in runs])[:, None]
@@ -79,6 +95,7 @@ def assess_runs(
         np.array([_settled_from(run, settling) for run, settling in zip(runs, settlings, strict=True)]),
         np.array([_clipped_share(run, measured.chamber_1_pressure[k]) for k, run in enumerate(runs)]),
         np.ptp(pressure_1, axis=1) / np.array([run.supply.pressure for run in runs]),
+        np.array([_unusual_share(run, ratio) for run, ratio in zip(runs, damping_ratios, strict=True)]),
         residuals.volume,
         residuals.energy,
     ]
@@ -100,6 +117,30 @@ def _verdict(quality: RunQuality, row: int) -> str:
 
 def _settled_from(run: RunParameters, settling: Settling) -> float:
     return math.nan if settling.start is None else settling.start / run.record.sampling_frequency
+
+
+@lru_cache(maxsize=1)
+def _usual_ranges() -> list[tuple[str, str, float, float]]:
+    """Section, field, and lowest and highest usual size of what describes a machine; what may be zero has no
+    lowest."""
+    ranges = []
+    for name in parameter_names():
+        (section, field), quantity = name.split("."), parameter_quantity(name)
+        if section in _MACHINE and quantity is not None and quantity.usual is not None:
+            low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
+            ranges.append((section, field, low if quantity.above == 0.0 else 0.0, high))
+    return ranges
+
+
+def _unusual_share(run: RunParameters, damping_ratio: float) -> float:
+    """By how much a parameter or the damping ratio misses its usual range."""
+    share = max(0.0, 1.0 - damping_ratio / _USUAL_DAMPING_RATIO)
+    for section, field, low, high in _usual_ranges():
+        value = getattr(getattr(run, section), field)
+        if isinstance(value, float) and value:
+            size = abs(value)
+            share = max(share, 1.0 - size / low if low else 0.0, 1.0 - high / size)
+    return share
 
 
 def _clipped_share(run: RunParameters, shown: NDArray[np.float64]) -> float:

@@ -89,6 +89,20 @@ def test_record_without_any_motion_is_still_and_settled(rest: dict[str, object])
     assert columns["settling_change"][0] == columns["pressure_variation"][0] == 0.0
 
 
+@pytest.mark.parametrize(
+    "machine",
+    [
+        {"fluid.bulk_modulus": 689.0},
+        {"actuator.mass": 2e6},
+        {"actuator.mass": 250.0, "friction.viscous": 0.5, "input.amplitude": 1e-3},
+    ],
+)
+def test_a_machine_that_cannot_exist_is_unusual(machine: dict[str, object]) -> None:
+    columns = _columns(SETTLED | machine, coefficient=0.0)
+    assert "unusual" in columns["verdict"][0]
+    assert columns["status"][0] == "ok"
+
+
 def test_smallest_motion_is_not_still() -> None:
     columns = _columns(SETTLED | {"input.amplitude": 1e-4})
     assert "still" not in columns["verdict"][0]

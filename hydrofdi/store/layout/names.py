@@ -142,6 +142,7 @@ COMPUTED = (
     Variable(MEAN_CHAMBER_1_PRESSURE, (RUN,), "Pa", "mean pressure of chamber 1"),
     Variable("clipped_share", (RUN,), "1", "fraction of samples of P_1 at a limit of its sensor's range"),
     Variable("pressure_variation", (RUN,), "1", "range of P_1 relative to the supply pressure"),
+    Variable("unusual_share", (RUN,), "1", "how far a parameter or the damping ratio misses its usual range"),
     Variable(SETTLED_FROM, (RUN,), "s", "start of the settled periods"),
     Variable(SETTLED_DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the undecimated details of the settled P_1"),
     Variable(

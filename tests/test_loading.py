@@ -132,6 +132,8 @@ def test_a_mistake_is_one_line_with_its_place(experiment_file, text, expected):
         ("fluid.bulk_modulus.x=1", "settings fluid.bulk_modulus.x=1: fluid.bulk_modulus: expected a number"),
         ("fluid.bulk_modulus=a: b: c", "fluid.bulk_modulus=a: b: c: not valid YAML"),
         ("sweep.grid=[1]", "sweep.grid=[1]: expected a section"),
+        ("fluid.bulk_modulus='689'", "'689 MPa' or '689 Pa'"),
+        ("record.sampling_frequency='500'", "'500 Hz'"),
         ("sweep.grid.fluid.bulk_modulus=[1, 1 m]", "fluid.bulk_modulus[1]: '1 m' has the wrong unit"),
     ],
 )
@@ -140,6 +142,16 @@ def test_a_mistake_in_a_setting_names_the_setting(setting, expected):
     assert len(lines) == 1
     assert lines[0].startswith(f"settings {setting}")
     assert expected in lines[0]
+
+
+def test_a_bare_number_is_in_si_but_not_in_a_string(experiment_file):
+    assert load_experiment(None, ["fluid.bulk_modulus=689e6"]).fluid.bulk_modulus == 689e6
+    assert load_experiment(None, {"valve.damping_ratio": "0.5"}).valve.damping_ratio == 0.5
+    (line,) = mistakes(experiment_file('fluid: {bulk_modulus: "689"}\n'))
+    assert "fluid.bulk_modulus" in line
+    for settings in ({"fluid.bulk_modulus": "689"}, {"sweep.grid.fluid.bulk_modulus": ["689"]}):
+        with pytest.raises(ConfigError):
+            load_experiment(None, settings)
 
 
 MANY = """\

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,7 +11,11 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
+from hydrofdi.settings.readable import usual_unit
 from hydrofdi.units import parse_quantity
+
+_BARE = re.compile(r"\s*[-+]?[\d_.]+([eE][-+]?\d+)?\s*")
+"""A number without a unit."""
 
 _TEXT = json.JSONEncoder(sort_keys=True, separators=(",", ":"))
 
@@ -73,9 +78,13 @@ class SI:
         Raises
         ------
         ValueError
-            The value is neither a number nor a string with a fitting unit.
+            The value is neither a number nor a string with a number and a fitting unit.
         """
         if isinstance(value, str):
+            if self.unit != "1" and _BARE.fullmatch(value):
+                units = dict.fromkeys((usual_unit(self.unit), self.unit))
+                texts = " or ".join(repr(f"{value.strip()} {unit}") for unit in units)
+                raise ValueError(f"{value!r} has no unit; write {texts}")
             return parse_quantity(value, self.unit)
         if isinstance(value, bool) or not isinstance(value, int | float):
             unit = "" if self.unit == "1" else f" in {self.unit}, or a string with a unit"

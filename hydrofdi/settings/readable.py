@@ -30,6 +30,11 @@ def readable_unit(own: str, largest: float) -> str:
     return next((unit for unit, least in units if largest >= least), own)
 
 
+def usual_unit(own: str) -> str:
+    """The unit other than the SI unit in which people write a quantity; `own` where there is none."""
+    return next((unit for unit, _ in _READABLE.get(own, ()) if unit != own), own)
+
+
 def shown_quantity(value: float, own: str) -> str:
     """A value in SI with a unit that suits it, such as ``8.6 MPa``."""
     unit = readable_unit(own, abs(value))

@@ -109,7 +109,7 @@ def test_workers_do_not_run_the_script_again(tmp_path):
 
 
 def test_results_have_the_warnings_of_the_plan(tmp_path):
-    study = STUDY | {"sweep": {"grid": {"fluid.bulk_modulus": ["0.5 GPa", "0.7"]}}}
+    study = STUDY | {"sweep": {"grid": {"fluid.bulk_modulus": ["0.5 GPa", 0.7]}}}
     planned = hydrofdi.plan(study, out=tmp_path / "small").warnings
     swept = hydrofdi.sweep(study, out=tmp_path / "small", engine="in-process")
     assert any("0.7 Pa is far below" in warning for warning in swept.warnings)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_units import is_counts
 from hydrofdi.records.measured.description.sections import ChannelConfig
-from hydrofdi.units import parse_quantity
+from hydrofdi.settings.quantities import SI
 
 
 def plausible_range(channel: Channel, config: ChannelConfig) -> tuple[float, float] | None:
@@ -19,9 +19,7 @@ def plausible_range(channel: Channel, config: ChannelConfig) -> tuple[float, flo
     if config.range is None:
         return None
     unit = "1" if is_counts(config.unit) else channel.unit
-    low, high = (
-        parse_quantity(value, unit) if isinstance(value, str) else float(value) for value in config.range
-    )
+    low, high = (SI(unit).parse(value) if isinstance(value, str) else float(value) for value in config.range)
     if not low < high:
         raise ValueError(f"the first value must be below the second; found {low:g} and {high:g}")
     return low, high

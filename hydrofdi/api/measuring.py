@@ -15,7 +15,7 @@ from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.api.table import Table
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.plausibility import doubts
+from hydrofdi.indicators.plausibility import summaries
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import indicator_names
 from hydrofdi.indicators.selection import load_indicators, make_indicators
@@ -65,7 +65,8 @@ def measure(
     Table
         A row for each record: ``record_id``, ``source``, ``group``, ``label``, ``status``, a column for each
         number such as ``dwt.d2`` (NaN if there is none), and the ``reasons`` why. Its `remarks` name the
-        constants of the plant that nobody gave, and quantities that can only be positive and are not.
+        constants of the plant that nobody gave, estimates that are physically impossible, and models that do
+        not explain the records.
 
     Raises
     ------
@@ -186,13 +187,13 @@ def _table(measured: Measured) -> Table:
         content[column.name] = np.array(held, dtype=float).reshape(len(records), *nothing.shape)
     content["reasons"] = [_sentence(record) for record in records]
     dims = {each.name: tuple(f"{each.label}.{dim}" for dim in each.output.dims) for each in columns}
-    doubtful = [name for record in records for name in record.not_positive]
+    doubts = [doubt for record in records for doubt in record.doubts]
     return Table(
         "record",
         content,
         {each.name: each.unit for each in columns if each.unit != "1"},
         dims,
-        (*measured.remarks, *doubts(doubtful, sum(record.has_numbers for record in records))),
+        (*measured.remarks, *summaries(doubts, sum(record.has_numbers for record in records))),
     )
 
 

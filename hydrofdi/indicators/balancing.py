@@ -13,6 +13,7 @@ from hydrofdi.estimation.chamber_balance import UNKNOWNS
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.plant_constants import PlantConstant
+from hydrofdi.indicators.plausibility import FLUID, POSITIVE
 from hydrofdi.indicators.stepping import alternating_side
 from hydrofdi.indicators.uncertain_actuator import UncertainActuator
 from hydrofdi.indicators.volume_balance import P1, P2, VolumeBalance, X
@@ -88,7 +89,10 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             direction=rising, is_score=False,
         ),
         Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
-        Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
+        Output(
+            "leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising, possible=POSITIVE,
+            error="leakage_error",
+        ),
         Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
         Output("mean_leakage", "m^3/s", "mean internal leakage flow of K_i", direction=rising),
         Output(
@@ -96,13 +100,13 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             direction=rising,
         ),
         Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow across both"),
-        Output("bulk_modulus", "Pa", "effective bulk modulus β", is_positive=True),
+        Output("bulk_modulus", "Pa", "effective bulk modulus β", possible=FLUID),
         Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
         Output(
             "flow_gain", "1", "flow gain of the valve relative to its nominal value",
-            is_score=False, is_positive=True,
+            is_score=False, possible=POSITIVE,
         ),
-        Output("supply_pressure", "Pa", "supply pressure", is_score=False, is_positive=True),
+        Output("supply_pressure", "Pa", "supply pressure", is_score=False, possible=POSITIVE),
         Output("offset", "m", "spool position at which the valve is closed", is_score=False),
         Output("lap", "m", "lap of the valve", is_score=False),
         Output(

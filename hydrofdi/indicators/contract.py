@@ -33,9 +33,15 @@ class Output:
     is_score : bool
         Whether the output is evaluated as a detector score; False for quality measures of other outputs
         (standard errors, condition numbers, counts), auxiliary estimates, and repetitions in another unit.
-    is_positive : bool
-        Whether the quantity can only be positive, such as a bulk modulus: otherwise the model of the
-        indicator does not describe the record.
+    possible : tuple of (float or None)
+        Lowest and highest value that a machine can have, such as those of a bulk modulus; others show that
+        the model of the indicator does not describe the record.
+    error : str
+        Output with the standard deviation; then a value is impossible only if it is more than four of them
+        below the lowest.
+    is_fit : bool
+        Whether the output states how well the model explains the record; then values outside of `possible`
+        are possible, but the other outputs are doubtful.
     """
 
     name: str
@@ -44,12 +50,19 @@ class Output:
     dims: Mapping[str, int] = field(default_factory=dict)
     direction: Direction | None = None
     is_score: bool = True
-    is_positive: bool = False
+    possible: tuple[float | None, float | None] = (None, None)
+    error: str = ""
+    is_fit: bool = False
 
     @classmethod
     def quality(cls, name: str, unit: str, long_name: str) -> Output:
         """An output that measures the quality of other outputs; not a score."""
         return cls(name, unit, long_name, is_score=False)
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether the quantity can only be positive."""
+        return self.possible[0] is not None and not self.error and not self.is_fit
 
     @property
     def departure(self) -> str:

@@ -31,12 +31,8 @@ LARGEST = {
 """Absolute value of each state beyond which an estimate is not physical, in estimator units."""
 
 
-MEASURED_UNITS = {
-    Channel.CHAMBER_1_PRESSURE: 1e-6,
-    Channel.CHAMBER_2_PRESSURE: 1e-6,
-    Channel.PISTON_POSITION: 1e3,
-}
-"""Measured channels of a filter, and the factor from SI to estimator units."""
+MEASURED = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION)
+"""Measured channels of a filter."""
 
 
 class KalmanOptions(NominalPlant, RecursiveOptions):
@@ -117,6 +113,11 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
             raise ValueError("a state is named twice")
         return states
 
+    def measured_states(self, records: RecordBatch) -> Array:
+        """P_1, P_2 [MPa] and x_p [mm], shape (n_record, n_time, 3)."""
+        first, second, _ = MEASURED
+        return np.stack((1e-6 * records[first], 1e-6 * records[second], 1e3 * self.position(records)), axis=2)
+
     @property
     def estimated(self) -> frozenset[str]:
         """States that are estimated rather than fixed at nominal values."""
@@ -175,8 +176,3 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     def _variances(self, **deviations: float) -> Array:
         estimated = self.estimated
         return np.array([deviations.get(name, 0.0) ** 2 if name in estimated else 0.0 for name in STATES])
-
-
-def measured_states(records: RecordBatch) -> Array:
-    """P_1, P_2 [MPa] and x_p [mm], shape (n_record, n_time, 3)."""
-    return np.stack([per_si * records[channel] for channel, per_si in MEASURED_UNITS.items()], axis=2)

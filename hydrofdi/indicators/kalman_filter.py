@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hydrofdi.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
 from hydrofdi.estimation.plant import N_STATE
 from hydrofdi.indicators.information import Information
-from hydrofdi.indicators.kalman import MEASURED_UNITS, KalmanOptions, measured_states
+from hydrofdi.indicators.kalman import MEASURED, KalmanOptions
 from hydrofdi.indicators.plant_information import plant_information
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -52,7 +52,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
     @property
     def channels(self) -> frozenset[Channel]:
         """Pressures, position, and what moves the valve."""
-        return frozenset(MEASURED_UNITS) | self.options.valve_channels
+        return frozenset(MEASURED) | self.options.valve_channels
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
@@ -82,7 +82,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         means, variances = (np.zeros((chunk.n_record, due.size, N_STATE)) for _ in range(2))
         sums = np.zeros((chunk.n_record, due.size, N_SUM))
         supply = self.options.supply_of(chunk)
-        samples = measured_states(chunk), self.options.spool_drive(chunk), supply
+        samples = self.options.measured_states(chunk), self.options.spool_drive(chunk), supply
         self.follow(moved, n_before, samples, self._tuning(chunk), every, (means, variances, sums))
         moved["n_seen"] += chunk.n_time
         found = Estimates(means, variances, sums, supply[:, due], every)

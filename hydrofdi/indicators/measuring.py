@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.faults import FaultyIndicatorError, gives_infinite, raised, require_sound_outputs
+from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.records import Array, Channel, RecordBatch, Remark
 
 Indicators = Mapping[str, Indicator[Any]]
@@ -151,7 +152,12 @@ def _obstacles(
         common = _common_obstacle(records, indicator)
     except Exception as error:
         raise raised(indicator, error) from error
-    return [common or _own_obstacle(each, indicator) for each in remarks]
+    own = [_own_obstacle(each, indicator) for each in remarks]
+    if common or not isinstance(indicator.options, NominalActuator):
+        return [common or each for each in own]
+    return [
+        each or unfit for each, unfit in zip(own, indicator.options.unfit_positions(records), strict=True)
+    ]
 
 
 def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | None:

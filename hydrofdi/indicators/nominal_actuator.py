@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from hydrofdi.indicators.plant_constants import PlantConstant
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -25,10 +26,17 @@ class NominalActuator(Section):
     """The same for chamber 2 [m²]; by default that of chamber 1."""
 
     chamber_volume: Annotated[float, SI("m^3", above=0, most=1.0), PlantConstant()] = 280e-6
-    """Volume V of chamber 1 at position zero [m³]."""
+    """Volume V of chamber 1 with the piston at the centre, which is position zero by default [m³]."""
 
     chamber_volume_2: Annotated[float, SI("m^3", above=0, most=1.0)] | None = None
     """The same for chamber 2 [m³]; by default that of chamber 1."""
+
+    position_zero: Literal["centre", "retracted", "extended"] = "centre"
+    """Where the measured position is zero. A positive position enlarges chamber 1. ``retracted``: at the end
+    of the stroke with the smallest chamber 1; ``extended``: at that with the largest."""
+
+    stroke: Annotated[float, SI("m", above=0, most=100.0)] | None = None
+    """Stroke of the piston [m], for ``position_zero: retracted`` or ``extended``."""
 
     bulk_modulus: Annotated[float, SI("Pa", above=0, most=1e10), PlantConstant()] = 551e6
     """Bulk modulus β of the fluid [Pa]."""
@@ -69,6 +77,12 @@ class NominalActuator(Section):
     return_pressure: Annotated[float, SI("Pa", least=0, most=2e8)] = 0.0
     """Return pressure P_r [Pa]."""
 
+    @model_validator(mode="after")
+    def _has_stroke(self) -> Self:
+        if self.position_zero != "centre" and self.stroke is None:
+            raise ValueError(f"position_zero: {self.position_zero} needs the stroke of the piston")
+        return self
+
     @property
     def areas(self) -> tuple[float, float]:
         """Piston areas of both chambers [m²]."""
@@ -76,7 +90,7 @@ class NominalActuator(Section):
 
     @property
     def volumes(self) -> tuple[float, float]:
-        """Volumes of both chambers at position zero [m³]."""
+        """Volumes of both chambers with the piston at the centre [m³]."""
         second = self.chamber_volume_2
         return self.chamber_volume, self.chamber_volume if second is None else second
 
@@ -91,6 +105,36 @@ class NominalActuator(Section):
     def optional_channels(self) -> frozenset[Channel]:
         """The supply pressure, if `supply` allows it to be used."""
         return frozenset({Channel.SUPPLY_PRESSURE} if self.supply == "auto" else set())
+
+    def position(self, records: RecordBatch) -> Array:
+        """x_p from the centre [m], shape (n_record, n_time); NaN where a chamber would have no volume."""
+        position = self._from_centre(records)
+        first, second = self._volumes_at(position)
+        is_impossible = (first <= 0.0) | (second <= 0.0)
+        return np.where(is_impossible, np.nan, position) if is_impossible.any() else position
+
+    def unfit_positions(self, records: RecordBatch) -> list[str | None]:
+        """Why the positions of each record are impossible: a chamber would have no volume; None if it has."""
+        if Channel.PISTON_POSITION not in records.channels:
+            return [None] * records.n_record
+        reasons: list[str | None] = [None] * records.n_record
+        for chamber, volume in enumerate(self._volumes_at(self._from_centre(records)), start=1):
+            for row in np.flatnonzero(np.any(volume <= 0.0, axis=1)).tolist():
+                reasons[row] = (
+                    f"the volume of chamber {chamber} would be {1e6 * np.nanmin(volume[row]):.4g} cm^3:"
+                    " state 'position_zero' and 'stroke', or the chamber volumes at position zero"
+                )
+        return reasons
+
+    def _from_centre(self, records: RecordBatch) -> Array:
+        measured = records[Channel.PISTON_POSITION]
+        if self.position_zero == "centre" or self.stroke is None:
+            return measured
+        return measured + (-0.5 if self.position_zero == "retracted" else 0.5) * self.stroke
+
+    def _volumes_at(self, position: Array) -> tuple[Array, Array]:
+        (area_1, area_2), (first, second) = self.areas, self.volumes
+        return first + area_1 * position, second - area_2 * position
 
     def spool_position(self, records: RecordBatch) -> Array:
         """x_v [m], shape (n_record, n_time).

@@ -15,11 +15,7 @@ from hydrofdi.indicators.recursive import RecursiveOptions, State
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 
-_MEASURED = {
-    P1: Channel.CHAMBER_1_PRESSURE,
-    P2: Channel.CHAMBER_2_PRESSURE,
-    POSITION: Channel.PISTON_POSITION,
-}
+_MEASURED = {Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION}
 
 _BLOCK = 16
 """Number of consecutive samples of P_1 + P_2 that are averaged, if the valve is open at all of them."""
@@ -50,7 +46,7 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
     @property
     def needed(self) -> frozenset[Channel]:
         """Pressures, position, and what moves the valve."""
-        return frozenset(_MEASURED.values()) | self.valve_channels
+        return frozenset(_MEASURED) | self.valve_channels
 
     @property
     def cylinder(self) -> Cylinder:
@@ -85,8 +81,8 @@ def follow_signals(
     n_before, frequency = int(state["n_sample"]), chunk.sampling_frequency
     after["n_sample"] += chunk.n_time
     signals, unclear = np.empty((N_SIGNAL, *_shape(chunk))), np.zeros(_shape(chunk), dtype=np.bool_)
-    for place, channel in _MEASURED.items():
-        signals[place] = chunk[channel]
+    signals[P1], signals[P2] = chunk[Channel.CHAMBER_1_PRESSURE], chunk[Channel.CHAMBER_2_PRESSURE]
+    signals[POSITION] = options.position(chunk)
     signals[SPOOL] = options.spool_of_stream(chunk, n_before == 0, after["spool"])
     mark_unclear(signals[SPOOL], n_before, 0, options.least_opening, math.inf, 0, after["gate"], unclear)
     match options.supply_known_by(chunk):

@@ -8,7 +8,7 @@ from hydrofdi.estimation.observability import finite_horizon_gramian
 from hydrofdi.estimation.plant import N_MOVING, N_STATE, STATES
 from hydrofdi.estimation.prediction import TANGENT_SHAPE, predict
 from hydrofdi.indicators.information import Information, Unknown
-from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, MOTION, KalmanOptions, measured_states
+from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, MOTION, KalmanOptions
 from hydrofdi.records import Array, RecordBatch
 
 _NAMES_AND_UNITS = {
@@ -62,7 +62,7 @@ def _transitions(options: KalmanOptions, records: RecordBatch) -> Array:
     Linearised about the measured pressures and position; the spool position is interpolated linearly.
     """
     frequency, first = records.sampling_frequency, records.rows([0])
-    measured = measured_states(first)[0]
+    measured = options.measured_states(first)[0]
     spool, n_step = _spool(options, first), len(measured) - 1
     states = np.zeros((n_step, N_STATE))
     states[:, : measured.shape[1]] = measured[:-1]

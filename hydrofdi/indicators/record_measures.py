@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.measuring import Indicators, Measures, measure, output_unit
-from hydrofdi.indicators.plausibility import not_positive
+from hydrofdi.indicators.plausibility import Doubt, doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 
 
@@ -57,7 +57,8 @@ class RecordMeasures:
     record_id, source, group, label : str
         As in a batch; empty if unknown.
     status : str
-        ``ok``, or the kinds of the remarks on the record or on used channels, separated by commas.
+        ``ok``, or the kinds of the remarks on the record or on used channels, and ``doubtful`` if there are
+        doubts, separated by commas.
     values : dict of str to ndarray, shape (*dims)
         Name of a column → its values; NaN if there are none.
     reasons : dict of str to str
@@ -68,8 +69,8 @@ class RecordMeasures:
         Label of an indicator that failed → its error; this is also its reason.
     digest : bytes
         Digest of the samples: equal for records with equal samples. Empty if the record is rejected.
-    not_positive : tuple of str
-        Columns of quantities that can only be positive, and are not.
+    doubts : tuple of Doubt
+        Estimates that are physically impossible, and models that do not explain the record.
     """
 
     record_id: str
@@ -82,7 +83,7 @@ class RecordMeasures:
     is_rejected: bool = False
     faults: Mapping[str, str] = field(default_factory=dict)
     digest: bytes = b""
-    not_positive: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     @property
     def has_numbers(self) -> bool:
@@ -134,13 +135,11 @@ def _measured(
     for source, batch in batches:
         _require_same_units(source, batch, indicators, columns)
         measures = measure(batch, indicators)
-        doubtful = {
-            f"{label}.{name}": rows
-            for label, indicator in indicators.items()
-            for name, rows in not_positive(indicator, measures.values, f"{label}.").items()
-        }
+        doubts = [
+            doubts_of(indicator, measures.values, f"{label}.") for label, indicator in indicators.items()
+        ]
         for row in range(batch.n_record):
-            own = tuple(name for name, rows in doubtful.items() if rows[row])
+            own = tuple(chain.from_iterable(of_indicator[row] for of_indicator in doubts if of_indicator))
             yield _record(batch, measures, row, used, own)
         yield from _rejected(batch, columns)
 
@@ -157,10 +156,10 @@ def _require_same_units(
 
 
 def _record(
-    batch: RecordBatch, measures: Measures, row: int, used: frozenset[Channel], not_positive: tuple[str, ...]
+    batch: RecordBatch, measures: Measures, row: int, used: frozenset[Channel], doubts: tuple[Doubt, ...]
 ) -> RecordMeasures:
     concerning = (each for each in batch.remarks[row] if each.channel is None or each.channel in used)
-    kinds = dict.fromkeys(remark.kind for remark in concerning)
+    kinds = [*dict.fromkeys(remark.kind for remark in concerning), *(["doubtful"] if doubts else [])]
     return RecordMeasures(
         batch.record_ids[row],
         batch.sources[row],
@@ -171,7 +170,7 @@ def _record(
         {label: reason for label, rows in measures.obstacles.items() if (reason := rows[row]) is not None},
         faults=measures.faults,
         digest=samples_digest(batch, row),
-        not_positive=not_positive,
+        doubts=doubts,
     )
 
 

@@ -61,7 +61,7 @@ class VolumeBalance:
             total = 2.0 * np.mean(records[P1], axis=1, keepdims=True)
             if not self.by_spring:
                 stiffness = actuator.load_stiffness / actuator.areas[0]
-                total = total - stiffness * np.mean(records[X], axis=1, keepdims=True)
+                total = total - stiffness * np.mean(actuator.position(records), axis=1, keepdims=True)
         return np.asarray(total - actuator.return_pressure)
 
     @cached_property
@@ -76,7 +76,7 @@ class VolumeBalance:
     def position(self) -> Array:
         """x_p [m]."""
         if not self.by_spring:
-            return self.records[X]
+            return self.actuator.position(self.records)
         (area_1, area_2), (first, second) = self.actuator.areas, self.pressures
         return (area_1 * first - area_2 * second) / self.actuator.load_stiffness
 

@@ -45,7 +45,8 @@ class Conditions:
         events: list[Event] = []
         if is_alarm and not is_raised:
             state = {**state, "is_raised": np.array(1), "since": np.array(end)}
-            events = [Event(EventKind.ALARM_RAISED, _why(verdict, chart), end)]
+            doubt = f"; doubtful: {verdict.doubt}" if verdict.doubt else ""
+            events = [Event(EventKind.ALARM_RAISED, _why(verdict, chart) + doubt, end)]
         elif is_raised and n_calm >= self._patience:
             ago = _ago(end - float(state["since"]))
             text = f"no alarm in {counted(n_calm, 'window')}; the alarm was raised {ago}"

@@ -45,6 +45,7 @@ def _window(line: WindowLine, unit: str) -> dict[str, Any]:
         "margin": _finite(verdict.margin),
         "beyond_limit": verdict.is_beyond,
         "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.text},
+        "doubt": verdict.doubt or None,
         "chart": chart and {
             "statistic": _finite(chart.statistic),
             "limit": _finite(chart.limit),

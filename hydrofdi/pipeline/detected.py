@@ -29,6 +29,10 @@ class Tally:
         Kind of fault → windows, or records without any, that were not judged.
     n_beyond : int
         Windows among them whose score is beyond a limit all the same.
+    n_doubtful : int
+        Judged windows whose verdict is doubtful.
+    first_doubt : str
+        The first reason.
     unjudged : dict of (str, str) to str
         Source and record of those of which nothing was judged → the first reason.
     """
@@ -36,7 +40,8 @@ class Tally:
     def __init__(self, file: DetectorFile, windows: Iterable[JudgedWindow]) -> None:
         self.file = file
         self.faults: Counter[str] = Counter()
-        self.n_beyond = 0
+        self.n_beyond = self.n_doubtful = 0
+        self.first_doubt = ""
         self.unjudged: dict[tuple[str, str], str] = {}
         self._windows = windows
         self._outcomes: list[float] = []
@@ -58,6 +63,9 @@ class Tally:
         if window.fault is not None:
             self.faults[window.fault.kind] += 1
             self.n_beyond += window.is_beyond
+        if window.doubt:
+            self.n_doubtful += 1
+            self.first_doubt = self.first_doubt or window.doubt
         if window.alarm is not None and window.line is not None:
             self.unjudged.pop(record, None)
             self._outcomes.append(float(window.alarm))

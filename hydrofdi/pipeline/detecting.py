@@ -45,6 +45,11 @@ class JudgedWindow:
         return self.record_fault if self.line is None else self.line.verdict.fault
 
     @property
+    def doubt(self) -> str:
+        """Why the verdict is doubtful; empty if it is not."""
+        return "" if self.line is None else self.line.verdict.doubt
+
+    @property
     def is_beyond(self) -> bool:
         """Whether the score is beyond a limit of the threshold, also if nothing is judged."""
         return self.line is not None and bool(self.line.verdict.is_beyond)

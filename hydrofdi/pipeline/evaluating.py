@@ -12,6 +12,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.plausibility import Doubt, summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources
 from hydrofdi.pipeline.assumed_plant import assumed_plants
 from hydrofdi.pipeline.healthy_control import conclusion, ranked_by_control
@@ -42,6 +43,8 @@ class Left:
         What is wrong with indicators that failed.
     labels : set of str
         Of all records, the rejected ones as well.
+    doubts : list of Doubt
+        Of all records.
     """
 
     n_record: int = 0
@@ -53,6 +56,7 @@ class Left:
     first_repeat: str = ""
     faults: dict[str, None] = field(default_factory=dict)
     labels: set[str] = field(default_factory=set)
+    doubts: list[Doubt] = field(default_factory=list)
     _seen: dict[bytes, RecordMeasures] = field(default_factory=dict)
 
     def count(self, records: Iterator[RecordMeasures]) -> Iterator[RecordMeasures]:
@@ -67,6 +71,7 @@ class Left:
             self.n_record += 1
             self.labels |= {record.label} - {""}
             self.faults |= dict.fromkeys(record.faults.values())
+            self.doubts += record.doubts
             if record.is_rejected:
                 self.n_rejected += 1
                 self.first_rejection = self.first_rejection or f"{record.record_id}: {_reason(record)}"
@@ -154,7 +159,9 @@ def evaluate(
     usual = usual_scores(study.records, study.scores, tested_teach=True) if with_usual_scores else {}
     made = made_scores(study.records, study.scores, usual | dict(scores or {}), tested_teach=True)
     detection = detect(study.records, [*study.scores, *made], rules)
-    detection = replace(detection, remarks=(*detection.remarks, *assumed_plants(sources, indicators)))
+    n_measured = left.n_record - left.n_rejected - left.n_empty
+    remarks = *assumed_plants(sources, indicators), *summaries(left.doubts, n_measured)
+    detection = replace(detection, remarks=(*detection.remarks, *remarks))
     pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
     ranked = ranked_by_control(detection.judgements, pairs)
     return Evaluation(replace(detection, judgements=ranked), pairs, left, conclusion(ranked, pairs))

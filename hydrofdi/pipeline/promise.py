@@ -126,6 +126,8 @@ def _basis(training: Training) -> Iterator[str]:
     if basis.not_judged:
         faults = ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items())
         yield f"Healthy {what} that were not used: {faults}."
+    for name, count in basis.impossible.items():
+        yield f"Warning: {name} is physically impossible in {count:,} of them."
     if left.n_leaking:
         yield f"Left out because they are not healthy training records: {left.n_leaking:,}."
     if left.n_unlabelled:

@@ -33,7 +33,7 @@ def test_commands_warn_of_swept_values(hydrofdi, experiment_file, command):
     )
     result = hydrofdi(command, config)
     said = (result.stdout + result.stderr).splitlines()
-    (line,) = [line for line in said if line.startswith("warning") and "usual" in line]
+    (line,) = [line for line in said if line.startswith("warning") and "the usual" in line]
     assert line.endswith(
         " actuator.mass = 1.23e+06 kg is far above the usual 10 g … 100000 kg;"
         " a number without a unit is in SI"

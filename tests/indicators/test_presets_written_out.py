@@ -26,7 +26,7 @@ _OF_STATES = {
 
 def without_effect(options):
     """Options that the others make idle."""
-    idle = {"piston_area_2", "chamber_volume_2", "trace_duration"}
+    idle = {"piston_area_2", "chamber_volume_2", "position_zero", "stroke", "trace_duration"}
     if getattr(options, "friction", "") == "random_walk":
         idle |= _FRICTION
     if not hasattr(options, "mass") and getattr(options, "chambers", "both") == "both":

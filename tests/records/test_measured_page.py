@@ -17,7 +17,7 @@ PAGE = (REPOSITORY / "docs" / "measured.md").read_text(encoding="utf-8")
 
 
 def test_the_example_of_the_page_reads_a_file_as_it_says(tmp_path):
-    (example,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+    example, *_ = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
     time = np.arange(9000)
     voltage = np.where(time // 1000 % 4 < 2, 2, -2)
     columns = [time, 100 + time % 7, 90 + time % 5, 4 + time % 2, -0.05 * (time % 4000), voltage]

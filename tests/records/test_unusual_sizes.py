@@ -52,7 +52,7 @@ def test_an_array_in_bar_is_remarked():
             {Channel.PISTON_POSITION, Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION},
         ),
         (
-            {"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 150e6},
+            {"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 160e6},
             {Channel.RETURN_PRESSURE, Channel.SUPPLY_PRESSURE},
         ),
         ({"P1": 200e5, "P2": 100e5, "x": 0.2, "u": 5.0, "xv": 1e-4}, set()),

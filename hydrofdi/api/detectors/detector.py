@@ -154,8 +154,9 @@ class Detector:
         Table
             A row for each window, or record without any: ``record_id``, ``source``, ``group``, ``start`` and
             ``end`` [s], ``score``, ``margin`` in healthy spreads, ``beyond_limit`` (also where the window is
-            not judged), ``alarm`` (None where it is not), and the ``fault`` and ``reason`` why. Its `remarks`
-            say how many windows beyond a limit were not judged.
+            not judged), ``alarm`` (None where it is not), the ``fault`` and ``reason`` why, and the ``doubt``
+            beside a verdict. Its `remarks` say how many windows beyond a limit were not judged, and how many
+            verdicts are doubtful.
 
         Raises
         ------

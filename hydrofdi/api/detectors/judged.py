@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrofdi.api.table import Table
 from hydrofdi.pipeline.detecting import JudgedWindow
+from hydrofdi.settings.counting import counted
 
 _NAMES = (
     "record_id",
@@ -22,6 +23,7 @@ _NAMES = (
     "alarm",
     "fault",
     "reason",
+    "doubt",
 )
 
 
@@ -32,7 +34,9 @@ def table_of(windows: Iterable[JudgedWindow], unit: str) -> Table:
     if None in columns["alarm"]:
         columns["alarm"] = np.array(columns["alarm"], dtype=object)
     units = {"start": "s", "end": "s", "score": unit}
-    return Table("window", columns, units, remarks=_not_judged(rows), always_shown=("alarm",))
+    return Table(
+        "window", columns, units, remarks=[*_not_judged(rows), *_doubtful(rows)], always_shown=("alarm",)
+    )
 
 
 def _not_judged(rows: Sequence[dict[str, Any]]) -> list[str]:
@@ -40,6 +44,12 @@ def _not_judged(rows: Sequence[dict[str, Any]]) -> list[str]:
     faults = [row["fault"] for row in rows if row["beyond_limit"] and row["alarm"] is None]
     were = "window beyond the limit was" if len(faults) == 1 else "windows beyond the limit were"
     return [f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}"] if faults else []
+
+
+def _doubtful(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """How many verdicts are doubtful, and the first reason."""
+    doubts = [row["doubt"] for row in rows if row["doubt"]]
+    return [f"doubtful: {counted(len(doubts), 'window')}, such as {doubts[0]}"] if doubts else []
 
 
 def _row(window: JudgedWindow) -> dict[str, Any]:
@@ -56,4 +66,5 @@ def _row(window: JudgedWindow) -> dict[str, Any]:
         "alarm": window.alarm,
         "fault": "" if fault is None else fault.kind,
         "reason": "" if fault is None else fault.text,
+        "doubt": window.doubt,
     }

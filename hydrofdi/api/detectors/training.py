@@ -32,6 +32,7 @@ def train(
     false_alarm_rate: str | float | None = None,
     confidence: str | float | None = None,
     threshold: Literal["quantile", "tolerance"] | None = None,
+    accept: bool | None = None,
     healthy: str | int | Sequence[str | int] = (),
     config: str | PathLike[str] | Mapping[str, Any] | None = None,
     out: str | PathLike[str] | None = None,
@@ -72,6 +73,8 @@ def train(
         Confidence of the interval of the rate; ``"95 %"`` by default.
     threshold : {"quantile", "tolerance"}, optional
         Keep the rate on average, or with the confidence.
+    accept : bool, optional
+        Whether to train although estimates are physically impossible in most healthy windows.
     healthy : str, int, or sequence of them, optional
         Labels of healthy records.
     config : path or mapping, optional
@@ -120,6 +123,7 @@ def train(
         ("false_alarm_rate",): ("false_alarm_rate", false_alarm_rate),
         ("confidence",): ("confidence", confidence),
         ("threshold",): ("threshold", threshold),
+        ("accept",): ("accept", accept),
         ("window", "duration"): ("window", window),
         ("window", "every"): ("every", every),
         ("window", "by"): ("by", by),

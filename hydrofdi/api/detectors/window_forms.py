@@ -14,7 +14,7 @@ from hydrofdi.report.forms import separated
 
 _COLUMNS = (
     "record_id", "source", "group", "number", "start_s", "end_s", "score", "unit", "low", "high", "alarm",
-    "margin", "beyond_limit", "chart_statistic", "fault", "reason",
+    "margin", "beyond_limit", "chart_statistic", "fault", "reason", "doubt",
 )  # fmt: skip
 
 
@@ -87,4 +87,5 @@ def _summary(tally: Tally) -> dict[str, Any]:
         "hours": tally.hours,
         "not_judged": dict(sorted(tally.faults.items())),
         "n_not_judged_beyond_limit": tally.n_beyond,
+        "n_doubtful": tally.n_doubtful,
     }

@@ -79,6 +79,8 @@ def _tell(tally: Tally) -> None:
         kinds = ", ".join(f"{kind} {n:,}" for kind, n in tally.faults.most_common())
         beyond = f"; {tally.n_beyond:,} of them with a score beyond the limit" if tally.n_beyond else ""
         tell(f"not judged: {tally.faults.total():,} ({kinds}){beyond}")
+    if tally.n_doubtful:
+        tell(f"doubtful: {tally.n_doubtful:,} of {windows}, such as {tally.first_doubt}")
     for (_, record), reason in list(tally.unjudged.items())[:1]:
         more = f"; {counted(len(tally.unjudged), 'record')} in all" if len(tally.unjudged) > 1 else ""
         tell(f"no window of {record} was judged: {reason}{more}")

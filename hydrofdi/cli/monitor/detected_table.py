@@ -87,7 +87,8 @@ def _style(window: JudgedWindow) -> str | None:
 def _verdict_text(window: JudgedWindow) -> str:
     if window.fault is not None:
         return f"not judged, {window.fault.kind}: {window.fault.text}"
-    return "ALARM" if window.alarm else "healthy"
+    doubt = f", doubtful: {window.doubt}" if window.doubt else ""
+    return ("ALARM" if window.alarm else "healthy") + doubt
 
 
 def _short(text: str) -> str:

@@ -101,6 +101,10 @@ def train(
             metavar="LABEL", help="Label of healthy records, in addition to 'healthy:'. Repeatable."
         ),
     ] = None,
+    accept: Annotated[
+        bool,
+        typer.Option("--accept", help="Train although estimates are physically impossible in most windows."),
+    ] = False,
     config: Annotated[
         Path | None,
         typer.Option(
@@ -119,6 +123,7 @@ def train(
     """
     from hydrofdi.api.detectors.training import train as train_detector
     from hydrofdi.cli.terminal import print_json, terminal
+    from hydrofdi.settings.yaml_source import scalar
 
     detector = train_detector(
         sources,
@@ -126,12 +131,13 @@ def train(
         config=config,
         output=output,
         direction=None if direction is None else direction.value,
-        window=window,
-        every=every,
+        window=None if window is None else scalar(window),
+        every=None if every is None else scalar(every),
         by=None if by is None else by.value,
         false_alarm_rate=false_alarm_rate,
         confidence=confidence,
         threshold=None if threshold is None else threshold.value,
+        accept=accept or None,
         healthy=healthy or (),
         out=out,
         command=shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])]),

@@ -14,6 +14,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
+    from hydrofdi.indicators.plausibility import Doubt
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
 
 
@@ -88,7 +89,7 @@ class _Counted:
         self.n_record = self.n_rejected = self.n_unmeasured = self.n_empty = 0
         self.first_reason = self.first_rejection = ""
         self.faults: dict[str, None] = {}
-        self.not_positive: list[str] = []
+        self.doubts: list[Doubt] = []
 
     def __iter__(self) -> Iterator[RecordMeasures]:
         for record in self._records:
@@ -96,7 +97,7 @@ class _Counted:
             self.n_rejected += record.is_rejected
             self.n_empty += not (record.is_rejected or record.has_numbers)
             self.faults |= dict.fromkeys(record.faults.values())
-            self.not_positive += record.not_positive
+            self.doubts += record.doubts
             others = [(label, text) for label, text in record.reasons.items() if label not in record.faults]
             for label, reason in others[:1]:
                 if record.is_rejected:
@@ -128,14 +129,14 @@ def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _
 
 def _tell(tally: _Counted, out: Path | None, *, with_reason: bool) -> None:
     from hydrofdi.cli.terminal import tell
-    from hydrofdi.indicators.plausibility import doubts
+    from hydrofdi.indicators.plausibility import summaries
 
     if out is not None:
         tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
     for fault in tally.faults:
         tell(f"failed: {fault}")
-    for doubt in doubts(tally.not_positive, tally.n_record - tally.n_rejected - tally.n_empty):
-        tell(f"warning: {doubt}")
+    for summary in summaries(tally.doubts, tally.n_record - tally.n_rejected - tally.n_empty):
+        tell(f"warning: {summary}")
     if tally.n_unmeasured and with_reason:
         tell(
             f"without some numbers: {counted(tally.n_unmeasured, 'record')}; the first: {tally.first_reason}"

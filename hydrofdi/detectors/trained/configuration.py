@@ -77,5 +77,8 @@ class DetectorConfig(Section):
     window: WindowConfig = WindowConfig()
     """Division of streams and long records into windows."""
 
+    accept: bool = False
+    """Whether to train although estimates are physically impossible in most healthy windows."""
+
     chart: ChartConfig | None = None
     """Control chart on the scores; by default only the threshold is used."""

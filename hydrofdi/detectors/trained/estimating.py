@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.errors import ConfigError
+from hydrofdi.indicators.plausibility import Doubt, doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Piece, State, WindowFault
@@ -38,12 +39,17 @@ class Estimate:
         In the unit of the output; NaN if there is a fault.
     fault : WindowFault or None
         Reason of a restart of the indicator.
+    doubts : tuple of Doubt
+    fits : mapping of str to float
+        Outputs that state how well the model explains the samples.
     """
 
     place: int
     time: float
     score: float
     fault: WindowFault | None = None
+    doubts: tuple[Doubt, ...] = ()
+    fits: Mapping[str, float] = field(default_factory=dict)
 
 
 class Estimator:
@@ -60,6 +66,8 @@ class Estimator:
         Channels for the indicator.
     sampling_frequency : float
         [Hz]
+    fits : mapping of str to float, optional
+        As of `doubts_of`.
 
     Raises
     ------
@@ -67,7 +75,13 @@ class Estimator:
         The indicator is not recursive, or the output is not its score.
     """
 
-    def __init__(self, feature: Feature, channels: Collection[Channel], sampling_frequency: float) -> None:
+    def __init__(
+        self,
+        feature: Feature,
+        channels: Collection[Channel],
+        sampling_frequency: float,
+        fits: Mapping[str, float] | None = None,
+    ) -> None:
         indicator = feature.indicator
         if not isinstance(indicator, RecursiveIndicator):
             raise ConfigError(f"{indicator.name} is not recursive; judge it by windows")
@@ -76,6 +90,7 @@ class Estimator:
             raise ConfigError(f"only the output {followed} of {indicator.name} can be judged by estimate")
         self.indicator: RecursiveIndicator[Any] = indicator
         self._score, self._channels, self.sampling_frequency = followed, tuple(channels), sampling_frequency
+        self._fits = fits
 
     def start(self) -> State:
         """State before the first sample: only arrays."""
@@ -123,15 +138,19 @@ class Estimator:
         followed, trace = indicator.step(_indicator_state(state), self._records(n_before, samples))
         due = instants(n_before, stop - first, indicator.samples_per_estimate(self.sampling_frequency))
         is_settled = (n_before + due) / self.sampling_frequency >= indicator.options.transient - 1e-9
+        values = {name: rows[0, is_settled] for name, rows in trace.values.items()}
+        doubts = doubts_of(indicator, values, fits=self._fits)
+        fits = [each.name for each in indicator.outputs if each.is_fit]
         found: list[Estimate] = []
-        for place, score in zip(
-            first + due[is_settled], trace.values[self._score][0, is_settled], strict=True
-        ):
+        for row, place in enumerate(first + due[is_settled]):
+            score = values[self._score][row]
             has_score = bool(np.isfinite(score))
             n_lost, had_score = 0 if has_score else n_lost + 1, had_score or has_score
             is_given_up = n_lost == self._patience(had_score)
             fault = None if has_score else self._lost(n_lost, is_given_up)
-            found.append(Estimate(int(place), float(piece.time[place]), float(score), fault))
+            own = {name: float(values[name][row]) for name in fits}
+            time = float(piece.time[place])
+            found.append(Estimate(int(place), time, float(score), fault, doubts[row], own))
             if is_given_up:
                 return self.start(), int(place) + 1, found
         after: dict[str, NDArray[Any]] = {

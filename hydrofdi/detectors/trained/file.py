@@ -49,6 +49,9 @@ class Basis(Section):
     not_judged: dict[str, Count]
     """Kind of fault → number of healthy windows that were not used because of it."""
 
+    impossible: dict[str, Count] = Field(default_factory=dict)
+    """Output → number of healthy windows in which it is physically impossible."""
+
 
 class Scale(Section):
     """Median, spread and range of the healthy score, in the unit of the output."""
@@ -168,6 +171,10 @@ class DetectorFile(Section):
     positive: tuple[str, ...] = ()
     """Outputs that can only be positive, and are so in all healthy windows; in other windows without an alarm
     they make the window novel."""
+
+    fits: dict[str, float] = Field(default_factory=dict)
+    """Output that states how well the model explains a window → largest value without a doubt: that of the
+    indicator, or the largest of the healthy windows if that is larger."""
 
     drive: tuple[float, float] | None = None
     """Lowest and highest value of the channel whose edges start cycles."""

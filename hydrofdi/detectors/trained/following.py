@@ -43,7 +43,8 @@ class Follower:
 
     def __init__(self, file: DetectorFile) -> None:
         self.file = file
-        self._estimator = Estimator(feature_of(file.config), file.channels, file.sampling_frequency)
+        feature, frequency = feature_of(file.config), file.sampling_frequency
+        self._estimator = Estimator(feature, file.channels, frequency, file.fits)
         self._n_look = samples_looked_at(self._estimator.indicator, file.sampling_frequency)
 
     def start(self) -> State:
@@ -61,7 +62,7 @@ class Follower:
             some = found[first : first + _BATCH_SIZE]
             faults = self._faults(rows, [n_held + each.place + 1 for each in some])
             verdicts += [
-                verdict_of(self.file, each.score, each.fault or fault)
+                verdict_of(self.file, each.score, each.fault or fault, doubts=each.doubts)
                 for each, fault in zip(some, faults, strict=True)
             ]
         times = np.array([each.time for each in found])

@@ -8,10 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.measuring import WindowScores, feature_of, records_of, scores_of_records
-from hydrofdi.detectors.trained.novelty import findings, not_physical, wrong_side
+from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records
+from hydrofdi.detectors.trained.novelty import findings, not_positive, wrong_side
 from hydrofdi.detectors.trained.verdict import Verdict
 from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window, WindowFault
 from hydrofdi.settings.counting import counted
@@ -68,21 +69,13 @@ class Judge:
 
     def _judge_valid(self, windows: Sequence[Window]) -> list[Verdict]:
         records = records_of(windows, self.channels, self.file.sampling_frequency)
-        scores = scores_of_records(records, self._feature)
+        scores = scores_of_records(records, self._feature, self.file.fits)
         faults = findings(records, self.file.ranges)
         return [
-            verdict_of(self.file, float(score), fault, obstacle, doubt)
-            for score, fault, obstacle, doubt in zip(
-                scores.values, faults, scores.obstacles, self._doubts(scores), strict=True
+            verdict_of(self.file, float(score), fault, obstacle, doubts)
+            for score, fault, obstacle, doubts in zip(
+                scores.values, faults, scores.obstacles, scores.doubts, strict=True
             )
-        ]
-
-    def _doubts(self, scores: WindowScores) -> list[str]:
-        """The first quantity of each window that is not positive, but is so in all healthy windows."""
-        known = [name for name in self.file.positive if name in scores.not_positive]
-        return [
-            next((name for name in known if scores.not_positive[name][row]), "")
-            for row in range(scores.values.size)
         ]
 
 
@@ -91,7 +84,7 @@ def verdict_of(
     score: float,
     fault: WindowFault | None = None,
     obstacle: str | None = None,
-    doubt: str = "",
+    doubts: Sequence[Doubt] = (),
 ) -> Verdict:
     """Verdict on a score.
 
@@ -105,8 +98,9 @@ def verdict_of(
         states whether the score is beyond a limit.
     obstacle : str, optional
         Why there is no score.
-    doubt : str
-        Quantity that can only be positive, and is not; then a window without an alarm is novel.
+    doubts : sequence of Doubt
+        About the numbers of the window. If a quantity can only be positive, and is not, a window without an
+        alarm is novel.
     """
     if fault is not None and fault.kind != "novel":
         return Verdict(None, None, None, fault)
@@ -118,9 +112,9 @@ def verdict_of(
     distance = min(limits, default=math.inf)
     margin = distance / file.healthy.spread
     if distance >= 0.0:
-        fault = fault or not_physical(doubt) or wrong_side(file, score)
+        fault = fault or not_positive(file, doubts) or wrong_side(file, score)
     if fault is None:
-        return Verdict(score, distance < 0.0, margin)
+        return Verdict(score, distance < 0.0, margin, doubt="; ".join(doubt.text for doubt in doubts))
     if distance < 0.0:
         fault = replace(fault, text=f"{fault.text}; the score is also beyond its limit")
     return Verdict(score, None, margin, fault)

@@ -6,13 +6,12 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import measure
-from hydrofdi.indicators.plausibility import not_positive
+from hydrofdi.indicators.plausibility import Doubt, doubts_of
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Window
@@ -28,13 +27,15 @@ class WindowScores:
         Scores in the unit of the output; NaN if a window has none.
     obstacles : tuple of (str or None), length n_window
         Why a window has no score.
-    not_positive : mapping of str to ndarray of bool, shape (n_window,)
-        Quantity that can only be positive → windows in which it is not.
+    doubts : list of tuple of Doubt, length n_window
+    fits : dict of str to ndarray, shape (n_window,)
+        Outputs that state how well the model explains a window.
     """
 
     values: Array
     obstacles: tuple[str | None, ...]
-    not_positive: Mapping[str, NDArray[np.bool_]]
+    doubts: list[tuple[Doubt, ...]]
+    fits: dict[str, Array]
 
 
 def feature_of(config: DetectorConfig) -> Feature:
@@ -72,13 +73,17 @@ def records_of(
     return RecordBatch(samples, sampling_frequency, tuple(str(window.number) for window in windows))
 
 
-def scores_of_records(records: RecordBatch, feature: Feature) -> WindowScores:
-    """Scores of valid windows; bit-identical whatever the other windows are."""
+def scores_of_records(
+    records: RecordBatch, feature: Feature, fits: Mapping[str, float] | None = None
+) -> WindowScores:
+    """Scores of valid windows; bit-identical whatever the other windows are. `fits`: as of `doubts_of`."""
     measures = measure(records, {"it": feature.indicator})
+    values = {name.removeprefix("it."): array for name, array in measures.values.items()}
     return WindowScores(
-        measures.values[f"it.{feature.described.name}"],
+        values[feature.described.name],
         measures.obstacles["it"],
-        not_positive(feature.indicator, measures.values, "it."),
+        doubts_of(feature.indicator, values, fits=fits),
+        {each.name: values[each.name] for each in feature.indicator.outputs if each.is_fit},
     )
 
 

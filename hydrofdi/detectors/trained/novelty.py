@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts
 from hydrofdi.detectors.trained.wording import readable, score_text
-from hydrofdi.indicators.plausibility import CAUSES
+from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.records.streams import WindowFault
 
@@ -35,13 +35,12 @@ def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> li
     return [_finding(row, facts, ranges) for row in range(records.n_record)]
 
 
-def not_physical(name: str) -> WindowFault | None:
-    """Why a window is novel in which a quantity that can only be positive is not; None without a name."""
-    return (
-        WindowFault("novel", f"{name} is not positive, but is so in all healthy windows: {CAUSES}")
-        if name
-        else None
-    )
+def not_positive(file: DetectorFile, doubts: Sequence[Doubt]) -> WindowFault | None:
+    """Why a window is novel: a quantity is not positive, but is so in all healthy windows."""
+    for doubt in doubts:
+        if doubt.is_not_positive and doubt.name in file.positive:
+            return WindowFault("novel", doubt.text)
+    return None
 
 
 def wrong_side(file: DetectorFile, score: float) -> WindowFault | None:

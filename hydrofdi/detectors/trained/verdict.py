@@ -21,12 +21,15 @@ class Verdict:
         Distance to the nearest limit in healthy spreads, negative beyond it; None if there is no score.
     fault : WindowFault or None
         Why the window is not judged.
+    doubt : str
+        Why the verdict is doubtful, which it remains all the same; empty if it is not.
     """
 
     score: float | None
     alarm: bool | None
     margin: float | None
     fault: WindowFault | None = None
+    doubt: str = ""
 
     @property
     def is_beyond(self) -> bool | None:

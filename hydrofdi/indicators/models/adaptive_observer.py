@@ -12,6 +12,7 @@ from hydrofdi.estimation.observers import adaptive_observer as observer
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.nominal_signals import ObserverOptions, follow_signals, start_of_signals
+from hydrofdi.indicators.plausibility import FLUID
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -94,7 +95,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
             "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
             direction=rising, is_score=False,
         )  # fmt: skip
-        modulus = Output("bulk_modulus", "Pa", "effective bulk modulus β", is_score=False, is_positive=True)
+        modulus = Output("bulk_modulus", "Pa", "effective bulk modulus β", is_score=False, possible=FLUID)
         return (
             Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
             Output.quality("leakage_spread", "m^3/s", "standard deviation of that flow over the record"),

@@ -12,6 +12,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, KalmanOptions
 from hydrofdi.indicators.kalman_filter import Estimates, KalmanFilter
+from hydrofdi.indicators.plausibility import FLUID, POSITIVE
 from hydrofdi.indicators.recursive import Trace
 from hydrofdi.records import Array
 
@@ -97,17 +98,17 @@ class EkfJoint(KalmanFilter[JointOptions]):
 
 _AUXILIARY = {
     "bulk_modulus": (
-        Output("bulk_modulus", "Pa", "effective bulk modulus β", is_positive=True),
+        Output("bulk_modulus", "Pa", "effective bulk modulus β", possible=FLUID),
         Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
     ),
-    "supply": (Output("supply_pressure", "Pa", "supply pressure", is_score=False, is_positive=True),),
+    "supply": (Output("supply_pressure", "Pa", "supply pressure", is_score=False, possible=POSITIVE),),
     "flow_gain": (
         Output(
             "flow_gain",
             "1",
             "flow gain of the valve relative to its nominal value",
             is_score=False,
-            is_positive=True,
+            possible=POSITIVE,
         ),
     ),
     "offset": (Output("offset", "m", "spool position at which the valve is closed", is_score=False),),

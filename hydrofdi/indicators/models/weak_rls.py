@@ -203,8 +203,9 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         options, half = self.options, self.options.half_window
         first = chunk[P1]
         second = chunk[P2] if self._both else supply + options.return_pressure - first
+        position = np.ascontiguousarray(options.position(chunk))
         return window_equations(
-            spool, np.ascontiguousarray(chunk[X]), np.stack((first, second)), supply, reference,
+            spool, position, np.stack((first, second)), supply, reference,
             weak_weights(half, chunk.sampling_frequency), n_before,
             known_balance(options, chunk, self._both, half), sums,
         )  # fmt: skip
@@ -244,7 +245,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         if self._both:
             total = chunk[P1] + chunk[P2]
         else:
-            total = 2.0 * chunk[P1] - options.load_stiffness / options.areas[0] * chunk[X]
+            total = 2.0 * chunk[P1] - options.load_stiffness / options.areas[0] * options.position(chunk)
         total = np.ascontiguousarray(total - options.return_pressure)
         supply, gain = np.zeros(shape), 1.0 - self._decays(chunk)[0]
         every_sample = np.zeros(shape, dtype=np.bool_)
@@ -323,11 +324,21 @@ _QUALITY = (
     Output.quality("offset_error", "m", "standard deviation of the offset"),
     Output.quality("lap_error", "m", "standard deviation of the lap"),
     Output.quality("clearance_error", "m^3/(s*Pa)", "standard deviation of the clearance"),
-    Output.quality("misfit", "1", "RMS of the residuals of the balances, over the option 'error'"),
-    Output.quality(
+    Output(
+        "misfit",
+        "1",
+        "RMS of the residuals of the balances, over the option 'error'",
+        is_score=False,
+        possible=(0.0, 1.0),
+        is_fit=True,
+    ),
+    Output(
         "departure",
         "1",
-        "largest deviation of an unknown from the data sheet, over its prior standard deviation",
+        "largest deviation of an unknown from the data sheet, over its prior deviation",
+        is_score=False,
+        possible=(0.0, 2.5),
+        is_fit=True,
     ),
 )
 

@@ -97,7 +97,9 @@ def _record(columns: Sequence[Column], record: RecordMeasures) -> dict[str, Any]
         "status": record.status,
         "values": values,
     }
-    return whole | ({"reasons": record.reasons} if record.reasons else {})
+    doubts = {doubt.name: doubt.text for doubt in record.doubts}
+    more = {"reasons": record.reasons, "doubts": doubts}
+    return whole | {name: texts for name, texts in more.items() if texts}
 
 
 def _plain(record: RecordMeasures, column: Column) -> Any:

@@ -75,7 +75,8 @@ def reading_text(watched: Watched) -> str:
         beyond = ", beyond its limit" if verdict.is_beyond else ""
         return f"{name} {score}{beyond}; not judged, {verdict.fault.kind}: {verdict.fault.text}"
     margin = "" if verdict.margin is None else f", margin {signed(verdict.margin)} spreads"
-    return f"{name} {score}; alarm {limits_text(file)}{margin}{chart_text(line)}"
+    doubt = f"; doubtful: {verdict.doubt}" if verdict.doubt else ""
+    return f"{name} {score}; alarm {limits_text(file)}{margin}{chart_text(line)}{doubt}"
 
 
 def score_name(file: DetectorFile) -> str:

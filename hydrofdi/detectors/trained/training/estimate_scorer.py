@@ -43,6 +43,7 @@ class EstimateScorer(Scorer):
     def _take(self, line: ScoreLine, found: Sequence[Estimate]) -> None:
         for each in found:
             line.scores[line.reserve(is_apart=True)] = each.score
+            self._doubt(each.doubts, each.fits)
             if each.fault is not None:
                 self._leave_out(each.fault)
 

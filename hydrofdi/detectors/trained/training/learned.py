@@ -81,6 +81,10 @@ class Learned:
         Kind of fault → number of non-overlapping windows.
     positive : tuple of str
         Quantities that can only be positive, and are so in all windows.
+    impossible : dict of str to int
+        Output → number of windows in which it is physically impossible.
+    fits : dict of str to float
+        Output that states how well the model explains a window → largest value.
     """
 
     records: Sequence[LearnedRecord]
@@ -94,6 +98,8 @@ class Learned:
     drive: tuple[float, float] | None
     not_judged: Mapping[str, int]
     positive: tuple[str, ...] = ()
+    impossible: dict[str, int] = field(default_factory=dict)
+    fits: dict[str, float] = field(default_factory=dict)
 
     @cached_property
     def scores(self) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import chain
 
 from hydrofdi.detectors.features import Feature
@@ -37,8 +37,8 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
     ConfigError
         Indicator, output or windows are not valid.
     DataError
-        Records lack a channel, or differ in sampling or length, or quantities that can only be positive are
-        not.
+        Records lack a channel, or differ in sampling or length, or estimates are physically impossible in
+        most windows.
     NotStatedError
         There are no healthy records, or none has a score.
     """
@@ -64,7 +64,9 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
     scorer.finish()
     if not any(each.line.chosen.size for each in records):
         raise NotStatedError(f"no healthy record has {feature.label}: {_absence(scorer, records, config)}")
-    _require_positive(scorer.n_not_positive, records, healthy)
+    if not config.accept:
+        _require_possible(scorer, records, healthy)
+    limits = {each.name: each.possible[1] or 0.0 for each in feature.indicator.outputs if each.is_fit}
     return Learned(
         records=records,
         feature=feature,
@@ -76,14 +78,18 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
         ranges={channel: learned_range(channel, joined(facts)) for channel, facts in scorer.facts.items()},
         drive=drive,
         not_judged=dict(sorted(scorer.not_judged.items())),
-        positive=tuple(name for name, count in scorer.n_not_positive.items() if not count),
+        positive=tuple(
+            each.name
+            for each in feature.indicator.outputs
+            if each.is_positive and not scorer.n_not_positive[each.name]
+        ),
+        impossible={name: count for name, count in sorted(scorer.n_impossible.items()) if count},
+        fits={name: max(limit, scorer.fits.get(name, limit)) for name, limit in limits.items()},
     )
 
 
-def _require_positive(
-    n_not_positive: Mapping[str, int], records: Sequence[LearnedRecord], healthy: RecordSource
-) -> None:
-    """Check that quantities that can only be positive are so in at least half of the healthy windows.
+def _require_possible(scorer: Scorer, records: Sequence[LearnedRecord], healthy: RecordSource) -> None:
+    """Check that estimates are physically possible in at least half of the healthy windows.
 
     Raises
     ------
@@ -91,11 +97,11 @@ def _require_positive(
         One is not.
     """
     n_window = sum(each.line.chosen.size for each in records)
-    for name, count in n_not_positive.items():
+    for name, count in scorer.n_impossible.items():
         if 2 * count > n_window:
             raise DataError(
-                f"{healthy.name}: {name} is not positive in {count:,} of {n_window:,} healthy windows:"
-                f" {CAUSES}"
+                f"{healthy.name}: {name} is physically impossible in {count:,} of {n_window:,} healthy"
+                f" windows: {CAUSES} {setting('accept')} trains all the same"
             )
 
 

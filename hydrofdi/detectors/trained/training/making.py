@@ -62,6 +62,7 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
         chart=None if chart is None else chart_limit(learned, chart, healthy_score, direction, confidence),
         ranges=dict(learned.ranges),
         positive=learned.positive,
+        fits=learned.fits,
         drive=learned.drive,
     )
 
@@ -97,4 +98,5 @@ def _basis(learned: Learned, sources: Sequence[str]) -> Basis:
         n_group=len(set(learned.groups)) if learned.has_groups else 0,
         populations=dict(sorted(populations.items())),
         not_judged=dict(learned.not_judged),
+        impossible=learned.impossible,
     )

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
 
 from hydrofdi.detectors.trained.ranges import ChannelFacts
 from hydrofdi.detectors.trained.training.learned import LearnedRecord, ScoreLine
+from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.records.streams import WindowFault
 
@@ -25,8 +28,10 @@ class Scorer(ABC):
     facts : dict of Channel to list of ChannelFacts
     not_judged : Counter of str
         Kind of fault → number of windows or estimates that have no score.
-    n_not_positive : Counter of str
-        Quantity that can only be positive → number of windows in which it is not.
+    n_impossible, n_not_positive : Counter of str
+        Output → number of windows in which it is physically impossible, or in particular not positive.
+    fits : dict of str to float
+        Output that states how well the model explains a window → largest value.
     """
 
     def __init__(self, n_sample: int) -> None:
@@ -34,7 +39,9 @@ class Scorer(ABC):
         self.facts: dict[Channel, list[ChannelFacts]] = {}
         self.not_judged: Counter[str] = Counter()
         self._reasons: Counter[str] = Counter()
+        self.n_impossible: Counter[str] = Counter()
         self.n_not_positive: Counter[str] = Counter()
+        self.fits: dict[str, float] = {}
 
     @property
     def reason(self) -> str:
@@ -52,6 +59,14 @@ class Scorer(ABC):
     @abstractmethod
     def interval(self, records: Sequence[LearnedRecord]) -> float:
         """Mean time between scores [s]."""
+
+    def _doubt(self, doubts: Iterable[Doubt], fits: Mapping[str, float]) -> None:
+        """Count the doubts about a window."""
+        for doubt in doubts:
+            self.n_impossible[doubt.name] += doubt.is_impossible
+            self.n_not_positive[doubt.name] += doubt.is_not_positive
+        for name, value in fits.items():
+            self.fits[name] = float(np.fmax(self.fits.get(name, value), value))
 
     def _leave_out(self, fault: WindowFault) -> None:
         self.not_judged[fault.kind] += 1

@@ -54,8 +54,8 @@ class WindowScorer(Scorer):
         scores = scores_of_records(records, self.feature)
         for channel in self.windower.channels if are_apart.any() else ():
             self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
-        for name, rows in scores.not_positive.items():
-            self.n_not_positive[name] += int(np.sum(rows & are_apart))
+        for row in np.flatnonzero(are_apart & np.isfinite(scores.values)).tolist():
+            self._doubt(scores.doubts[row], {name: float(each[row]) for name, each in scores.fits.items()})
         for (line, place, _), score, obstacle in zip(
             self._waiting, scores.values, scores.obstacles, strict=True
         ):

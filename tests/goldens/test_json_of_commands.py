@@ -17,9 +17,10 @@ HERE = Path(__file__).parent
 
 FREE = {
     "bytes", "command", "cost_ms_per_record", "created", "description", "file", "file_bytes", "folder",
-    "free_bytes", "git", "hydrofdi", "latency", "library_versions", "machine", "message", "missing", "note",
-    "notes", "path", "provenance", "reason", "remark", "remarks", "remedy", "seconds", "seconds_high",
-    "seconds_low", "text", "time", "version", "versions", "warnings",
+    "free_bytes", "git", "hydrofdi", "latency", "library_versions", "machine", "message", "missing",
+    "note", "notes", "path", "predicted_file_bytes", "provenance", "reason", "remark", "remarks",
+    "remedy", "seconds", "seconds_high", "seconds_low", "shard", "text", "time", "version", "versions",
+    "warnings",
 }  # fmt: skip
 """Keys whose values are sentences, or depend on the machine or the hour."""
 

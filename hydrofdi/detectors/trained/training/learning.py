@@ -101,7 +101,7 @@ def _require_possible(scorer: Scorer, records: Sequence[LearnedRecord], healthy:
         if 2 * count > n_window:
             raise DataError(
                 f"{healthy.name}: {name} is physically impossible in {count:,} of {n_window:,} healthy"
-                f" windows: {CAUSES} {setting('accept')} trains all the same"
+                f" windows: {CAUSES} --accept trains all the same"
             )
 
 

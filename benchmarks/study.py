@@ -12,9 +12,11 @@ import tempfile
 import time
 from pathlib import Path
 
+from hydrofdi.api.plan import plan_sweep
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.execution import InProcessEngine, compute
-from hydrofdi.pipeline import plan_sweep, read_results, run_sweep
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.studies.reading import read_study
 

@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hydrofdi.api.checking import calibrate, check
+    from hydrofdi.api.check import calibrate, check
     from hydrofdi.api.detectors.detecting import detect
     from hydrofdi.api.detectors.detector import Detector
     from hydrofdi.api.detectors.training import train
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from hydrofdi.api.inspecting import Inspection, inspect
     from hydrofdi.api.listing import describe_indicator, list_indicators
     from hydrofdi.api.measuring import measure
-    from hydrofdi.api.planning import plan
+    from hydrofdi.api.plan import plan
     from hydrofdi.api.replaying import replay
     from hydrofdi.api.results import Results, results
     from hydrofdi.api.run import Run, simulate
     from hydrofdi.api.schemas import schema
-    from hydrofdi.api.sweeping import sweep
+    from hydrofdi.api.sweep import sweep
     from hydrofdi.api.table import Table
     from hydrofdi.config import load_experiment
     from hydrofdi.errors import HydrofdiError
@@ -46,8 +46,8 @@ _HOMES = {
     "Results": "hydrofdi.api.results",
     "Run": "hydrofdi.api.run",
     "Table": "hydrofdi.api.table",
-    "calibrate": "hydrofdi.api.checking",
-    "check": "hydrofdi.api.checking",
+    "calibrate": "hydrofdi.api.check",
+    "check": "hydrofdi.api.check",
     "collect": "hydrofdi.api.folders",
     "describe_indicator": "hydrofdi.api.listing",
     "detect": "hydrofdi.api.detectors.detecting",
@@ -57,14 +57,14 @@ _HOMES = {
     "list_indicators": "hydrofdi.api.listing",
     "load_experiment": "hydrofdi.config",
     "measure": "hydrofdi.api.measuring",
-    "plan": "hydrofdi.api.planning",
+    "plan": "hydrofdi.api.plan",
     "replay": "hydrofdi.api.replaying",
     "rerun": "hydrofdi.api.folders",
     "results": "hydrofdi.api.results",
     "schema": "hydrofdi.api.schemas",
     "simulate": "hydrofdi.api.run",
     "status": "hydrofdi.api.folders",
-    "sweep": "hydrofdi.api.sweeping",
+    "sweep": "hydrofdi.api.sweep",
     "train": "hydrofdi.api.detectors.training",
     "verify": "hydrofdi.api.folders",
     "why": "hydrofdi.api.folders",

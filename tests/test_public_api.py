@@ -6,7 +6,7 @@ import sys
 import numpy as np
 
 import hydrofdi
-from hydrofdi.pipeline import run_sweep
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.store import read_experiment
 from hydrofdi.transforms.change import percentage_change

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from typing import Any
 
+from hydrofdi.api import evaluate_records as evaluating
 from hydrofdi.api.arguments import names_of, number_of
 from hydrofdi.api.evaluation import Evaluation
 from hydrofdi.api.measuring import Indicators, indicators_of, with_options
@@ -14,7 +15,6 @@ from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
 from hydrofdi.config.study.scores import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.record_measures import used_channels
-from hydrofdi.pipeline import evaluating
 from hydrofdi.settings.mistakes import percent_hint
 from hydrofdi.studies.rules import Rules
 

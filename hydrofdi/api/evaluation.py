@@ -7,13 +7,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.api import evaluate_records as evaluating
 from hydrofdi.api.evaluation_record import evaluation_record
 from hydrofdi.api.figures import shown
+from hydrofdi.api.healthy_control import stands_clear
 from hydrofdi.api.page import html_sentences
 from hydrofdi.api.table import Table
 from hydrofdi.errors import ReportError
-from hydrofdi.pipeline import evaluating
-from hydrofdi.pipeline.healthy_control import stands_clear
 from hydrofdi.report.detection.caveats import remarks_with_counts
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.suggestions import nearest
@@ -33,7 +33,7 @@ class Evaluation:
 
     Attributes
     ----------
-    found : pipeline.evaluating.Evaluation
+    found : evaluate_records.Evaluation
         Judgements, healthy groups against each other, and what was left out, in SI.
     """
 

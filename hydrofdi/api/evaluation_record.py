@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from hydrofdi.api.evaluate_records import Evaluation
+from hydrofdi.api.healthy_control import stands_clear
 from hydrofdi.evaluation.auc import Area
 from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.evaluation.rates import Rate
-from hydrofdi.pipeline.evaluating import Evaluation
-from hydrofdi.pipeline.healthy_control import stands_clear
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.studies.judgement import Judgement
 from hydrofdi.studies.parts import records_without_number

@@ -94,7 +94,7 @@ def export(
     >>> hydrofdi.export({"P1 [bar]": [50.0, 50.5], "time [s]": [0.0, 0.01]}, "rig.csv").files[0].read_text()
     'time [s],P1 [Pa]\\n0.0,5000000.0\\n0.01,5050000.0\\n'
     """
-    from hydrofdi.pipeline.exporting.exported import exported, target_of
+    from hydrofdi.api.exported import exported, target_of
     from hydrofdi.records import RejectedRecord
     from hydrofdi.records.written.columns import selection
 

@@ -6,11 +6,11 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.arguments import refusal
+from hydrofdi.api.assumed_plant import plant_advice
 from hydrofdi.api.page import html_table
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
 from hydrofdi.errors import ReportError
-from hydrofdi.pipeline.assumed_plant import plant_advice
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.overview import Overview, Range, look_at
 from hydrofdi.settings.counting import counted

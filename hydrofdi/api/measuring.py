@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.arguments import refusal
+from hydrofdi.api.assumed_plant import assumed_plants
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.api.table import Table
@@ -19,7 +20,6 @@ from hydrofdi.indicators.plausibility import summaries
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import indicator_names
 from hydrofdi.indicators.selection import load_indicators, make_indicators
-from hydrofdi.pipeline.assumed_plant import assumed_plants
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.yaml_source import plain
 

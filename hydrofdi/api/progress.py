@@ -17,6 +17,8 @@ from hydrofdi.settings.readable import shown_seconds
 _SECONDS_BETWEEN_DRAWINGS, _SECONDS_BETWEEN_LINES = 0.5, 30.0
 _BAR = 20
 
+RUNS, COEFFICIENTS = "runs", "leakage coefficients K_i solved before the runs"
+
 
 @dataclass(frozen=True)
 class Progress:

@@ -9,9 +9,9 @@ from itertools import chain
 from typing import Any
 
 from hydrofdi.api.arguments import names_of, positive_of
+from hydrofdi.api.monitoring.replayed import Pace, replayed
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.pipeline.replaying import Pace, replayed
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from hydrofdi.pipeline.sweeping import SweepSummary
+    from hydrofdi.api.sweep import SweepSummary
     from hydrofdi.records import Channel, RecordSource
     from hydrofdi.report.contract import ComposedReport
     from hydrofdi.store import ExperimentData
@@ -68,7 +68,7 @@ class Results:
         """Warnings of the sweep, one sentence each, as `hydrofdi.plan` has them."""
         if self.summary is not None:
             return [*self.summary.warnings]
-        from hydrofdi.pipeline.planning import plan_sweep
+        from hydrofdi.api.plan import plan_sweep
 
         with shown_in(self.data.experiment.units):
             return plan_sweep(self.data.experiment, self.folder).warnings
@@ -189,6 +189,6 @@ def results(folder: str | PathLike[str] | None = None) -> Results:
     Traceback (most recent call last):
     hydrofdi.errors.StoreError: results/nothing: no such file
     """
-    from hydrofdi.pipeline.results import read_results
+    from hydrofdi.api.stored import read_results
 
     return Results(read_results(None if folder is None else path_of(folder)))

@@ -13,9 +13,9 @@ from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_table
 from hydrofdi.api.places import notebook_library, path_of
+from hydrofdi.api.single import SingleRun, simulate_nominal, write_single_run
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.pipeline.single import SingleRun, simulate_nominal, write_single_run
 from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout.names import TIME
@@ -83,19 +83,13 @@ class Run:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """A sentence on each setting that is strange, without effect, or hard to simulate."""
+        """A sentence on each setting that is strange, without effect, or too fast for the step."""
+        from hydrofdi.api.step_limits import step_warnings
         from hydrofdi.config.idle_parameters import idle_parameters
         from hydrofdi.config.plausibility import unusual_values
 
         doubts = unusual_values(self.experiment, with_sweep=False) + idle_parameters(self.experiment)
-        return (*doubts, *self.plan_warnings, *self.saturation)
-
-    @property
-    def plan_warnings(self) -> list[str]:
-        """Those among them that ``hydrofdi plan`` gives."""
-        from hydrofdi.assessment.plan_warnings import plan_warnings
-
-        return plan_warnings(lambda *_: [self._single.run.request], self._single.run.choice)
+        return (*doubts, *step_warnings(lambda *_: [self._single.run.request]), *self.saturation)
 
     @property
     def saturation(self) -> list[str]:

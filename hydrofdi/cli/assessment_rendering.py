@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
@@ -17,14 +16,14 @@ from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
-    from hydrofdi.assessment.convergence import Convergence
-    from hydrofdi.assessment.inspection import Inspection
-    from hydrofdi.assessment.leakage_targets import LeakageTarget
+    from hydrofdi.api.check import Check
+    from hydrofdi.api.inspection import Inspection
+    from hydrofdi.api.selection import Convergence, LeakageTarget
 
 
-def print_inspection(found: Inspection) -> None:
+def print_inspection(check: Check) -> None:
     """Print an inspection: step, modes, record, and warnings."""
-    console = terminal()
+    console, found = terminal(), check.inspection
     limits = ", ".join(
         f"{part} {convert(limit, 'ms'):.3g}"
         for part, limit in sorted(found.step_limits.items(), key=lambda item: item[1])
@@ -51,9 +50,9 @@ def print_inspection(found: Inspection) -> None:
         console.print()
     for problem in found.problems:
         console.print(Text(f"problem: {problem}", style="bold red"))
-    for warning in found.warnings:
-        console.print(f"warning: {warning}")
-    if not found.problems and not found.warnings:
+    for warning in check.warnings:
+        console.print(f"warning: {warning}", soft_wrap=True)
+    if not found.problems and not check.warnings:
         console.print("no warnings")
 
 
@@ -96,24 +95,3 @@ def print_targets(targets: Sequence[LeakageTarget]) -> None:
             f"{target.piston_share:.2%}",
         )
     terminal().print(shown)
-
-
-def inspection_record(found: Inspection, convergence: Convergence | None) -> dict[str, Any]:
-    """An inspection as plain data for JSON; numbers that are not finite are None."""
-    record = asdict(found) | {
-        "binding": found.binding,
-        "problems": found.problems,
-        "warnings": found.warnings,
-    }
-    if convergence is not None:
-        record["convergence"] = asdict(convergence) | {"good_enough": convergence.good_enough}
-    cleaned: dict[str, Any] = _plain(record)
-    return cleaned
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

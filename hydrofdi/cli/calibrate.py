@@ -28,8 +28,8 @@ def calibrate(
     """
     from dataclasses import asdict
 
-    from hydrofdi.api.checking import calibrate as solve
-    from hydrofdi.api.checking import refuse_flow
+    from hydrofdi.api.check import calibrate as solve
+    from hydrofdi.api.check import refuse_flow
     from hydrofdi.api.experiments import experiment_with
     from hydrofdi.cli.assessment_rendering import print_targets
     from hydrofdi.cli.terminal import print_json

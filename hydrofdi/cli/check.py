@@ -32,21 +32,19 @@ def check(
     Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
     Exit code 1 if results would be wrong.
     """
-    from hydrofdi.api.checking import check as look
+    from hydrofdi.api.check import check as look
     from hydrofdi.api.experiments import experiment_with
-    from hydrofdi.cli.assessment_rendering import inspection_record, print_convergence, print_inspection
-    from hydrofdi.cli.terminal import print_json, tell
+    from hydrofdi.cli.assessment_rendering import print_convergence, print_inspection
+    from hydrofdi.cli.terminal import print_json
     from hydrofdi.config.shown_values import shown_in
 
     experiment = experiment_with(config, settings or ())
     found = look(experiment, halve_step=converge, tolerance=tolerance)
-    for warning in found.settings:
-        tell(f"warning: {warning}")
     if json:
-        print_json(inspection_record(found.inspection, found.convergence))
-    else:
-        with shown_in(experiment.units):
-            print_inspection(found.inspection)
-        if found.convergence is not None:
-            print_convergence(found.convergence)
+        print_json(found.to_dict())
+        return 0 if found else 1
+    with shown_in(experiment.units):
+        print_inspection(found)
+    if found.convergence is not None:
+        print_convergence(found.convergence)
     return 0 if found else 1

@@ -15,7 +15,7 @@ from hydrofdi.config.seeds import shown_seeds
 from hydrofdi.config.shown_values import shown_value
 
 if TYPE_CHECKING:
-    from hydrofdi.pipeline.inspecting import Explanation
+    from hydrofdi.api.folders import Explanation
 
 
 def print_explanation(explanation: Explanation) -> None:

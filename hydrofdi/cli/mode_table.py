@@ -16,7 +16,7 @@ from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
-    from hydrofdi.assessment.inspection import Inspection, ModeOfRun
+    from hydrofdi.api.inspection import Inspection, ModeOfRun
 
 _MOST_ROWS = 24
 """Most runs that have a row each; for more, such as a sample, the ranges are shown."""

@@ -14,7 +14,7 @@ from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
-    from hydrofdi.assessment.observability import KnownUnknown, Observability
+    from hydrofdi.api.observability import KnownUnknown, Observability
 
 
 def print_observability(found: Observability) -> None:

@@ -46,7 +46,7 @@ def show_plan(
     experiment: ExperimentConfig, out: Path | None, workers: int | None, *, retry_failed: bool, json: bool
 ) -> int:
     """Print the plan of a sweep."""
-    from hydrofdi.api.planning import plan as make_plan
+    from hydrofdi.api.plan import plan as make_plan
     from hydrofdi.cli.terminal import print_json, write_out
     from hydrofdi.config.shown_values import shown_in
 

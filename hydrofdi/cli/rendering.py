@@ -10,10 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.cli.sheet_grids import sheet_grids
-from hydrofdi.cli.terminal import tell, terminal
-from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.idle_parameters import idle_parameters
-from hydrofdi.config.plausibility import distant_baseline, unusual_values
+from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.document import Block, Document, Sheet
 from hydrofdi.report.run_summary import RunSummary
 from hydrofdi.report.sections.quantiles import MANY_ROWS
@@ -24,20 +21,6 @@ _FEW_ROWS = 20
 
 _PAGE = 60
 """Most lines of the first page, if it has details."""
-
-
-def tell_doubtful_settings(
-    experiment: ExperimentConfig, *, with_sweep: bool = True, with_study: bool = False
-) -> None:
-    """Warn of unusual values, distant baselines, parameters without effect, and incomplete studies."""
-    sentences = unusual_values(experiment, with_sweep=with_sweep)
-    sentences += distant_baseline(experiment) if with_sweep else []
-    if with_study and experiment.study is not None:
-        from hydrofdi.assessment.study_warnings import study_warnings
-
-        sentences += study_warnings(experiment)
-    for sentence in sentences + idle_parameters(experiment):
-        tell(f"warning: {sentence}")
 
 
 def print_run(summary: RunSummary) -> None:

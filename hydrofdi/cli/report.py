@@ -79,9 +79,9 @@ def report(
     A sweep: what was varied, against which baseline, and how each feature responds. A study of detection:
     which leak is found, with which sensors and which score. The study of a paper: its tables and claims.
     """
+    from hydrofdi.api.stored import read_results
     from hydrofdi.cli.terminal import tell
     from hydrofdi.papers import make_report
-    from hydrofdi.pipeline import read_results
 
     html = html or form is Format.html
     directory, page = _places(places or [], html)

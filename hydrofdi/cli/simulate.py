@@ -45,12 +45,11 @@ def _simulate(
     json: bool,
 ) -> int:
     from hydrofdi.api.run import simulate as simulate_actuator
-    from hydrofdi.cli.rendering import print_run, tell_doubtful_settings
+    from hydrofdi.cli.rendering import print_run
     from hydrofdi.cli.terminal import print_json, tell
     from hydrofdi.quality.doubts import doubts_of
     from hydrofdi.quality.failures import remedy
 
-    tell_doubtful_settings(experiment, with_sweep=False)
     run = simulate_actuator(experiment, out=out)
     if out is not None:
         tell(f"stored {out}")
@@ -59,7 +58,7 @@ def _simulate(
 
         save_figure(run.plot(), figure)
         tell(f"drew {figure}")
-    for warning in (*run.plan_warnings, *run.saturation):
+    for warning in run.warnings:
         tell(f"warning: {warning}")
     if json:
         print_json(run.to_dict())

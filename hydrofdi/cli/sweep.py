@@ -13,7 +13,7 @@ from hydrofdi.cli.terminal import print_json, tell
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.pipeline import SweepSummary
+    from hydrofdi.api.sweep import SweepSummary
 
 
 class EngineName(StrEnum):
@@ -62,7 +62,7 @@ def sweep(
     the sweep.
     """
     from hydrofdi.api.experiments import experiment_with
-    from hydrofdi.api.sweeping import sweep as run_missing
+    from hydrofdi.api.sweep import sweep as run_missing
     from hydrofdi.cli.plan import show_plan
     from hydrofdi.errors import SweepInterrupted
 

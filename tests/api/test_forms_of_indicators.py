@@ -45,7 +45,7 @@ def test_mistakes_in_options_name_them() -> None:
 
 
 def test_a_remark_on_constants_says_where_they_are_given() -> None:
-    from hydrofdi.pipeline.assumed_plant import assumption_text
+    from hydrofdi.api.assumed_plant import assumption_text
 
     text = assumption_text("flow_balance", ["flow_gain", "spool_gain"])
     assert text.endswith("give them as options of flow_balance")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.api.detectors.promise import sentences
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.pipeline.promise import sentences
 
 INDICATOR = {"flow_balance": {"spool": "command", "supply": "sum"}}
 RATE = "500 Hz"

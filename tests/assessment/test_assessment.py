@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 import pywt
 
-from hydrofdi.assessment.convergence import converge
-from hydrofdi.assessment.inspection import inspect_experiment
-from hydrofdi.assessment.leakage_targets import calibrate_flows
-from hydrofdi.assessment.plan_warnings import place_in_bands
-from hydrofdi.assessment.selection import computed_rows, select_runs
+from hydrofdi.api.inspection import inspect_experiment
+from hydrofdi.api.plan_warnings import place_in_bands
+from hydrofdi.api.selection import calibrate_flows, computed_rows, converge, select_runs
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.leakage import internal_leakage_flow
 from hydrofdi.simulation import simulate_batch

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from hydrofdi.assessment.inspection import inspect_experiment
-from hydrofdi.assessment.selection import select_runs
+from hydrofdi.api.inspection import inspect_experiment
+from hydrofdi.api.selection import select_runs
 from hydrofdi.config import load_experiment
 from tests.commands import run_hydrofdi
 

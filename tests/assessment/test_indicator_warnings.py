@@ -1,6 +1,6 @@
 """Indicators that cannot have numbers are known before anything is simulated."""
 
-from hydrofdi.assessment.indicator_warnings import indicator_warnings
+from hydrofdi.api.plan_warnings import indicator_warnings
 from hydrofdi.config import expand_runs, load_experiment
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hydrofdi.assessment.observability import observability
-from hydrofdi.assessment.selection import select_runs
+from hydrofdi.api.observability import observability
+from hydrofdi.api.selection import select_runs
 from hydrofdi.config import load_experiment
 from tests.commands import run, run_json
 

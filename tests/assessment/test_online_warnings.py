@@ -2,7 +2,7 @@
 
 import pytest
 
-from hydrofdi.assessment.study_warnings import study_warnings
+from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.config import load_experiment
 
 STUDY = """

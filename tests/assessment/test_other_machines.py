@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import hydrofdi
-from hydrofdi.assessment.indicator_warnings import other_machine_warnings
+from hydrofdi.api.plan_warnings import other_machine_warnings
 from hydrofdi.config import load_experiment
 from hydrofdi.settings.ready import ready_names
 

@@ -4,11 +4,13 @@ import sys
 
 import pytest
 
-from hydrofdi.assessment.study_warnings import study_warnings
+from hydrofdi.api.plan import plan_sweep
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.study_warnings import study_warnings
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import plan_sweep, read_results, run_sweep
 
 STUDY = """
 name: few

@@ -4,8 +4,7 @@ import re
 
 import pytest
 
-from hydrofdi.assessment.plan_warnings import plan_warnings
-from hydrofdi.assessment.step_limits import too_long_sentence
+from hydrofdi.api.step_limits import step_warnings, too_long_sentence
 from hydrofdi.config import expand_runs, load_experiment
 
 
@@ -16,7 +15,7 @@ def test_the_step_that_is_suggested_is_accepted_and_not_warned_of(tmp_path, samp
 
     def too_long(step):
         runs = expand_runs(load_experiment(file, [f"record.step={step}"])).runs
-        return [text for text in plan_warnings(runs.distinct) if "too long" in text]
+        return step_warnings(runs.distinct)
 
     warnings = too_long("1 ms")
     assert warnings

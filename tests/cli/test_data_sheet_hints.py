@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import hydrofdi
-from hydrofdi.assessment.study_warnings import study_warnings
+from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators

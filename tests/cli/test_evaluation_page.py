@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hydrofdi.api.healthy_control import ranked_by_control
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.groups import healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.threshold import quantile_threshold
-from hydrofdi.pipeline.healthy_control import ranked_by_control
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored, StudyRecords
 from hydrofdi.studies.rules import Rules

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hydrofdi.api.records.opened import open_source
+from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.pipeline.simulated import SimulatedRecords
-from hydrofdi.pipeline.sources import open_source
 from hydrofdi.records.overview import look_at
 
 MUSEUM = (Path(__file__).parents[1] / "museum" / "format_3_physics_3" / "pressures.h5").read_bytes()

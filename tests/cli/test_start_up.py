@@ -54,7 +54,7 @@ def test_a_command_that_simulates_nothing_loads_no_compiler(
 
 STUDIES = {"studies", "monitor", "cli.train", "cli.sweep"}
 SAYING = {"report", "papers", "rich"}
-RUNNING = {"execution", "sensing", "compilation", "assessment"}
+RUNNING = {"execution", "sensing", "compilation"}
 
 
 @pytest.mark.parametrize(

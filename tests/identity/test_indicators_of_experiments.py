@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 import xarray
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators, measure
-from hydrofdi.pipeline import read_results
 from hydrofdi.records import Channel, RecordBatch
 from tests.conftest import sweep_in
 

@@ -7,9 +7,11 @@ import h5py
 import numpy as np
 import pytest
 
+from hydrofdi.api.folders import explain, verify
+from hydrofdi.api.plan import plan_sweep
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.pipeline import explain, plan_sweep, run_sweep, verify
 from hydrofdi.store import read_index
 
 NOISY = """\

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import xarray
 
+from hydrofdi.api.records.opened import open_source
+from hydrofdi.api.stored import read_results
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.indicators.registry import indicator_kind
-from hydrofdi.pipeline import read_results
-from hydrofdi.pipeline.sources import open_source
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 

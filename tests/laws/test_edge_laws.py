@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from free_motion import free_motion
 
-from hydrofdi.assessment.step_limits import step_limits
+from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.config.parameters import EDGES
 from hydrofdi.simulation import simulate_batch

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.assessment.selection import computed_rows
+from hydrofdi.api.selection import computed_rows
 from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.sections.input import InputConfig

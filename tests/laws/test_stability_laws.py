@@ -11,7 +11,7 @@ from free_motion import free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.assessment.step_limits import step_limits
+from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.stability import amplification, largest_stable_step
 from hydrofdi.simulation import simulate_batch

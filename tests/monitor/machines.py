@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.single import simulate_nominal
 from hydrofdi.config import load_experiment
-from hydrofdi.pipeline import simulate_nominal
 from tests.commands import run
 
 START, ONSET, END = 2.0, 22.0, 42.0

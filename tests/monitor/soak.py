@@ -16,8 +16,8 @@ from typing import BinaryIO
 
 import numpy as np
 
+from hydrofdi.api.single import simulate_nominal
 from hydrofdi.config import load_experiment
-from hydrofdi.pipeline import simulate_nominal
 from tests.commands import COMMAND, run
 
 CONFIG = Path(__file__).parents[2] / "configs" / "motions" / "closed-loop.yaml"

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from hydrofdi.api.detectors.train_on import train_on
+from hydrofdi.api.records.opened import open_source
+from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
 from hydrofdi.detectors.charts import make_chart
 from hydrofdi.detectors.run_lengths import delays
@@ -10,9 +13,6 @@ from hydrofdi.detectors.trained import ChartConfig, DetectorConfig, WindowConfig
 from hydrofdi.indicators import make_indicators
 from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.watch import Watch
-from hydrofdi.pipeline.simulated import SimulatedRecords
-from hydrofdi.pipeline.sources import open_source
-from hydrofdi.pipeline.training import train_on
 from hydrofdi.records.streams import Chunk
 from tests.conftest import REPOSITORY
 

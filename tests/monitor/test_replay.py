@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hydrofdi.api.monitoring import replayed as replaying
+from hydrofdi.api.monitoring.replayed import Pace
+from hydrofdi.api.records.opened import open_source
 from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
 from hydrofdi.monitor.sources.mqtt import MqttSource
 from hydrofdi.monitor.sources.payload import PayloadReader
-from hydrofdi.pipeline import replaying
-from hydrofdi.pipeline.replaying import Pace
-from hydrofdi.pipeline.sources import open_source
 from tests.commands import COMMAND, run, run_json
 from tests.monitor.brokers import Broker, needs_mosquitto
 from tests.monitor.streams_of_text import joined, read_in_pieces, reader

@@ -1,7 +1,7 @@
 """Figure 2: signals of the healthy and the leaky actuator."""
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.papers.maddahi2015 import StudyReport, study_experiment
-from hydrofdi.pipeline import read_results
 from hydrofdi.report.figures import draw_figure
 from tests.conftest import SMALL, sweep_in
 

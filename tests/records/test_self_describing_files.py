@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.api.records.opened import open_source
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.pipeline.sources import open_source
 from tests.commands import run, run_json
 from tests.records.measuring import P1, P2, batches, csv_of, described
 

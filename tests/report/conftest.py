@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.papers.maddahi2015 import study_experiment
-from hydrofdi.pipeline import read_results
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names

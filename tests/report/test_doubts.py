@@ -4,8 +4,8 @@ import csv
 import io
 import json
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import read_results
 from hydrofdi.quality.doubts import DOUBTS
 from tests.commands import run_hydrofdi
 from tests.conftest import SMALL, sweep_in

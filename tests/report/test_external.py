@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015 import study_experiment
-from hydrofdi.pipeline import read_results
 from hydrofdi.report.analysis import analyze
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.cli.rendering import print_document
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015 import StudyReport
-from hydrofdi.pipeline import read_results
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import KINDS
 from hydrofdi.report.forms.markdown import render_markdown

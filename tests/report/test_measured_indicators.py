@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from hydrofdi.pipeline import read_results
+from hydrofdi.api.stored import read_results
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 

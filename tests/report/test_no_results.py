@@ -2,10 +2,10 @@
 
 import pytest
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import read_results
 from hydrofdi.report.figures import write_figure
 from hydrofdi.report.publication import write_all_forms
 from hydrofdi.store.request import write_request

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hydrofdi.pipeline import read_results
+from hydrofdi.api.stored import read_results
 from hydrofdi.report.analysis import analyze
 from tests.conftest import REPOSITORY, swept
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import read_results
 from hydrofdi.report.replicates import study_replicates
 from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.store.layout import names

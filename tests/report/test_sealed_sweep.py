@@ -2,9 +2,9 @@
 
 import pytest
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import read_results
 from hydrofdi.report.figures import draw_figure
 from tests.conftest import sweep_in
 

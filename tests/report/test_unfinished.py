@@ -2,10 +2,10 @@ import json
 
 import pytest
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015 import study_experiment
-from hydrofdi.pipeline import read_results
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import draw_all
 from hydrofdi.report.forms.record import render_json

@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import pytest
 
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.execution.engine import TaskFailure
-from hydrofdi.pipeline.sweeping import run_sweep
 from runner.processes import COMMAND, kill, nobody_left, run, run_json, start, wait_until, workers
 
 BAD_RUNS = """\

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import hydrofdi
+from hydrofdi.api.changes import replaced_settings
 from hydrofdi.config import load_experiment
-from hydrofdi.pipeline.changes import replaced_settings
 from tests.commands import run
 
 STUDY = {"name": "press", "record": {"duration": "2 s"}}

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi.pipeline import read_results
+from hydrofdi.api.stored import read_results
 from hydrofdi.report.runs.summary import summarize_table
 from tests.commands import run_hydrofdi
 from tests.conftest import REPOSITORY, sweep_in, swept

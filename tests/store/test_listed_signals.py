@@ -3,11 +3,12 @@
 import h5py
 import pytest
 
+from hydrofdi.api.plan import plan_sweep
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.config.store import SIGNALS, StoreConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.pipeline import plan_sweep, run_sweep
 from hydrofdi.store.layout import names
 
 SHORT = ["record.duration=1 s"]

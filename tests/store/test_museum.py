@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.pipeline import read_results
 from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi
 

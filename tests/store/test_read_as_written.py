@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrofdi.pipeline import read_results
+from hydrofdi.api.stored import read_results
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.runs.summary import summarize_table
 from hydrofdi.store.layout import names

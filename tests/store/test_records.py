@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import StoreError
 from hydrofdi.indicators import make_indicators, measure
-from hydrofdi.pipeline import read_results
-from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.settings.quantities import Section
 from hydrofdi.store import records

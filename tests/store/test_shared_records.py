@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
-from hydrofdi.pipeline import read_results
-from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.store.records import StoredRecords
 from tests.conftest import sweep_in
 

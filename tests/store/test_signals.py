@@ -4,10 +4,10 @@ import h5py
 import numpy as np
 import pytest
 
+from hydrofdi.api.sweep import collect
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.execution import Batch, Job, compute_columns
 from hydrofdi.execution.compute import compute_shard
-from hydrofdi.pipeline.sweeping import collect
 from hydrofdi.simulation import run_identity
 from hydrofdi.store.request import write_request
 

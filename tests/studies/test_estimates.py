@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.pipeline import read_results, run_sweep
 from hydrofdi.report.estimates.block import estimate_records, estimates_block
 from hydrofdi.studies.estimates.judging import judge_estimates
 

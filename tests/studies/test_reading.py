@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.pipeline import read_results, run_sweep
 from hydrofdi.studies.reading import read_study
 
 STUDY = """

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.config.study.detection import ScoreConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.pipeline import read_results, run_sweep
 from hydrofdi.scoring import make_score
 from hydrofdi.studies.reading import read_study
 

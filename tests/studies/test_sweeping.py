@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.execution import InProcessEngine, Job, compute_columns
 from hydrofdi.execution.measuring import measured_columns
-from hydrofdi.pipeline import read_results, run_sweep
 from hydrofdi.store.layout.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
 from hydrofdi.studies.reading import read_study
 from tests.runner.processes import start

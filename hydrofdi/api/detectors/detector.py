@@ -9,8 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.arguments import refusal
+from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.judged import table_of
+from hydrofdi.api.detectors.promise import sentences, training_record
+from hydrofdi.api.detectors.tally import Tally
+from hydrofdi.api.detectors.train_on import Training, write_detector
 from hydrofdi.api.detectors.watching import watched
+from hydrofdi.api.detectors.windows import channels_read, detect
 from hydrofdi.api.page import html_sentences
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
@@ -20,11 +25,6 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.reading import load_detector
 from hydrofdi.detectors.trained.wording import limits_text, percent, score_name
 from hydrofdi.errors import ConfigError
-from hydrofdi.pipeline.detected import Tally
-from hydrofdi.pipeline.detecting import channels_read, detect
-from hydrofdi.pipeline.healthy_records import LeftOut
-from hydrofdi.pipeline.promise import sentences, training_record
-from hydrofdi.pipeline.training import Training, write_detector
 
 
 class Detector:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.detectors.windows import JudgedWindow
 from hydrofdi.api.table import Table
-from hydrofdi.pipeline.detecting import JudgedWindow
 from hydrofdi.settings.counting import counted
 
 _NAMES = (

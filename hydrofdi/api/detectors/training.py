@@ -8,13 +8,13 @@ from typing import Any, Literal
 
 from hydrofdi.api.arguments import names_of
 from hydrofdi.api.detectors.detector import Detector
+from hydrofdi.api.detectors.train_on import channels_needed, require_place, train_on
 from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.training import stated_detector
-from hydrofdi.pipeline.training import channels_needed, require_place, train_on
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from itertools import chain
 from typing import Any
 
+from hydrofdi.api.detectors.tally import Tally
+from hydrofdi.api.detectors.windows import JudgedWindow
 from hydrofdi.monitor.line_record import line_record
-from hydrofdi.pipeline.detected import Tally
-from hydrofdi.pipeline.detecting import JudgedWindow
 from hydrofdi.report.forms import separated
 
 _COLUMNS = (

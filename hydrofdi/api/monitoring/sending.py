@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
+from hydrofdi.api.detectors.sample_text import CsvText, JsonText
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import load_monitor_config
 from hydrofdi.monitor.mqtt.address import MqttAddress, is_mqtt
-from hydrofdi.pipeline.sample_text import CsvText, JsonText
 from hydrofdi.records.streams import Chunk
 
 Send = Callable[[Chunk], None]

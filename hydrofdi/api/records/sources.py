@@ -14,8 +14,8 @@ from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.columns import held, known_text
 from hydrofdi.api.records.held import Names, records_of
+from hydrofdi.api.records.opened import open_source
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.pipeline.sources import open_source
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.settings.counting import counted
@@ -147,7 +147,7 @@ def _source(data: Any, number: int | None, channels: Collection[Channel], said: 
         return source
     config = sys.modules.get("hydrofdi.config")
     if config is not None and isinstance(data, config.ExperimentConfig):
-        from hydrofdi.pipeline.simulated import SimulatedRecords
+        from hydrofdi.api.records.simulated import SimulatedRecords
 
         return SimulatedRecords(data, data.name, channels)
     columns = held(data, number)

@@ -12,7 +12,7 @@ from hydrofdi.cli.options import Json, SamplingFrequency
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.pipeline.detected import Tally
+    from hydrofdi.api.detectors.tally import Tally
 
 
 class Format(StrEnum):

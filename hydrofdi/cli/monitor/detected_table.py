@@ -15,8 +15,8 @@ from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
-    from hydrofdi.pipeline.detected import Tally
-    from hydrofdi.pipeline.detecting import JudgedWindow
+    from hydrofdi.api.detectors.tally import Tally
+    from hydrofdi.api.detectors.windows import JudgedWindow
 
 _Rows = list[tuple[int, "JudgedWindow"]]
 

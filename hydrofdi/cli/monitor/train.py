@@ -15,7 +15,7 @@ from hydrofdi.errors import without_credentials
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.pipeline.healthy_records import LeftOut
+    from hydrofdi.api.detectors.healthy_records import LeftOut
 
 
 class By(StrEnum):

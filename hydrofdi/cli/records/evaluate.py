@@ -11,7 +11,7 @@ from hydrofdi.cli.options import Json
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.pipeline.evaluating import Left
+    from hydrofdi.api.evaluate_records import Left
 
 
 def evaluate(

@@ -2,11 +2,12 @@
 
 import pytest
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import read_results, run_sweep
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.report.detection.sensors import perfect_sentence
 

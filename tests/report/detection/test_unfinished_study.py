@@ -2,10 +2,11 @@
 
 import pytest
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import read_results, run_sweep
 from hydrofdi.store.request import write_request
 
 STUDY = """

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.pipeline import read_results
+from hydrofdi.api.stored import read_results
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures.heat_lines import heat_lines
 from hydrofdi.report.responses import study_responses

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.pipeline import read_results
 from hydrofdi.report.forms.record import render_json
 from hydrofdi.store.layout import names
 from tests.conftest import sweep_in

@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hydrofdi.api.export_names import with_runs
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.pipeline.exporting.names import with_runs
 from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.records.written.columns import Selection

@@ -1,24 +1,35 @@
-"""What a sweep will do, said before it does it."""
+"""``hydrofdi plan``: what a sweep will do, said before it does it."""
 
 from __future__ import annotations
 
 import shutil
 import time
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import islice
 from math import prod
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
+from numpy import bincount
+
+from hydrofdi.api.arguments import count_of
+from hydrofdi.api.experiments import Experiment, stated_experiment
+from hydrofdi.api.page import html_sentences
+from hydrofdi.api.places import path_of
+from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
+from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.pipeline.places import experiment_file
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.readable import shown_bytes
+from hydrofdi.settings.readable import shown_bytes, shown_seconds
 from hydrofdi.simulation import identities_of_analyses, record_identities, run_identity
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import Failure, ShardIndex, StoredRun, holds_enough, read_failures, read_index
@@ -133,26 +144,33 @@ class SweepPlan:
         return shutil.disk_usage(folder).free
 
     @cached_property
-    def warnings(self) -> list[str]:
-        """What deserves a second look before the sweep starts, each said once."""
+    def doubts(self) -> list[str]:
+        """What is most likely a mistake; a sweep says it, too."""
+        from hydrofdi.api.step_limits import step_warnings
+
         experiment = self.experiment
-        warnings = unusual_values(experiment) + distant_baseline(experiment) + idle_parameters(experiment)
+        doubts = unusual_values(experiment) + distant_baseline(experiment) + idle_parameters(experiment)
         needed, free = 2 * self.file_bytes, self.free_bytes
         if needed > free:
-            warnings.append(f"needs {shown_bytes(needed)}, of which {shown_bytes(free)} are free")
-        for sample in (self.experiment.ensemble.sample, self.experiment.sweep.sample):
+            doubts.append(f"needs {shown_bytes(needed)}, of which {shown_bytes(free)} are free")
+        doubts += step_warnings(self.table.runs.distinct)
+        return doubts + [f"damaged: {text}" for text in self.index.damaged.values()]
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        """What deserves a second look before the sweep starts, each said once."""
+        experiment, warnings = self.experiment, [*self.doubts]
+        for sample in (experiment.ensemble.sample, experiment.sweep.sample):
             if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
                 warnings.append(
                     f"a Sobol sample of {counted(sample.count, 'point')} is not balanced; take a power of two"
                 )
-        from hydrofdi.assessment.indicator_warnings import indicator_warnings, other_machine_warnings
-        from hydrofdi.assessment.plan_warnings import plan_warnings
-        from hydrofdi.assessment.study_warnings import study_warnings
+        from hydrofdi.api.plan_warnings import indicator_warnings, other_machine_warnings, plan_warnings
+        from hydrofdi.api.study_warnings import study_warnings
 
         runs = self.table.runs
         warnings += plan_warnings(runs.distinct, runs.choice) + indicator_warnings(runs.distinct, runs.choice)
-        warnings += other_machine_warnings(self.experiment) + study_warnings(self.experiment)
-        warnings += [f"damaged: {text}" for text in self.index.damaged.values()]
+        warnings += other_machine_warnings(experiment) + study_warnings(experiment)
         return list(dict.fromkeys(warnings))
 
     def reason(self, position: int) -> str:
@@ -251,3 +269,206 @@ def _row_bytes(plan: SweepPlan) -> int:
         prod(sizes[name] for name in variable.dimensions[1:]) for variable in computed_variables(plan.table)
     )
     return 8 * n_number + (4 if store.dtype == "float32" else 8) * n_sample * n_signal
+
+
+@dataclass(frozen=True, repr=False)
+class Plan:
+    """What a sweep will do, as `hydrofdi.plan` returns it.
+
+    Attributes
+    ----------
+    experiment, file : str
+        Name of the experiment, and where its file will be.
+    planned, swept, controls_added : int
+        All runs; those of the sweep; healthy ones that are added to compare with.
+    study : dict or None
+        Populations and designs of a study of detection, and what varies.
+    axes : dict
+        Dotted parameter → its values, in SI.
+    first_point, last_point : dict
+        What the first and the last run of the sweep set, in SI.
+    stored, failed_before, missing : int
+        Runs that are stored, that failed before, and that are to be computed.
+    simulated_records, measured_analyses : int
+        Records to simulate for these, and analyses to measure from stored signals.
+    reasons : dict
+        Why runs are to be computed → how many.
+    solutions : dict
+        Leakage flows, conditions and total of the leakage coefficients K_i to solve.
+    calibrated_at : str
+        Whether K_i is solved for each run, or at the nominal actuator.
+    workers : int
+    predicted_seconds, predicted_seconds_most : float
+        Least and most wall time to expect with so many workers, from a few runs that were tried [s].
+    predicted_file_bytes, free_bytes : int
+        Size of the experiment file (the shards take as much again), and free space.
+    warnings : list of str
+        Warnings, one sentence each.
+    unusual_values, idle_parameters : list of str
+        Those of the warnings that are about unusual values, and about parameters without effect.
+    units : dict
+        Dotted parameter → the unit that the experiment is written in.
+    """
+
+    experiment: str
+    file: str
+    planned: int
+    swept: int
+    controls_added: int
+    study: dict[str, Any] | None
+    axes: dict[str, Any]
+    first_point: dict[str, Any]
+    last_point: dict[str, Any]
+    stored: int
+    failed_before: int
+    missing: int
+    simulated_records: int
+    measured_analyses: int
+    reasons: dict[str, int]
+    solutions: dict[str, int]
+    calibrated_at: str
+    workers: int
+    predicted_seconds: float
+    predicted_seconds_most: float
+    predicted_file_bytes: int
+    free_bytes: int
+    warnings: list[str]
+    unusual_values: list[str]
+    idle_parameters: list[str]
+    units: dict[str, str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``hydrofdi plan --json`` prints."""
+        return asdict(self)
+
+    def _repr_html_(self) -> str:
+        return html_sentences(repr(self), self.warnings)
+
+    def __repr__(self) -> str:
+        least, most = shown_seconds(self.predicted_seconds), shown_seconds(self.predicted_seconds_most)
+        return (
+            f"{self.experiment}: {self.missing:,} of {counted(self.planned, 'run')} to compute in {least} to"
+            f" {most}, {counted(len(self.warnings), 'warning')}"
+        )
+
+
+def plan(
+    experiment: Experiment,
+    /,
+    *,
+    out: str | PathLike[str] | None = None,
+    workers: int | None = None,
+    retry_failed: bool = False,
+    **settings: Any,
+) -> Plan:
+    """What `hydrofdi.sweep` would do, as ``hydrofdi plan`` says it. Writes nothing.
+
+    Parameters
+    ----------
+    experiment, out, workers, retry_failed, **settings
+        As in `hydrofdi.sweep`.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
+    >>> study = {"name": "planned", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    >>> plan = hydrofdi.plan(study)
+    >>> plan
+    planned: 2 of 2 runs to compute in 0... s to 1... s, ... warnings
+    >>> plan.reasons
+    {'new': 2}
+    """
+    from hydrofdi.execution import available_cores
+
+    workers = available_cores() if workers is None else count_of("workers", workers)
+    loaded = stated_experiment(experiment, settings)
+    with shown_in(loaded.units):
+        return _planned(loaded, out, workers, retry_failed)
+
+
+def _planned(
+    loaded: ExperimentConfig, out: str | PathLike[str] | None, workers: int, retry_failed: bool
+) -> Plan:
+    directory = experiment_directory(loaded, None if out is None else path_of(out))
+    made = plan_sweep(loaded, directory, retry_failed=retry_failed)
+    n_run = len(made.run_ids)
+    least, most = predict_seconds(made, workers)
+    failed = sum(run_id in made.failures for run_id in made.run_ids)
+    return Plan(
+        experiment=loaded.name,
+        file=str(made.file),
+        planned=n_run,
+        swept=made.table.n_swept,
+        controls_added=n_run - made.table.n_swept,
+        study=_study_record(made),
+        axes={name: without_contents(list(values)) for name, values in _axes(made).items()},
+        first_point=_point(made, 0),
+        last_point=_point(made, made.table.n_swept - 1),
+        stored=n_run - len(made.missing) - failed,
+        failed_before=failed,
+        missing=len(made.missing),
+        simulated_records=made.n_simulated,
+        measured_analyses=len(made.measurable),
+        reasons=made.reasons(),
+        solutions=asdict(made.table.runs.at(made.simulated).solutions()),
+        calibrated_at=loaded.calibration.at,
+        workers=workers,
+        predicted_seconds=least,
+        predicted_seconds_most=most,
+        predicted_file_bytes=made.file_bytes,
+        free_bytes=made.free_bytes,
+        warnings=made.warnings,
+        unusual_values=unusual_values(loaded) + distant_baseline(loaded),
+        idle_parameters=idle_parameters(loaded),
+        units=loaded.units,
+    )
+
+
+def _axes(plan: SweepPlan) -> dict[str, tuple[Any, ...]]:
+    """What is swept; not what a study draws."""
+    swept = {*plan.experiment.ensemble.names, *plan.experiment.sweep.names}
+    return {name: values for name, values in plan.table.axes.items() if name in swept}
+
+
+def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
+    """What a point sets; of what varies elsewhere in a union only, what differs from the nominal run."""
+    experiment, parameters = plan.experiment, plan.table.runs[position].request
+    throughout = experiment.ensemble.names_throughout | experiment.sweep.names_throughout
+    values = {
+        name: parameters.shown_value(name)
+        for name in _axes(plan)
+        if name in throughout or parameters.value(name) != experiment.value(name)
+    }
+    sealed = {name: 0.0 for name in INTERNAL_LEAKAGE_FORMS if name in values and values[name] is None}
+    return values | sealed
+
+
+def _study_record(plan: SweepPlan) -> dict[str, Any] | None:
+    """The populations and designs of a study and what it draws, in SI; None without a study."""
+    roles, study = plan.table.study, plan.experiment.study
+    if roles is None or study is None:
+        return None
+    counts = bincount(roles.of_run[roles.design_of_run == 0]).tolist()
+    changes = study.shifts | study.confusions
+    return {
+        "records": len(plan.run_ids) // len(roles.designs),
+        "designs": without_contents(list(roles.designs)),
+        "populations": [
+            {
+                "name": each.name,
+                "kind": each.kind.value,
+                "is_fit": each.is_fit,
+                "records": count,
+                "sets": changes.get(each.name, {}) if each.kind.value in ("shift", "confusion") else {},
+            }
+            for each, count in zip(roles.populations, counts, strict=True)
+        ],
+        "varies": study.population.over,
+        "differs_per_record": study.population.per_record,
+    }

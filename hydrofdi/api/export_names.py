@@ -6,10 +6,10 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.stored import rows_identified
 from hydrofdi.config import expand_runs
 from hydrofdi.errors import ConfigError
-from hydrofdi.pipeline.identified import rows_identified
-from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordSource
 from hydrofdi.settings.counting import counted
 from hydrofdi.simulation import record_identities, run_identities

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.pipeline.places import library_versions
 from hydrofdi.simulation import record_identity, run_identity
 from hydrofdi.store import Columns, HeldResults, write_experiment
 from hydrofdi.store.layout.names import NO_BASELINE

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.api.assumed_plant import assumption_text, constants_text
 from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.detectors.trained.wording import (
     count_text,
@@ -15,13 +16,12 @@ from hydrofdi.detectors.trained.wording import (
     score_meaning,
     time_text,
 )
-from hydrofdi.pipeline.assumed_plant import assumption_text, constants_text
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
+    from hydrofdi.api.detectors.train_on import Training
     from hydrofdi.detectors.trained import DetectorFile
     from hydrofdi.detectors.trained.file import Limits
-    from hydrofdi.pipeline.training import Training
 
 _HOUR = 3600.0
 _MOST_NAMED = 5

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.config import expand_runs
 from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordSource
 from hydrofdi.report.runs.changes import external_coefficients
 from hydrofdi.store.records import StoredRecords

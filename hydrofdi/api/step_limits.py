@@ -22,19 +22,7 @@ CONTACT_SHARE = 0.25
 
 
 def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[str, float]:
-    """Longest stable step for each part of the model that a run has.
-
-    Parameters
-    ----------
-    run : RunParameters
-    mode : HydraulicMode, optional
-        The mode at the working point; without it, undamped.
-
-    Returns
-    -------
-    dict
-        Name of the part → step [s].
-    """
+    """Part of the model that a run has → longest stable step [s]; its mode is undamped unless it is given."""
     limits: dict[str, float] = {}
     for _, part_limits in _PARTS:
         limits |= part_limits(run)
@@ -73,11 +61,30 @@ def _friction_limits(run: RunParameters) -> dict[str, float]:
 
 
 def _chamber_limits(run: RunParameters) -> dict[str, float]:
-    return _decay_limit("leakage of the chambers", _chamber_rate(run))
+    """Rate [1/s] at which clearances and external leakage let the pressure of a chamber go."""
+    leakage, fluid = run.leakage, run.fluid
+    external = max(leakage.chamber_1_coefficient, leakage.chamber_2_coefficient)
+    rate = fluid.bulk_modulus * (max(run.edges.clearances) + external) / run.actuator.chamber_volume
+    return _decay_limit("leakage of the chambers", rate)
 
 
 def _supply_limits(run: RunParameters) -> dict[str, float]:
-    return _decay_limit("supply", _supply_rate(run)) if run.supply.droop == "first_order" else {}
+    """Rate [1/s] of the supply pressure, whose fall lessens the flow through open edges and clearances."""
+    valve, supply, edges = run.valve, run.supply, run.edges
+    if supply.droop != "first_order":
+        return {}
+    opening, gain = largest_opening(run), max(edge.flow_gain for edge in edges)
+    drop = 0.5 * (supply.pressure - supply.return_pressure)
+    edge = valve_flow_pressure_coefficient(opening, drop, gain, valve.area_gradient)
+    clearances = edges.supply_1.lap_leakage + edges.supply_2.lap_leakage
+    return _decay_limit(
+        "supply", (1.0 + supply.droop_resistance * (clearances + edge)) / supply.droop_time_constant
+    )
+
+
+def _decay_limit(part: str, rate: float) -> dict[str, float]:
+    """Longest step for a part that decays with a rate [1/s]; none if it does not."""
+    return {part: largest_stable_step(complex(-rate))} if rate > 0.0 else {}
 
 
 _PARTS: tuple[tuple[tuple[str, ...], Callable[[RunParameters], dict[str, float]]], ...] = (
@@ -97,28 +104,6 @@ def undamped_frequency(run: RunParameters) -> float:
         run.fluid.bulk_modulus, actuator.piston_area, actuator.chamber_volume, actuator.mass,
         actuator.load_stiffness,
     )  # fmt: skip
-
-
-def _decay_limit(part: str, rate: float) -> dict[str, float]:
-    """Longest step for a part that decays with a rate [1/s]; none if it does not."""
-    return {part: largest_stable_step(complex(-rate))} if rate > 0.0 else {}
-
-
-def _chamber_rate(run: RunParameters) -> float:
-    """Rate at which clearances and external leakage let the pressure of a chamber go [1/s]."""
-    leakage, fluid = run.leakage, run.fluid
-    external = max(leakage.chamber_1_coefficient, leakage.chamber_2_coefficient)
-    return fluid.bulk_modulus * (max(run.edges.clearances) + external) / run.actuator.chamber_volume
-
-
-def _supply_rate(run: RunParameters) -> float:
-    """Rate of the supply pressure, whose fall lessens the flow through open edges and clearances [1/s]."""
-    valve, supply, edges = run.valve, run.supply, run.edges
-    opening, gain = largest_opening(run), max(edge.flow_gain for edge in edges)
-    drop = 0.5 * (supply.pressure - supply.return_pressure)
-    edge = valve_flow_pressure_coefficient(opening, drop, gain, valve.area_gradient)
-    clearances = edges.supply_1.lap_leakage + edges.supply_2.lap_leakage
-    return (1.0 + supply.droop_resistance * (clearances + edge)) / supply.droop_time_constant
 
 
 def step_warnings(distinct: Distinct) -> list[str]:

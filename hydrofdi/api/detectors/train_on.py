@@ -8,14 +8,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from hydrofdi import __version__
+from hydrofdi.api.assumed_plant import assumed_constants
+from hydrofdi.api.detectors.healthy_records import HealthyRecords, LeftOut
 from hydrofdi.detectors.trained import DetectorConfig, DetectorFile
 from hydrofdi.detectors.trained.file import Made
 from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.detectors.trained.reading import detector_text, is_detector
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import StoreError
-from hydrofdi.pipeline.assumed_plant import assumed_constants
-from hydrofdi.pipeline.healthy_records import HealthyRecords, LeftOut
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.store.files import require_regular, write_whole_text
 

@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 
+from hydrofdi.api.detectors.windows import JudgedWindow
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.monitor.judged import samples_between
-from hydrofdi.pipeline.detecting import JudgedWindow
 
 
 class Tally:

@@ -1,4 +1,4 @@
-"""An experiment looked at before it is run: step, mode and bands, record, leakage, stroke."""
+"""An experiment looked at before it is run: step, mode and bands, record, leakage, stroke, sensor noise."""
 
 from __future__ import annotations
 
@@ -10,28 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.assessment.observability import Observability, observability
-from hydrofdi.assessment.plan_warnings import (
-    NEAR_BAND_EDGE,
-    few_of,
-    folding_warnings,
-    measures_wavelets,
-    near_edge_warnings,
-    period_count,
-    place_in_bands,
-    record_warnings,
-)
-from hydrofdi.assessment.selection import Selection, computed_rows
-from hydrofdi.assessment.sensor_noise import MUCH_NOISE, NoiseOfLevel, noise_of_levels
-from hydrofdi.assessment.step_limits import shortest_step_limits, step_limits, too_long_sentence
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.api.observability import Observability, observability
+from hydrofdi.api.plan_warnings import period_count, place_in_bands, plan_warnings
+from hydrofdi.api.selection import Selection, computed_rows
+from hydrofdi.api.step_limits import shortest_step_limits, step_limits, too_long_sentence
+from hydrofdi.config import RunParameters
+from hydrofdi.config.request import RunRequest
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.execution import Job
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
 from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.counting import counted
 from hydrofdi.store.layout.names import OBSTACLE
-from hydrofdi.transforms.wavelet import boundary_shares, level_bands
+from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
 
 REFERENCE_DROP = 8e6
 """Pressure difference at which a leak is also stated, by default by indicators as well [Pa]."""
@@ -39,9 +31,10 @@ REFERENCE_DROP = 8e6
 FULL_STROKE = 0.9
 """Share of the stroke from which on the linearised mode, taken at the centre, is off by far."""
 
-_REMEDY_OF_BANDS = (
-    "Another record.sampling_frequency moves the bands; the undecimated transform (modwt) has the same ones"
-)
+MUCH_NOISE = 0.1
+"""Noise above this share of a level's RMS is warned of; it adds half a percent to that RMS."""
+
+_FEW = 3
 
 
 @dataclass(frozen=True)
@@ -85,6 +78,28 @@ class ModeOfRun:
 
 
 @dataclass(frozen=True)
+class NoiseOfLevel:
+    """One level of the chamber-1 pressure.
+
+    Attributes
+    ----------
+    noise : float
+        RMS of the detail coefficients of the sensor's noise, as the anti-alias filter leaves it, and of
+        quantisation, of the noisiest run [Pa].
+    weakest_rms : float
+        Least detail RMS of the pressure itself over the runs that ended well [Pa]; NaN if none did.
+    """
+
+    noise: float
+    weakest_rms: float
+
+    @property
+    def share(self) -> float:
+        """Noise over the least RMS [-]."""
+        return self.noise / self.weakest_rms if self.weakest_rms else math.inf
+
+
+@dataclass(frozen=True)
 class Inspection:
     """What an inspection found.
 
@@ -104,18 +119,14 @@ class Inspection:
         Share of each level's coefficients that depend on the extension of the record [-].
     noise : tuple of NoiseOfLevel
         Noise of the chamber-1 pressure sensor; empty if it has none.
-    folding : tuple of str
-        Sentences on inputs and anti-alias filters that are too fast for the sampling.
     n_left_out : int
         Distinct runs of the experiment that are not among the modes.
     sampling_frequency : float
         Of the record [Hz].
     observability : tuple of Observability
         What the first run, without a leak, tells each indicator that estimates unknowns.
-    unmeasured : tuple of str
-        Sentences on indicators without numbers of some runs, and why.
-    has_wavelets : bool
-        Whether an indicator has the bands of a wavelet transform.
+    problems, warnings : tuple of str
+        What makes results wrong, and what to keep in mind when reading them.
     """
 
     step: float
@@ -126,27 +137,16 @@ class Inspection:
     n_period: float
     boundary_shares: tuple[float, ...]
     noise: tuple[NoiseOfLevel, ...]
-    folding: tuple[str, ...]
-    n_left_out: int = 0
-    sampling_frequency: float = RecordConfig().sampling_frequency
-    observability: tuple[Observability, ...] = ()
-    unmeasured: tuple[str, ...] = ()
-    has_wavelets: bool = True
+    n_left_out: int
+    sampling_frequency: float
+    observability: tuple[Observability, ...]
+    problems: tuple[str, ...]
+    warnings: tuple[str, ...]
 
     @property
     def binding(self) -> str:
         """The part of the model that allows the shortest step only."""
         return min(self.step_limits, key=self.step_limits.__getitem__)
-
-    @property
-    def problems(self) -> list[str]:
-        """What makes results wrong."""
-        return list(dict.fromkeys(_problems(self)))
-
-    @property
-    def warnings(self) -> list[str]:
-        """Warnings about the results."""
-        return list(dict.fromkeys(_warnings(self)))
 
 
 def inspect_experiment(selection: Selection) -> Inspection:
@@ -163,50 +163,38 @@ def inspect_experiment(selection: Selection) -> Inspection:
     record, wavelet = nominal.record, analysis.wavelet
     bands = tuple(level_bands(record.sampling_frequency, wavelet.levels))
     modes = [_mode_of_run(job, row, bands, selection.labels) for job, row in zip(jobs, rows, strict=True)]
-    limits = [_limits(job, mode) for job, mode in zip(jobs, modes, strict=True)]
-    limits.append(shortest_step_limits(distinct))
+    step, limits = max(job.parameters.record.step for job in jobs), shortest_step_limits(distinct)
+    for job, mode in zip(jobs, modes, strict=True):
+        is_known = math.isfinite(mode.frequency) and math.isfinite(mode.damping_ratio)
+        found = HydraulicMode(mode.frequency, mode.damping_ratio) if is_known else None
+        for part, limit in step_limits(job.parameters, found).items():
+            limits[part] = min(limit, limits.get(part, math.inf))
+    noise = noise_of_levels(distinct("wavelet", "pressure_1_sensor", "measurement", "record"), rows)
+    too_long = [
+        too_long_sentence(part, step, limit, record.sampling_frequency)
+        for part, limit in limits.items()
+        if step > limit
+    ]
+    warnings = [
+        *plan_warnings(distinct, analysis.choice),
+        *_unmeasured(jobs, rows),
+        *_noise_warnings(noise),
+        *_verdict_warnings(modes),
+    ]
     return Inspection(
-        step=max(job.parameters.record.step for job in jobs),
-        step_limits=_shortest(limits),
+        step=step,
+        step_limits=limits,
         modes=tuple(modes),
         bands=bands,
         n_sample=record.n_sample,
         n_period=period_count(nominal),
         boundary_shares=tuple(boundary_shares(record.n_sample - analysis.n_discarded, wavelet)),
-        noise=noise_of_levels(distinct("wavelet", "pressure_1_sensor", "measurement", "record"), rows),
-        folding=tuple(folding_warnings(distinct)),
+        noise=noise,
         n_left_out=selection.n_left_out,
         sampling_frequency=record.sampling_frequency,
         observability=observability(jobs[0]),
-        unmeasured=tuple(_unmeasured(jobs, rows)),
-        has_wavelets=measures_wavelets(analysis.choice),
-    )
-
-
-def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """A sentence on each reason for which an indicator has no numbers of runs that are computed."""
-    reasons = Counter(
-        (label, str(row[f"{label}{OBSTACLE}"]))
-        for job, row in zip(jobs, rows, strict=True)
-        if row["status"] == "ok"
-        for label in job.analysis.indicators
-    )
-    for (label, reason), count in reasons.items():
-        if reason:
-            yield f"{label} has no numbers in {count} of {counted(len(rows), 'run')}: {reason}"
-
-
-def _shortest(limits: Iterable[dict[str, float]]) -> dict[str, float]:
-    shortest: dict[str, float] = {}
-    for part, limit in (item for each in limits for item in each.items()):
-        shortest[part] = min(limit, shortest.get(part, math.inf))
-    return shortest
-
-
-def _limits(job: Job, mode: ModeOfRun) -> dict[str, float]:
-    is_known = math.isfinite(mode.frequency) and math.isfinite(mode.damping_ratio)
-    return step_limits(
-        job.parameters, HydraulicMode(mode.frequency, mode.damping_ratio) if is_known else None
+        problems=tuple(dict.fromkeys([*too_long, *_failures(modes)])),
+        warnings=tuple(dict.fromkeys(warnings)),
     )
 
 
@@ -236,36 +224,67 @@ def _mode_of_run(
     )
 
 
-def _problems(found: Inspection) -> Iterator[str]:
-    for part, limit in found.step_limits.items():
-        if found.step > limit:
-            yield too_long_sentence(part, found.step, limit, found.sampling_frequency)
+def noise_of_levels(
+    runs: Iterable[RunRequest], rows: Sequence[Mapping[str, Any]]
+) -> tuple[NoiseOfLevel, ...]:
+    """Noise of sensors of runs against computed rows with ideal ones, d1 first; empty if none is noisy."""
+    noises = {(run.wavelet, _autocovariance(run)) for run in runs}
+    if not any(noise[0] for _, noise in noises):
+        return ()
+    levels = min(wavelet.levels for wavelet, _ in noises)
+    noisiest = np.max([noise_rms(wavelet, noise)[:levels] for wavelet, noise in noises], axis=0)
+    signals = np.array([row["detail_rms"][:levels] for row in rows if row["status"] == "ok"])
+    weakest = signals.min(axis=0) if len(signals) else np.full(levels, np.nan)
+    return tuple(NoiseOfLevel(float(noisiest[level]), float(weakest[level])) for level in range(levels))
+
+
+def _autocovariance(run: RunParameters) -> tuple[float, ...]:
+    """Autocovariance of noise and quantisation in the chamber-1 pressure [Pa²]."""
+    sensor = run.pressure_1_sensor
+    variance, *others = noise_autocovariance(sensor, run.measurement, run.record)
+    return variance + quantisation_noise(sensor.resolution) ** 2, *others
+
+
+def _failures(modes: Sequence[ModeOfRun]) -> Iterator[str]:
     failed: dict[str, list[str]] = {}
-    for mode in (mode for mode in found.modes if mode.status != "ok"):
+    for mode in (mode for mode in modes if mode.status != "ok"):
         modulus = shown_value("fluid.bulk_modulus", mode.bulk_modulus)
         condition = f"EBM {modulus} with K_i {mode.leakage_coefficient:.3g}"
         failed.setdefault(mode.status, []).append(condition)
     for status, conditions in failed.items():
-        yield f"{status}: {len(conditions)} of {counted(len(found.modes), 'run')}, at {few_of(conditions)}"
+        different = list(dict.fromkeys(conditions))
+        more = f" and {len(different) - _FEW:,} more" if len(different) > _FEW else ""
+        of = f"{len(conditions)} of {counted(len(modes), 'run')}"
+        yield f"{status}: {of}, at {', '.join(different[:_FEW])}{more}"
 
 
-def _warnings(found: Inspection) -> Iterator[str]:
-    modes = {(mode.frequency, mode.bulk_modulus): mode for mode in found.modes}
-    near = (key for key, mode in modes.items() if mode.octaves_to_edge < NEAR_BAND_EDGE)
-    if found.has_wavelets:
-        yield from (f"{text}. {_REMEDY_OF_BANDS}" for text in near_edge_warnings(near, len(modes)))
-    yield from found.folding
-    yield from found.unmeasured
-    yield from record_warnings(found.n_period, found.boundary_shares)
-    for level, noise in enumerate(found.noise, 1):
-        if noise.share > MUCH_NOISE:
+def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """A sentence on each reason for which an indicator has no numbers of runs that are computed."""
+    reasons = Counter(
+        (label, str(row[f"{label}{OBSTACLE}"]))
+        for job, row in zip(jobs, rows, strict=True)
+        if row["status"] == "ok"
+        for label in job.analysis.indicators
+    )
+    for (label, reason), count in reasons.items():
+        if reason:
+            yield f"{label} has no numbers in {count} of {counted(len(rows), 'run')}: {reason}"
+
+
+def _noise_warnings(noise: Sequence[NoiseOfLevel]) -> Iterator[str]:
+    for level, each in enumerate(noise, 1):
+        if each.share > MUCH_NOISE:
             yield (
-                f"sensor noise is {noise.share:.0%} of the weakest run's d{level}"
-                f" and raises its RMS by {math.hypot(1.0, noise.share) - 1.0:.1%}"
+                f"sensor noise is {each.share:.0%} of the weakest run's d{level}"
+                f" and raises its RMS by {math.hypot(1.0, each.share) - 1.0:.1%}"
             )
-    fullest = max((mode.stroke_share for mode in found.modes if mode.status == "ok"), default=0.0)
+
+
+def _verdict_warnings(modes: Sequence[ModeOfRun]) -> Iterator[str]:
+    ended = [mode for mode in modes if mode.status == "ok"]
+    fullest = max((mode.stroke_share for mode in ended), default=0.0)
     if fullest > FULL_STROKE:
         yield f"{fullest:.0%} of the stroke is used; a chamber all but vanishes"
-    for word in sorted({mode.verdict for mode in found.modes if mode.status == "ok"} - {"ok"}):
-        count = sum(mode.verdict == word for mode in found.modes)
-        yield f"{word}: {count} of {counted(len(found.modes), 'run')}"
+    for word, count in sorted(Counter(mode.verdict for mode in ended).items()):
+        if word != "ok":
+            yield f"{word}: {count} of {counted(len(modes), 'run')}"

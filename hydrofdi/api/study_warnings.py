@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from hydrofdi.assessment.online_warnings import online_warnings
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.config.study.alike import records_alike
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.config.sweeps.distributions import quantiles
 from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.scoring import EXTRA, has_extra
+from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judged import rules_of
 from hydrofdi.studies.left_out import asks_for_extra
 from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.run_lengths.judgement import time_needed
+from hydrofdi.studies.run_lengths.traces import watched_instants
 
 
 def study_warnings(experiment: ExperimentConfig) -> list[str]:
@@ -25,11 +29,14 @@ def study_warnings(experiment: ExperimentConfig) -> list[str]:
     if experiment.study is None:
         return []
     rules = rules_of(experiment.detection)
-    sentences = [*_fit_warnings(experiment, rules), *_count_warnings(experiment.study, rules)]
-    sentences += _shifts_inside(experiment.study)
-    sentences += _free_supply_sensors(experiment)
-    sentences += online_warnings(experiment)
-    sentences += records_alike(experiment)
+    sentences = [
+        *_fit_warnings(experiment, rules),
+        *_count_warnings(experiment.study, rules),
+        *_shifts_inside(experiment.study),
+        *_free_supply_sensors(experiment),
+        *_online_warnings(experiment),
+        *records_alike(experiment),
+    ]
     if asks_for_extra(experiment.detection) and not has_extra():
         sentences.append(f"the report will leave out scores that need the extra: {EXTRA}")
     return sentences
@@ -49,7 +56,7 @@ def _free_supply_sensors(experiment: ExperimentConfig) -> Iterator[str]:
 def _fit_warnings(experiment: ExperimentConfig, rules: Rules) -> Iterator[str]:
     """A sentence on healthy fit records that are too few for thresholds on one side, or on both."""
     assert experiment.study is not None
-    n_fit, of_both = experiment.study.healthy.fit, two_sided_scores(experiment)
+    n_fit, of_both = experiment.study.healthy.fit, _two_sided_scores(experiment)
     one, both = (rules.records_for_threshold(each) for each in (Direction.RISING, Direction.BOTH))
     on_both = f"scores that may alarm on both sides, such as {of_both[0]}" if of_both else ""
     rule = f"for {100.0 * rules.false_alarm_rate:g} % false alarms, {rules.threshold} needs"
@@ -60,7 +67,7 @@ def _fit_warnings(experiment: ExperimentConfig, rules: Rules) -> Iterator[str]:
         yield f"study.healthy.fit = {n_fit} sets no threshold for {on_both}: {rule} {both} records"
 
 
-def two_sided_scores(experiment: ExperimentConfig) -> list[str]:
+def _two_sided_scores(experiment: ExperimentConfig) -> list[str]:
     """Scores of the indicators whose definition does not say in which direction a fault moves them."""
     judged = experiment.detection.indicators
     return [
@@ -114,3 +121,53 @@ def _usual_range(distribution: dict[Any, list[Any]]) -> tuple[float, float]:
     """Where all but one in a hundred draws lie; not a number if they are not numbers."""
     low, high = quantiles(distribution, np.array([0.005, 0.995]))
     return (float(low), float(high)) if isinstance(low, int | float) else (np.nan, np.nan)
+
+
+def _online_warnings(experiment: ExperimentConfig) -> Iterator[str]:
+    """A sentence on leaks that do not set in while they are watched, and on too few healthy hours."""
+    study, online = experiment.study, experiment.detection.online
+    if study is None or online is None:
+        return
+    if study.faults is not None:
+        yield from _onset_warnings(experiment, study.faults.parameter)
+    made = experiment.indicator_choice.made(experiment.wavelet)
+    for label in dict.fromkeys(chart.of.partition(".")[0] for chart in online.charts.values()):
+        indicator = made[label]
+        assert isinstance(indicator, RecursiveIndicator)
+        instants = watched_instants(indicator, experiment.nominal_parameters)
+        if instants.size < 2:
+            yield f"the trace of {label} ends before its transient of {indicator.options.transient:g} s"
+            continue
+        onset = experiment.leakage.onset_time
+        if experiment.leakage.onset != "constant" and not instants[0] < onset < instants[-1]:
+            yield (
+                f"leakage.onset_time = {onset:g} s is outside of what charts watch of {label}, from"
+                f" {instants[0]:g} s to {instants[-1]:g} s: no delay is stated"
+            )
+        duration, every = float(instants[1] - instants[0]) * instants.size, max(online.false_alarm_every)
+        proof = time_needed(every, experiment.detection.confidence)
+        for key, count, needed, cannot in (
+            ("fit", study.healthy.fit, every, "set no limit"),
+            ("test", study.healthy.test, proof, "do not show that a limit holds"),
+        ):
+            if count * duration < needed:
+                yield (
+                    f"study.healthy.{key} = {counted(count, 'record')} {cannot} for {every / 3600.0:g} h"
+                    f" between false alarms: {label} needs {math.ceil(needed / duration - 1e-9):,} of them"
+                    f" ({needed / 3600.0:.3g} h)"
+                )
+
+
+def _onset_warnings(experiment: ExperimentConfig, parameter: str) -> Iterator[str]:
+    if "leakage.onset" in experiment.varied_names:
+        return
+    if experiment.leakage.onset == "constant":
+        yield (
+            "leakage.onset = constant: leaks are there from the start: no delay is stated; give"
+            " leakage: {onset: step, onset_time: …}"
+        )
+    elif parameter == "leakage.internal_flow" and experiment.baseline.get("leakage.onset") != "constant":
+        yield (
+            f"leakage.onset = {experiment.leakage.onset}: levels of faults are means over whole records;"
+            " baseline: {leakage.onset: constant} makes them the flow after the onset"
+        )

@@ -70,7 +70,7 @@ def open_source(
 
 
 def _folder(path: Path, channels: Collection[Channel], sampling_frequency: float | None) -> RecordSource:
-    from hydrofdi.pipeline.places import require_single, results_files
+    from hydrofdi.api.stored import require_single, results_files
     from hydrofdi.records.measured import plain_files, plain_folder_source
     from hydrofdi.store.request import REQUEST_FILE
 
@@ -94,7 +94,7 @@ def _folder(path: Path, channels: Collection[Channel], sampling_frequency: float
 
 
 def _stored(path: Path, channels: Collection[Channel]) -> RecordSource:
-    from hydrofdi.pipeline.results import read_results
+    from hydrofdi.api.stored import read_results
     from hydrofdi.store.records import StoredRecords
 
     return StoredRecords(read_results(path), str(path), channels)
@@ -118,8 +118,8 @@ def _described(path: Path, name: str, channels: Collection[Channel], settings: S
         from hydrofdi.records.measured import measured_source
 
         return measured_source(path)
+    from hydrofdi.api.records.simulated import SimulatedRecords
     from hydrofdi.config import load_experiment
-    from hydrofdi.pipeline.simulated import SimulatedRecords
 
     return SimulatedRecords(load_experiment(path, settings), name, channels)
 

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+from hydrofdi.api.assumed_plant import assumed_plants
+from hydrofdi.api.detectors.healthy_records import labels_of_healthy
+from hydrofdi.api.healthy_control import conclusion, ranked_by_control
 from hydrofdi.config.study.detection import ScoreConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
@@ -14,9 +17,6 @@ from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.plausibility import Doubt, summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources
-from hydrofdi.pipeline.assumed_plant import assumed_plants
-from hydrofdi.pipeline.healthy_control import conclusion, ranked_by_control
-from hydrofdi.pipeline.healthy_records import labels_of_healthy
 from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.studies.detecting import detect

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from math import isfinite
 from numbers import Real
 from os import PathLike
 from pathlib import Path
@@ -11,12 +12,10 @@ from typing import Any
 
 from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.inspection import Inspection, inspect_experiment
 from hydrofdi.api.page import html_sentences
-from hydrofdi.assessment.convergence import Convergence, converge
-from hydrofdi.assessment.inspection import Inspection, inspect_experiment
-from hydrofdi.assessment.leakage_targets import LeakageTarget, calibrate_flows
-from hydrofdi.assessment.selection import select_runs
-from hydrofdi.assessment.study_warnings import study_warnings
+from hydrofdi.api.selection import Convergence, LeakageTarget, calibrate_flows, converge, select_runs
+from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.config.shown_values import shown_in
@@ -45,7 +44,7 @@ class Check:
     @property
     def problems(self) -> list[str]:
         """Problems that make the results wrong."""
-        problems = self.inspection.problems
+        problems = [*self.inspection.problems]
         if self.convergence is not None and self.convergence.good_enough is None:
             problems.append("none of the tested steps is short enough")
         return problems
@@ -54,6 +53,15 @@ class Check:
     def warnings(self) -> list[str]:
         """Warnings to keep in mind when you read the results."""
         return list(dict.fromkeys([*self.settings, *self.inspection.warnings]))
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``hydrofdi check --json`` prints; None in place of what is not finite."""
+        record = asdict(self.inspection) | {"binding": self.inspection.binding}
+        record |= {"problems": self.problems, "warnings": self.warnings}
+        if self.convergence is not None:
+            record["convergence"] = asdict(self.convergence) | {"good_enough": self.convergence.good_enough}
+        cleaned: dict[str, Any] = _plain(record)
+        return cleaned
 
     def __bool__(self) -> bool:
         return not self.problems
@@ -68,6 +76,14 @@ class Check:
     def _repr_html_(self) -> str:
         title = "Results would be wrong" if self.problems else "No problems"
         return html_sentences(title, self._sentences() or ["no warnings"])
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def check(

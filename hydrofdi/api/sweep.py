@@ -1,20 +1,30 @@
-"""A sweep from its plan to its experiment file."""
+"""``hydrofdi sweep``: from its plan to its experiment file."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field, replace
+from os import PathLike
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
+from hydrofdi.api.arguments import choice_of, count_of
+from hydrofdi.api.changes import replaced_settings
+from hydrofdi.api.experiments import Experiment, stated_experiment
+from hydrofdi.api.places import path_of
+from hydrofdi.api.plan import SweepPlan, plan_sweep
+from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
+from hydrofdi.api.results import Results
+from hydrofdi.api.stored import experiment_directory, experiment_file, library_versions, read_results
 from hydrofdi.compilation.compiling import cache_directory
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.run_table.runs import Runs
-from hydrofdi.errors import StoreError, SweepInterrupted
+from hydrofdi.config.shown_values import shown_in
+from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted
 from hydrofdi.execution import (
     Batch,
     BatchReceipt,
@@ -32,10 +42,6 @@ from hydrofdi.execution import (
 )
 from hydrofdi.execution.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
-from hydrofdi.pipeline.changes import replaced_settings
-from hydrofdi.pipeline.places import experiment_file, library_versions
-from hydrofdi.pipeline.planning import SweepPlan, plan_sweep
-from hydrofdi.pipeline.watching import COEFFICIENTS, RUNS, Nobody, Watcher
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.counting import counted
 from hydrofdi.simulation import run_identities
@@ -56,6 +62,8 @@ from hydrofdi.store.folder.provenance import add_provenance, environment_record,
 from hydrofdi.store.reading import is_current, read_obstacles, read_statuses, read_verdicts
 from hydrofdi.store.request import REQUEST_FILE, read_request, require_same_experiment, write_request
 from hydrofdi.store.results import MISSING
+
+ENGINES = ("local", "in-process", "dask")
 
 
 @dataclass(frozen=True)
@@ -100,11 +108,105 @@ class SweepSummary:
         return self.planned - self.statuses.get(MISSING, 0)
 
 
+def sweep(
+    experiment: Experiment,
+    /,
+    *,
+    out: str | PathLike[str] | None = None,
+    workers: int | None = None,
+    engine: Literal["local", "in-process", "dask"] = "local",
+    scheduler: str | None = None,
+    shared_directory: bool = True,
+    retry_failed: bool = False,
+    progress: bool | Callable[[Progress], object] = False,
+    **settings: Any,
+) -> Results:
+    """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
+
+    Parameters
+    ----------
+    experiment : path, mapping or ExperimentConfig
+        YAML file, or what would stand in one.
+    out : path, optional
+        Folder of the results; ``results/<name>`` where it is left out.
+    workers : int, optional
+        Processes; the cores that hydrofdi may use where it is left out.
+    engine : {"local", "in-process", "dask"}
+        In processes of their own, in this one, or on a Dask cluster.
+    scheduler : str, optional
+        Address of the Dask scheduler, such as ``tcp://host:8786``.
+    shared_directory : bool
+        Whether Dask workers reach the folder of the results.
+    retry_failed : bool
+        Whether runs that raised, hung or lost their worker are tried again.
+    progress : bool or callable
+        True shows warnings and progress on standard error; a function is called with each `Progress`.
+    **settings
+        As in `hydrofdi.simulate`.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake; nothing is written then.
+    StoreError
+        The folder is in use, or cannot be written.
+    KeyboardInterrupt
+        Ctrl-C: a `SweepInterrupted`, after what ran is stored; the same call continues from there.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
+    >>> study = {"name": "stiffness", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> results
+    2 runs in results/stiffness: 2 ok; ... warnings, see .warnings
+    >>> results.dataset.chamber_1_pressure.sizes["run"]
+    2
+    >>> results.statuses
+    {'ok': 2}
+    """
+    with watching(progress) as watcher:
+        loaded = stated_experiment(experiment, settings)
+        n_worker = None if workers is None else count_of("workers", workers)
+        directory = experiment_directory(loaded, None if out is None else path_of(out))
+        chosen = _engine(
+            choice_of("engine", engine, ("local", "in-process", "dask")),
+            n_worker,
+            scheduler,
+            shared_directory=shared_directory,
+        )
+        with shown_in(loaded.units):
+            summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed)
+    if summary.interrupted:
+        raise SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)
+    return Results(read_results(directory), summary)
+
+
+def _engine(name: str, workers: int | None, scheduler: str | None, *, shared_directory: bool) -> Engine:
+    """An engine by its name; `workers` of a local pool are by default the cores that this process may use.
+
+    Raises
+    ------
+    ConfigError
+        The options do not fit the engine, or Dask is not installed.
+    """
+    if name == "dask":
+        if not isinstance(scheduler, str):
+            raise ConfigError("the engine dask needs scheduler=tcp://host:port")
+        from hydrofdi.execution.dask_cluster import DaskEngine
+
+        return DaskEngine(scheduler, shared_directory=shared_directory)
+    if scheduler is not None or not shared_directory:
+        raise ConfigError("scheduler and shared_directory need engine=dask")
+    return InProcessEngine() if name == "in-process" else LocalPoolEngine(workers or available_cores())
+
+
 def run_sweep(
     experiment: ExperimentConfig,
     directory: Path,
     engine: Engine | None = None,
-    watcher: Watcher | None = None,
+    watcher: Watching | None = None,
     *,
     retry_failed: bool = False,
 ) -> SweepSummary:
@@ -117,7 +219,7 @@ def run_sweep(
         Folder of the results.
     engine : Engine, optional
         Where the runs are computed, not entered yet; by default a pool of processes on this machine.
-    watcher : Watcher, optional
+    watcher : Watching, optional
         Receives news of the progress.
     retry_failed : bool
         Whether runs that failed without a result are tried again.
@@ -134,14 +236,14 @@ def run_sweep(
     """
     start, completed = time.perf_counter(), 0
     engine = engine or LocalPoolEngine(available_cores())
-    watcher = watcher or Nobody()
+    watcher = watcher or watching(False)
     require_unlocked(directory)
     require_same_experiment(directory, experiment)
     if not (directory / REQUEST_FILE).exists():
         require_replaceable(experiment_file(directory, experiment))
     watcher.tell(f"planning {experiment.name}")
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
-    for warning in plan.warnings:
+    for warning in plan.doubts:
         watcher.tell(f"warning: {warning}")
     if replaced := replaced_settings(directory, experiment):
         watcher.tell(replaced)
@@ -200,7 +302,7 @@ def _write_file(
     return file
 
 
-def _announce(plan: SweepPlan, engine: Engine, watcher: Watcher) -> None:
+def _announce(plan: SweepPlan, engine: Engine, watcher: Watching) -> None:
     """Announce what will be done."""
     if not plan.missing:
         return
@@ -212,7 +314,7 @@ def _announce(plan: SweepPlan, engine: Engine, watcher: Watcher) -> None:
 
 
 def _jobs(
-    plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watcher
+    plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
 ) -> tuple[list[Job], list[JobFailure]]:
     """Jobs of the missing runs, and those that failed while K_i was solved."""
     simulated, failures = plan.simulated, dict[int, TaskFailure]()
@@ -236,7 +338,7 @@ def _coefficients(
     engine: Engine,
     known: dict[str, float],
     lost: dict[int, TaskFailure],
-    watcher: Watcher,
+    watcher: Watching,
 ) -> list[float]:
     if n_unsolved := unsolved_conditions(runs, known):
         watcher.begin(COEFFICIENTS, n_unsolved)
@@ -262,7 +364,7 @@ def _may_lack_leaks(plan: SweepPlan) -> bool:
     )
 
 
-def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watcher) -> None:
+def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watching) -> None:
     """Clear away what earlier sweeps left unusable, and keep what this one asks for."""
     for shard in plan.index.damaged:
         shard.unlink(missing_ok=True)
@@ -283,7 +385,7 @@ def _clear_away(directory: Path) -> None:
             remove_leftovers(directory)
 
 
-def _finish_early(engine: Engine, watcher: Watcher) -> None:
+def _finish_early(engine: Engine, watcher: Watching) -> None:
     engine.cancel()
     watcher.tell("finishing the runs in progress and storing them; press Ctrl-C again to stop at once")
 
@@ -291,7 +393,7 @@ def _finish_early(engine: Engine, watcher: Watcher) -> None:
 class _Recorder:
     """Runs jobs and keeps log, failures and progress."""
 
-    def __init__(self, plan: SweepPlan, watcher: Watcher) -> None:
+    def __init__(self, plan: SweepPlan, watcher: Watching) -> None:
         self._plan = plan
         self._watcher = watcher
         self._log = RunLog(plan.directory)

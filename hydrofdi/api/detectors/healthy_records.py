@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
+from hydrofdi.api.detectors.healthy_runs import HealthyRuns, healthy_simulated, healthy_stored
+from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.record_measures import samples_digest
-from hydrofdi.pipeline.healthy_runs import HealthyRuns, healthy_simulated, healthy_stored
-from hydrofdi.pipeline.simulated import SimulatedRecords
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.records.measured.source import MeasuredSource

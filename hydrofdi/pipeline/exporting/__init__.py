@@ -1,1 +1,0 @@
-"""Records of any source as files of other programs."""

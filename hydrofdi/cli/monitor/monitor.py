@@ -112,7 +112,7 @@ def _view(json: bool) -> Shown:
     console = terminal()
     if json or not console.is_terminal or console.is_dumb_terminal:
         return json_lines(sys.stdout)
-    from hydrofdi.cli.monitor.live import LiveView
+    from hydrofdi.cli.monitor.live_view import LiveView
 
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")

@@ -1,24 +1,62 @@
-"""The data of a live view: last samples, last windows, and counts."""
+"""What a live view knows of a stream: arrivals, last samples, last windows, and counts."""
 
 from __future__ import annotations
 
+import time
 from collections import Counter, deque
 from collections.abc import Sequence
 
 import numpy as np
 
 from hydrofdi.api.monitoring.lines import Condition, Event, EventKind, Line, WindowLine
-from hydrofdi.cli.monitor.live.arrivals import Arrivals
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
-_MOST_WINDOWS, _MOST_EVENTS, _MOST_SAMPLES = 600, 50, 50_000
+_MOST_WINDOWS, _MOST_EVENTS, _MOST_SAMPLES = 100, 50, 50_000
 _SECONDS_WITHOUT_WINDOWS = 10.0
-"""Duration that is plotted if estimates are judged."""
+"""Duration whose samples are summed up if estimates are judged."""
+_SECONDS_OF_RATE = 5.0
+"""Duration over which the rate of samples is averaged."""
 _SILENT_AFTER = 5.0
 """Least time without samples after which the last condition is out of date [s]."""
+
+
+class Arrivals:
+    """Arrival times of samples."""
+
+    def __init__(self) -> None:
+        self._opened = time.monotonic()
+        self._last: float | None = None
+        self._least_delay = float("inf")
+        self._counts: deque[tuple[float, int]] = deque()
+        self.lag = 0.0
+        """Delay of the last sample, relative to the sample with the smallest delay [s]."""
+
+    def add(self, n_time: int, instant: float) -> None:
+        """Note that `n_time` samples arrived, the last with the time stamp `instant` [s]."""
+        self._last = now = time.monotonic()
+        self._least_delay = min(self._least_delay, now - instant)
+        self.lag = now - instant - self._least_delay
+        self._counts.append((now, n_time))
+
+    @property
+    def age(self) -> float:
+        """Time since the start [s]."""
+        return time.monotonic() - self._opened
+
+    @property
+    def rate(self) -> float:
+        """Samples per second, over the last seconds [Hz]."""
+        while self._counts and time.monotonic() - self._counts[0][0] > _SECONDS_OF_RATE:
+            self._counts.popleft()
+        return sum(n_time for _, n_time in self._counts) / min(_SECONDS_OF_RATE, max(self.age, 0.2))
+
+    @property
+    def silence(self) -> float:
+        """Time since the last arrival [s]."""
+        return self.age if self._last is None else time.monotonic() - self._last
 
 
 class Watched:
@@ -43,7 +81,7 @@ class Watched:
     n_unread, unread_text : int, str
         Number of malformed lines or messages since the last sample, and the text about the first.
     n_tail : int
-        Number of samples of a channel that are plotted.
+        Number of last samples of a channel that are kept.
     is_connected : bool or None
         None for sources that have no connection.
     """
@@ -64,7 +102,9 @@ class Watched:
         self.is_connected: bool | None = None
         n_wanted = file.n_sample or round(_SECONDS_WITHOUT_WINDOWS * file.sampling_frequency)
         self.n_tail = max(min(n_wanted, _MOST_SAMPLES), 1)
-        self._tails: dict[Channel, deque[float]] = {each: deque(maxlen=self.n_tail) for each in plotted(file)}
+        self._tails: dict[Channel, deque[float]] = {
+            each: deque(maxlen=self.n_tail) for each in Channel if each in file.channels
+        }
 
     def take(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         """Take samples and their lines."""
@@ -111,14 +151,10 @@ class Watched:
     def _was_connected(self) -> bool:
         return self.time is not None if self.is_connected is None else self.is_connected
 
-    def tail(self, channel: Channel) -> Array:
-        """Last samples of a channel: those of a window, unless it is very long."""
-        return np.array(self._tails[channel])
-
     @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Plotted channels that have samples."""
-        return tuple(channel for channel, tail in self._tails.items() if tail)
+    def tails(self) -> dict[Channel, Array]:
+        """Last samples of the channels that have some: those of a window, unless it is very long."""
+        return {channel: np.array(tail) for channel, tail in self._tails.items() if tail}
 
     @property
     def n_judged(self) -> int:
@@ -130,10 +166,3 @@ class Watched:
         """Whether the present condition is unknown: no connection, or no samples for two windows."""
         patience = max(_SILENT_AFTER, 2.0 * self.file.n_sample / self.file.sampling_frequency)
         return self.is_connected is False or self.time is None or self.arrivals.silence > patience
-
-
-def plotted(file: DetectorFile) -> tuple[Channel, ...]:
-    """The channels of a detector that are plotted: two, pressures first."""
-    return tuple(
-        sorted(file.channels, key=lambda each: (not each.is_pressure, list(Channel).index(each)))[:2]
-    )

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
+from hydrofdi.cli.folding import Folded
 from hydrofdi.report.table import Column, Table
 
 _GAP, _SENTENCE = 2, 24
@@ -28,7 +29,7 @@ def print_table(console: Console, table: Table, n_row: int | None = None) -> Non
         for position, row in enumerate(rows):
             if position in table.breaks:
                 grid.add_row()
-            grid.add_row(*(Text(row[at][0], "bold" if row[at][1] else "") for at in places))
+            grid.add_row(*(_cell(table.shown[at], *row[at]) for at in places))
         console.print(grid)
     if len(rows) < len(table):
         console.print(f"… the first {len(rows)} of {len(table):,} rows")
@@ -36,9 +37,16 @@ def print_table(console: Console, table: Table, n_row: int | None = None) -> Non
         console.print(Text(note, style="dim"))
 
 
+def _cell(column: Column, text: str, is_strong: bool) -> Text | Folded:
+    """A text with a mark that also shows without bold type."""
+    shown = text + ("*" if is_strong else " " if column.strong and not column.is_text else "")
+    return (Folded if column.is_text else Text)(shown, "bold" if is_strong else "")
+
+
 def _lines(column: Column) -> str:
-    """A heading with its unit in a line of its own."""
-    return column.heading.replace(" [", "\n[")
+    """A heading with its unit in a line of its own, above the room for a mark."""
+    room = " " if column.strong and not column.is_text else ""
+    return column.heading.replace(" [", f"{room}\n[") + room
 
 
 def _parts(

@@ -91,17 +91,13 @@ def compose_general(analysis: Analysis) -> Document:
         return compose_empty(analysis, lead)
     blocks = (
         remarks_block(analysis.data),
-        varied_block(analysis),
-        holes_block(analysis),
-        doubts_block(analysis),
+        *answers(varied_block(analysis), holes_block(analysis), doubts_block(analysis)),
         external_block(analysis),
-        *_responses(analysis),
-        *details(
-            changes_block(analysis) if analysis.has_details else None,
-            settled_block(analysis),
-            replicates_block(analysis),
-            *indicator_blocks(analysis),
-        ),
+        *responses_blocks(analysis),
+        changes_block(analysis) if analysis.has_details else None,
+        settled_block(analysis),
+        replicates_block(analysis),
+        *indicator_blocks(analysis),
         provenance_block(analysis.data),
     )
     return document_of(analysis.table.name, lead, blocks)
@@ -111,29 +107,17 @@ def compose_empty(analysis: Analysis, lead: str) -> Document:
     """The sections of an experiment of which no run has results: what is missing, and the remedy."""
     blocks = (
         remarks_block(analysis.data),
-        holes_block(analysis),
-        varied_block(analysis),
+        *answers(holes_block(analysis), varied_block(analysis)),
         provenance_block(analysis.data),
     )
     return document_of(analysis.table.name, lead, blocks)
 
 
-def _responses(analysis: Analysis) -> tuple[Block | None, ...]:
-    """The first of them on the first page."""
-    first, *others = responses_blocks(analysis) or [None]
-    return first, *details(*others)
-
-
-def details(*blocks: Block | None) -> tuple[Block | None, ...]:
-    """Sections that the first page has no room for."""
-    return tuple(block and replace(block, is_detail=True) for block in blocks)
+def answers(*blocks: Block | None) -> tuple[Block | None, ...]:
+    """What a terminal shows, and shows last."""
+    return tuple(block and replace(block, is_answer=True) for block in blocks)
 
 
 def document_of(title: str, lead: str, blocks: Iterable[Block | None]) -> Document:
-    """A report of the sections that there are, without empty sheets."""
-    kept = tuple(_without_empty_sheets(block) for block in blocks if block is not None)
-    return Document(title, (lead,), kept)
-
-
-def _without_empty_sheets(block: Block) -> Block:
-    return replace(block, sheets=tuple(sheet for sheet in block.sheets if len(sheet.rows)))
+    """A report of the sections that there are."""
+    return Document(title, (lead,), tuple(block for block in blocks if block is not None))

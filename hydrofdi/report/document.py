@@ -1,7 +1,4 @@
-"""A report as sections of paragraphs and tables, free of any form.
-
-Every form (terminal, Markdown, the page) renders these same texts, so that none says anything else.
-"""
+"""A report as sections of paragraphs and tables, from which every form follows."""
 
 from __future__ import annotations
 
@@ -9,23 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar, overload
 
+from hydrofdi.report.table import Column, Table
+
 Source = TypeVar("Source")
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a sheet.
-
-    Attributes
-    ----------
-    text : str
-    is_strong : bool
-        Whether it stands out in its row.
-    value : float, str or None
-        What the text was made from, for programs.
-    mark : str
-        What follows a cell that stands out if there is no bold type.
-    """
+    """A cell of a `Sheet`."""
 
     text: str
     is_strong: bool = False
@@ -34,15 +22,7 @@ class Cell:
 
 
 class Rows(Sequence[tuple[Cell, ...]]):
-    """Rows of a sheet that are made when they are asked for: a terminal shows a few of many thousands.
-
-    Parameters
-    ----------
-    sources : sequence
-        What the rows are made from.
-    make : callable
-        Source → row.
-    """
+    """Rows of a `Sheet`, each made from a source."""
 
     def __init__(self, sources: Sequence[Source], make: Callable[[Source], tuple[Cell, ...]]) -> None:
         self._sources: Sequence[Any] = sources
@@ -63,31 +43,7 @@ class Rows(Sequence[tuple[Cell, ...]]):
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table.
-
-    Attributes
-    ----------
-    key : str
-        Identity within the report.
-    title : str
-    headers : tuple of str
-    rows : sequence of tuple of Cell
-        Each as long as `headers`.
-    breaks : tuple of int
-        Rows before which a gap or a line separates groups.
-    text_columns : tuple of int
-        Columns of words; the others hold numbers.
-    note : str
-        Legend below the table.
-    n_lead : int
-        Columns at the left that say what a row is, repeated where the others need several parts.
-    digest : Sheet or None
-        What forms for people show in its place, such as quantiles of thousands of rows.
-    page_rows : int or None
-        Rows that the first page of a terminal shows; None: as many as of any other table.
-    is_folded : bool
-        Whether the page shows it only when it is opened, and the terminal only says how long it is.
-    """
+    """A table by its cells: only until all sections have a `Table`."""
 
     key: str
     title: str
@@ -97,34 +53,46 @@ class Sheet:
     text_columns: tuple[int, ...] = ()
     note: str = ""
     n_lead: int = 1
-    digest: Sheet | None = None
-    page_rows: int | None = None
     is_folded: bool = False
 
-    @property
-    def shown(self) -> Sheet:
-        """Its digest, or itself if it has none."""
-        return self.digest or self
+    def as_table(self) -> Table:
+        """The same by its columns."""
+        rows = list(self.rows)
+        columns = [
+            Column(
+                header,
+                [row[place].text + (row[place].mark if row[place].mark != "*" else "") * row[place].is_strong
+                 for row in rows],
+                is_text=place in self.text_columns,
+                strong=tuple(k for k, row in enumerate(rows) if row[place].is_strong),
+            )
+            for place, header in enumerate(self.headers)
+        ]  # fmt: skip
+        notes = (self.note,) if self.note else ()
+        return Table(
+            tuple(columns), self.title, self.key, notes, self.breaks, self.n_lead, "row", self.is_folded
+        )
 
 
 @dataclass(frozen=True)
 class Block:
     """A section of a report: a heading, what the numbers say, tables, and names of figures.
 
-    A detail is what the first page of a report has no room for.
+    Answers are what a terminal shows of a report, and shows last.
     """
 
     key: str
     title: str
     paragraphs: tuple[str, ...] = ()
-    sheets: tuple[Sheet, ...] = ()
+    tables: tuple[Table | Sheet, ...] = ()
     figures: tuple[str, ...] = ()
-    is_detail: bool = False
+    is_answer: bool = False
 
     @property
-    def shown_sheets(self) -> tuple[Sheet, ...]:
-        """The tables, long ones as their digests."""
-        return tuple(sheet.shown for sheet in self.sheets)
+    def shown_tables(self) -> tuple[Table, ...]:
+        """The tables that have rows."""
+        made = (each.as_table() if isinstance(each, Sheet) else each for each in self.tables)
+        return tuple(table for table in made if len(table))
 
 
 @dataclass(frozen=True)

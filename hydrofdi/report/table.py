@@ -207,12 +207,10 @@ class Table:
 
     def to_markdown(self) -> str:
         """A pipe table."""
-        heads, sides = [_escaped(column.heading) for column in self.shown], ["---:", "---"]
+        heads, sides = [escaped(column.heading) for column in self.shown], ["---:", "---"]
         lines = [heads, [sides[column.is_text] for column in self.shown]]
         for row in self.texts():
-            lines.append(
-                [f"**{_escaped(text)}**" if is_strong else _escaped(text) for text, is_strong in row]
-            )
+            lines.append([f"**{escaped(text)}**" if is_strong else escaped(text) for text, is_strong in row])
         return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
     def to_html(self, n_row: int | None = None) -> str:
@@ -260,5 +258,6 @@ def library(name: str) -> Any:
         raise ReportError(f"{name} is not installed: pip install 'hydrofdi[{extra}]'") from None
 
 
-def _escaped(text: str) -> str:
+def escaped(text: str) -> str:
+    """A text for Markdown."""
     return text.replace("|", r"\|").replace("*", r"\*")

@@ -6,8 +6,8 @@ import pytest
 from rich.console import Console
 
 from hydrofdi.cli.folding import folded
-from hydrofdi.cli.sheet_grids import _fitting_grid
-from hydrofdi.report.document import Cell, Sheet
+from hydrofdi.cli.tables import print_table
+from hydrofdi.report.table import Column, Table
 
 
 @pytest.mark.parametrize(
@@ -28,11 +28,9 @@ def test_a_text_is_broken_at_blanks_points_and_underscores(text, width, lines):
 
 def test_a_table_breaks_no_part_of_a_name_at_80_columns():
     names = ["pressure_statistics.crest_factor_of_chamber_1 ↑", "cross_correlation.coefficient ↕"]
-    numbers = (Cell("0.0022", True), *(Cell("3.3 (0.4–12)") for _ in range(4)))
-    headers = ("Score", *(f"column {number} [L/min]" for number in range(5)))
-    sheet = Sheet("scores", "Scores", headers, tuple((Cell(name), *numbers) for name in names), (), (0,))
+    numbers = [Column(f"column {number} [L/min]", ["3.3 (0.4–12)"] * 2, strong=(0,)) for number in range(5)]
     console = Console(file=io.StringIO(), width=80)
-    console.print(_fitting_grid(sheet, console))
+    print_table(console, Table((Column("Score", names, is_text=True), *numbers)))
     shown = {line.split("  ")[0].strip() for line in console.file.getvalue().splitlines()}
     parts = [part for name in names for part in name.replace("_", "_ ").replace(".", ". ").split()]
     assert max(map(len, console.file.getvalue().splitlines())) <= 80

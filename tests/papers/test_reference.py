@@ -21,4 +21,4 @@ def test_a_deviation_beyond_the_tolerance_is_reported(made_up, break_cell):
 def test_a_report_without_published_values_says_that_there_are_none(paper_analysis):
     (block,) = [block for block in compose_study(paper_analysis).blocks if block.key == "reference"]
     assert "No published value is compared" in block.paragraphs[0]
-    assert block.sheets == ()
+    assert block.tables == ()

@@ -72,6 +72,7 @@ def made_up(tmp_path: Path) -> ExperimentData:
         names.EXTERNAL_LEAKAGE_FLOWS[0]: np.array([0.0] * 5 + [np.nan]),
         names.EXTERNAL_LEAKAGE_FLOWS[1]: np.array([0.0] * 5 + [np.nan]),
         "clipped_share": np.array([0.0] * 5 + [np.nan]),
+        "unusual_share": np.array([0.0] * 5 + [np.nan]),
         "pressure_variation": np.array([0.8] * 5 + [np.nan]),
         names.LARGEST_CHAMBER_1_PRESSURE: np.array([16.5e6] * 5 + [np.nan]),
         names.MEAN_CHAMBER_1_PRESSURE: np.array([8.6e6] * 5 + [np.nan]),

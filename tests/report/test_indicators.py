@@ -52,7 +52,7 @@ def block_of(report):
 
 
 def changes_of(report, axis):
-    sheet = next(sheet for sheet in block_of(report).sheets if sheet.key.endswith(axis))
+    sheet = next(sheet for sheet in block_of(report).tables if sheet.key.endswith(axis))
     return [tuple(cell.text for cell in row[1:]) for row in sheet.rows][:3]
 
 
@@ -61,7 +61,7 @@ def test_the_section_names_channels_options_and_healthy_values(with_ring):
     assert block.title == "Indicator ring (ring_down)"
     assert "chamber 1 pressure" in block.paragraphs[0]
     assert "the default ones" in block.paragraphs[0]
-    frequency = block.sheets[0].rows[0]
+    frequency = block.tables[0].rows[0]
     assert [cell.text for cell in frequency] == ["frequency", "natural frequency f_h", "Hz", "60", "1"], (
         "of one sealed run"
     )
@@ -88,7 +88,7 @@ def test_runs_without_a_number_are_named_with_the_reason(with_ring):
 def test_an_indicator_that_does_not_vary_says_so_and_has_no_changes(with_ring):
     block = block_of(with_ring(frequencies=[60.0] * 6))
     assert "None of its outputs differs" in block.paragraphs[-1]
-    assert len(block.sheets) == 1
+    assert len(block.tables) == 1
 
 
 def replicated(made_up):
@@ -167,7 +167,7 @@ def test_a_healthy_value_within_the_width_of_its_replicates_is_near_zero():
 
 def test_healthy_ranges_stand_in_a_table_and_in_the_columns(with_ring, made_up):
     report = with_ring(replicated(made_up), [*FREQUENCIES, 59.0, 61.0, 60.0, 60.0])
-    sheet = next(sheet for sheet in block_of(report).sheets if sheet.key.endswith("-healthy"))
+    sheet = next(sheet for sheet in block_of(report).tables if sheet.key.endswith("-healthy"))
     assert [cell.text for cell in sheet.rows[0]][2:4] == ["4", "60"]
     assert "2 of 5" in sheet.note
     line = next(csv.DictReader(io.StringIO(render_csv(report.columns()))))
@@ -178,4 +178,4 @@ def test_healthy_ranges_stand_in_a_table_and_in_the_columns(with_ring, made_up):
 def test_an_axis_without_effect_is_left_out_with_a_sentence(with_ring):
     block = block_of(with_ring(frequencies=[60.0, 66.0] * 3))
     assert "No output differs over Leakage [L/min]: not shown." in block.paragraphs
-    assert not [sheet for sheet in block.sheets if sheet.key.endswith("internal_flow")]
+    assert not [sheet for sheet in block.tables if sheet.key.endswith("internal_flow")]

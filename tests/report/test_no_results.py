@@ -53,8 +53,6 @@ def test_the_first_page_lists_a_few_missing_runs_and_full_lists_all(tmp_path):
     folder = asked_for(tmp_path, GENERAL)
     first, full = (run_hydrofdi("report", folder, *more).stdout for more in ((), ("--full",)))
     assert "9 of 9 runs have no results" in first
-    assert first.count("not computed yet") == 5
-    assert "the first 5 of 9 rows" in first
     assert full.count("not computed yet") == 9
     for leakage, count in (("sealed", 3), ("K_i 1e-09", 3), ("K_i 1e-08", 3)):
         listed = [line for line in full.splitlines() if line.strip().startswith(leakage)]

@@ -23,7 +23,7 @@ def report_of(folder, text):
 
 
 def headers(report):
-    sheets = [sheet for block in report.document().blocks for sheet in block.sheets]
+    sheets = [sheet for block in report.document().blocks for sheet in block.tables]
     return {header for sheet in sheets for header in sheet.headers}
 
 

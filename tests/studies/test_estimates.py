@@ -98,7 +98,7 @@ def test_records_without_an_estimate_are_counted_apart(data):
 def test_the_report_says_it_in_the_units_of_a_person(data):
     estimates = judge_estimates(data)
     block = estimates_block(estimates[0])
-    (sheet,) = block.sheets
+    (sheet,) = block.tables
     records = {(each["quantity"], each["population"]): each for each in estimate_records(estimates)}
     faults = judged(data)["internal_coefficient", "faults"]
     flow = faults.bias * np.sqrt(8e6) * 60e3
@@ -113,17 +113,17 @@ def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
     leakage = data.experiment.leakage.model_copy(update={"onset": "step", "onset_time": 2.0})
     later = replace(data, experiment=data.experiment.model_copy(update={"leakage": leakage}))
     assert {population for _, population in judged(later)} == {"healthy", "stiffer"}
-    (sheet,) = estimates_block(judge_estimates(later)[0]).sheets
+    (sheet,) = estimates_block(judge_estimates(later)[0]).tables
     assert "Faults are left out: leaks set in during the record" in sheet.note
-    (sheet,) = estimates_block(judge_estimates(data)[0]).sheets
+    (sheet,) = estimates_block(judge_estimates(data)[0]).tables
     assert "left out" not in sheet.note
 
 
 def test_estimates_that_state_no_deviation_are_named(data):
     told = with_columns(data, **{"observer.bulk_modulus": data.columns["balance.bulk_modulus"]})
-    (sheet,) = estimates_block(judge_estimates(told)[0]).sheets
+    (sheet,) = estimates_block(judge_estimates(told)[0]).tables
     assert "Not listed because they state no deviation: observer.bulk_modulus." in sheet.note
-    (sheet,) = estimates_block(judge_estimates(data)[0]).sheets
+    (sheet,) = estimates_block(judge_estimates(data)[0]).tables
     assert "Not listed" not in sheet.note
 
 

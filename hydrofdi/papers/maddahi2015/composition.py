@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.sections.standing import phases_block, standing
 from hydrofdi.papers.maddahi2015.sections.table2 import table2_block
 from hydrofdi.papers.maddahi2015.sections.table3 import table3_block
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.composition import compose_empty, details, document_of
+from hydrofdi.report.composition import answers, compose_empty, document_of
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.sections.changes import settled_block
 from hydrofdi.report.sections.doubts import doubts_block
@@ -43,22 +43,18 @@ def _blocks(study: Study) -> tuple[Block | None, ...]:
         remarks_block(study.data),
         holes_block(study),
         doubts_block(study),
-        *details(external_block(study)),
-        table3_block(study),
-        *details(
-            settled_block(study),
-            table2_block(study),
-            replicates_block(study, (D2, D3)),
-        ),
+        external_block(study),
+        *answers(table3_block(study)),
+        settled_block(study),
+        table2_block(study),
+        replicates_block(study, (D2, D3)),
         claims_block(study),
-        standing_block(study) if study.has_baseline else None,
-        *details(
-            phases_block(study) if study.has_baseline else None,
-            checks_block(study),
-            controls_block(study) if study.has_baseline else None,
-            reference_block(study),
-            *indicator_blocks(study),
-        ),
+        *answers(standing_block(study) if study.has_baseline else None),
+        phases_block(study) if study.has_baseline else None,
+        checks_block(study),
+        controls_block(study) if study.has_baseline else None,
+        reference_block(study),
+        *indicator_blocks(study),
         Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4")),
         provenance_block(study.data),
     )
@@ -67,9 +63,10 @@ def _blocks(study: Study) -> tuple[Block | None, ...]:
 def _ensemble_blocks(study: Study, scenarios: ScenarioStudy) -> tuple[Block | None, ...]:
     return (
         remarks_block(study.data),
-        guarded_block(study),
+        *answers(guarded_block(study)),
         doubts_block(study),
-        scenarios_block(scenarios),
-        *details(scenario_controls_block(scenarios), *indicator_blocks(study)),
+        *answers(scenarios_block(scenarios)),
+        scenario_controls_block(scenarios),
+        *indicator_blocks(study),
         provenance_block(study.data),
     )

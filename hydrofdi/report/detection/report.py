@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.report.composition import details, document_of
+from hydrofdi.report.composition import answers, document_of
 from hydrofdi.report.detection.answer import answer_block
 from hydrofdi.report.detection.caveats import caveats_block
 from hydrofdi.report.detection.columns import detection_lines
@@ -101,21 +101,22 @@ class DetectionReport:
         first = self.detections[0]
         missing = (None if self.progress is None else self.progress.block(), *self.before)
         if not self.has_results:
-            return document_of(self.name, _LEAD, (*missing, *self.after))
+            return document_of(self.name, _LEAD, (*answers(*missing), *self.after))
         blocks = (
-            *missing,
-            answer_block(first, is_complete=self.is_complete, remark=perfect_sentence(self._perfect)),
+            *answers(
+                *missing,
+                answer_block(first, is_complete=self.is_complete, remark=perfect_sentence(self._perfect)),
+            ),
             self.doubts,
-            *details(populations_block(first, self.varied, self.sensors), ranking_block(first)),
+            populations_block(first, self.varied, self.sensors),
+            ranking_block(first),
             false_alarms_block(first),
             run_lengths_block(self.run_lengths[0]) if self._has_charts and self.is_complete else None,
-            *details(
-                levels_block(first),
-                estimates_block(self.estimates[0]) if self.estimates else None,
-                why_block(first) if self.is_complete else None,
-                designs_block(self.detections) if self.is_complete else None,
-                caveats_block(first),
-            ),
+            levels_block(first),
+            estimates_block(self.estimates[0]) if self.estimates else None,
+            why_block(first) if self.is_complete else None,
+            designs_block(self.detections) if self.is_complete else None,
+            caveats_block(first),
             *self.after,
         )
         return document_of(self.name, _LEAD, blocks)

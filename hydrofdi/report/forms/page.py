@@ -6,13 +6,11 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from importlib.resources import files
 
-from hydrofdi.report.document import Block, Cell, Document, Sheet
+from hydrofdi.report.document import Block, Document
+from hydrofdi.report.table import Table
 
 _SHORT = 16
 """Largest number of rows of a table that stays on one printed page."""
-
-_TERM = 16
-"""Largest number of letters of a text that stays on one line, such as ``P1 P2 x u``."""
 
 
 def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:
@@ -26,7 +24,7 @@ def render_page(document: Document, figures: Mapping[str, str], captions: Mappin
     captions : mapping
         Name → caption.
     """
-    blocks = [block for block in document.blocks if block.paragraphs or block.sheets or block.figures]
+    blocks = [block for block in document.blocks if block.paragraphs or block.shown_tables or block.figures]
     style = files("hydrofdi.report.forms").joinpath("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
     lines = [
@@ -65,8 +63,8 @@ def _contents(blocks: list[Block]) -> Iterator[str]:
 def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, str]) -> Iterator[str]:
     yield f'<section id="section-{block.key}">\n<h2>{escape(block.title)}</h2>'
     yield from map(_paragraph, block.paragraphs)
-    for sheet in block.shown_sheets:
-        yield from _folded(sheet) if sheet.is_folded else _table(sheet)
+    for table in block.shown_tables:
+        yield from _table(table)
     for name in block.figures:
         if name in figures:
             yield f'<figure id="{name}" tabindex="0">\n{figures[name]}'
@@ -78,43 +76,12 @@ def _paragraph(text: str) -> str:
     return f"<p>{escape(text)}</p>"
 
 
-def _folded(sheet: Sheet) -> Iterator[str]:
-    yield f"<details>\n<summary>{escape(sheet.title)} ({len(sheet.rows)})</summary>"
-    yield from _table(sheet)
-    yield "</details>"
-
-
-def _table(sheet: Sheet) -> Iterator[str]:
-    short = " short" if len(sheet.rows) <= _SHORT else ""
-    title = escape(sheet.title)
-    yield f'<div class="table{short}" role="region" aria-label="{title}" tabindex="0">'
-    yield f'<table id="{sheet.key}">\n<caption>{title}</caption>\n<thead>\n<tr>'
-    for column, header in enumerate(sheet.headers):
-        yield f'<th scope="col"{_words(sheet, column)}>{escape(header)}</th>'
-    yield "</tr>\n</thead>\n<tbody>"
-    for position, row in enumerate(sheet.rows):
-        cells = "".join(
-            f"<td{_words(sheet, column, cell.text)}>{_cell(cell)}</td>" for column, cell in enumerate(row)
-        )
-        row_class = ' class="break"' if position in sheet.breaks else ""
-        yield f"<tr{row_class}>{cells}</tr>"
-    yield "</tbody>\n</table>"
-    if sheet.note:
-        yield f'<p class="note">{escape(sheet.note)}</p>'
-    yield "</div>"
-
-
-def _words(sheet: Sheet, column: int, text: str = "") -> str:
-    if column not in sheet.text_columns:
-        return ""
-    return ' class="words term"' if 0 < len(text) <= _TERM else ' class="words"'
-
-
-def _cell(cell: Cell) -> str:
-    text = escape(cell.text)
-    if cell.value is not None and cell.value == cell.value:
-        text = f'<data value="{escape(str(cell.value))}">{text}</data>'
-    return f"<strong>{text}</strong>" if cell.is_strong else text
+def _table(table: Table) -> Iterator[str]:
+    short = " short" if len(table) <= _SHORT else ""
+    shown = f'<div class="table{short}" role="region" aria-label="{escape(table.title)}" tabindex="0">'
+    shown += f"{table.to_html()}</div>"
+    summary = f"<summary>{escape(table.title)} ({len(table)})</summary>"
+    yield f"<details>\n{summary}\n{shown}\n</details>" if table.is_folded else shown
 
 
 def missing_figure(reason: str) -> str:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Cell, Rows, Sheet, group_breaks
 from hydrofdi.report.runs.rows import Levels, TableRow
 from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
 from hydrofdi.report.sections.doubts import doubt_cells, doubt_columns, doubt_headers, doubt_note
-from hydrofdi.report.sections.quantiles import MANY_ROWS, quantiles_sheet
 from hydrofdi.report.wording import (
     band_sentence,
     delta_cells,
@@ -155,7 +152,6 @@ def _sheet(analysis: Analysis, key: str, title: str, delta: Callable[[TableRow],
         text_columns=doubt_columns(table, len(lead_headers(table)) + table.n_level),
         note=doubt_note(table),
         n_lead=len(lead_headers(table)),
-        digest=_digest(analysis, key, title, levels, delta),
     )
 
 
@@ -163,20 +159,3 @@ def _breaks(table: SensitivityTable) -> tuple[int, ...]:
     """Where another leakage begins; nowhere if each row has its own."""
     breaks = group_breaks([row.leakage_request for row in table.rows])
     return breaks if len(breaks) < len(table.rows) - 1 else ()
-
-
-def _digest(
-    analysis: Analysis, key: str, title: str, levels: list[str], delta: Callable[[TableRow], Levels]
-) -> Sheet | None:
-    """Quantiles of δ over the swept runs, where these are many and their parameters sampled."""
-    is_sampled = any(found.axis.is_in_fifths for found in analysis.responses.axes)
-    if not is_sampled or len(analysis.table.rows) <= MANY_ROWS:
-        return None
-    swept = analysis.responses.runs
-    values = np.array([delta(row) for row in analysis.table.rows if swept[row.position]])
-    return quantiles_sheet(
-        f"{key}-quantiles",
-        f"{title}: quantiles over the runs",
-        "Level",
-        dict(zip(levels, values.T, strict=True)),
-    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.quality.failures import remedy
@@ -16,9 +15,6 @@ from hydrofdi.report.wording import lead_cells, lead_headers
 from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.results import MISSING
-
-_PAGE_ROWS = 5
-"""Runs without results that the first page lists."""
 
 
 def remarks_block(data: ExperimentData) -> Block | None:
@@ -43,20 +39,17 @@ def holes_block(analysis: Analysis) -> Block | None:
 
 
 def _sheet(table: SensitivityTable, holes: list[TableRow]) -> Sheet:
-    """All runs without results; pages for people show the first ones."""
+    """The first runs without results."""
     what = lead_headers(table)[:-1]
-    sheet = Sheet(
+    n_row = min(len(holes), MANY_ROWS)
+    title = f"Runs without results: the first {n_row} of {len(holes):,}"
+    return Sheet(
         "runs-without-results",
-        "Runs without results",
+        title if n_row < len(holes) else "Runs without results",
         (*what, "Status", "Reason"),
-        Rows(holes, lambda row: (*lead_cells(table, row)[:-1], Cell(row.status), Cell(row.message))),
+        Rows(holes[:n_row], lambda row: (*lead_cells(table, row)[:-1], Cell(row.status), Cell(row.message))),
         text_columns=(len(what), len(what) + 1),
-        page_rows=_PAGE_ROWS,
     )
-    if len(holes) <= MANY_ROWS:
-        return sheet
-    title = f"{sheet.title}: the first {MANY_ROWS} of {len(holes):,}"
-    return replace(sheet, digest=replace(sheet, title=title, rows=sheet.rows[:MANY_ROWS]))
 
 
 def _kinds(holes: list[TableRow]) -> Iterator[str]:

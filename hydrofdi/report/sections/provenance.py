@@ -41,7 +41,6 @@ def provenance_block(data: ExperimentData) -> Block:
             versions,
             replace(_settings_sheet("defaults", "Settings at their default values", others), is_folded=True),
         ),
-        is_detail=True,
     )
 
 

@@ -55,7 +55,7 @@ def detections():
 
 
 def rows(detections, key="designs"):
-    (sheet,) = (sheet for sheet in designs_block(detections).sheets if sheet.key == key)
+    (sheet,) = (sheet for sheet in designs_block(detections).tables if sheet.key == key)
     return sheet.headers, {row[0].text: [cell.text for cell in row[1:]] for row in sheet.rows}
 
 

@@ -41,7 +41,7 @@ def test_all_forms_say_the_same_numbers(detection, document, capsys, monkeypatch
         "page": render_page(document, {}, dict.fromkeys(document.figures, "")),
     }
     texts = {name: plain(form) for name, form in forms.items()}
-    sheets = {sheet.key: sheet for block in document.blocks for sheet in block.sheets}
+    sheets = {sheet.key: sheet for block in document.blocks for sheet in block.tables}
     for key in ("best", "scores", "shifts", "confusions", "levels"):
         for row in sheets[key].rows:
             numbers = [cell.text for cell in row[1:]]
@@ -144,7 +144,7 @@ def test_the_smallest_tested_level_is_a_limit():
     detection = judged(scores=easy)
     assert "easy finds 0.0" in answer_sentence(detection)
     assert "L/min or less nine times" in answer_sentence(detection)
-    assert "≤ 0.0" in answer_block(detection).sheets[0].rows[0][2].text
+    assert "≤ 0.0" in answer_block(detection).tables[0].rows[0][2].text
 
 
 def test_equal_sentences_on_many_scores_are_said_once():

@@ -16,7 +16,7 @@ from tests.report.detection.made_up import P1, P2, U, judged, made_up_records, m
 
 def first_page(detection):
     block = answer_block(detection)
-    return " ".join(block.paragraphs), block.sheets[0]
+    return " ".join(block.paragraphs), block.tables[0]
 
 
 @pytest.mark.parametrize("chosen", [{}, {"n_healthy": 200}, {"n_healthy": 20}])

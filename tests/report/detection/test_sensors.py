@@ -47,7 +47,7 @@ def report(study, *settings) -> DetectionReport:
 def test_a_report_shows_the_sensors_and_says_which_have_no_noise(study):
     made = report(study)
     blocks = {block.key: block for block in made.document().blocks}
-    (sheet,) = [sheet for sheet in blocks["populations"].sheets if sheet.key == "sensors"]
+    (sheet,) = [sheet for sheet in blocks["populations"].tables if sheet.key == "sensors"]
     rows = {row[0].text.split()[0]: [cell.text for cell in row[1:]] for row in sheet.rows}
     assert rows["P1"] == ["5 kPa", "1 kPa", "–"]
     assert rows["xv"][0] == rows["Ps"][0] == "none"

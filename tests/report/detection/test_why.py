@@ -34,7 +34,7 @@ def detection():
 
 
 def cells(block, key):
-    (sheet,) = (sheet for sheet in block.sheets if sheet.key == key)
+    (sheet,) = (sheet for sheet in block.tables if sheet.key == key)
     return {
         row[0].text: [cell.text.replace("\N{NO-BREAK SPACE}", " ") for cell in row[1:]] for row in sheet.rows
     }
@@ -88,7 +88,7 @@ def test_the_tornado_has_a_bar_on_both_sides_for_each_nuisance_and_all(detection
 
 def test_without_leaks_there_are_shares_and_no_tornado():
     block = why_block(judged(levels=()))
-    assert [sheet.key for sheet in block.sheets if len(sheet.rows)] == ["nuisances-1"]
+    assert [sheet.key for sheet in block.tables if len(sheet.rows)] == ["nuisances-1"]
     assert block.figures == ()
     with pytest.raises(ReportError, match=r"study\.sensitivity\.alone"):
         draw_tornado(judged(levels=()))

@@ -94,7 +94,7 @@ def test_where_each_run_is_its_own_baseline_the_features_stand_themselves(tmp_pa
 
 def test_the_table_counts_the_runs_that_have_numbers(made_up):
     responses, *_ = responses_blocks(analyze(made_up))
-    sheet = responses.sheets[1]
+    sheet = responses.tables[1]
     assert "EBM" in sheet.title
     assert [cell.text for cell in sheet.rows[0]] == ["runs", "3", "2 of 3"]
 

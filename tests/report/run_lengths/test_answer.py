@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from hydrofdi.cli.sheet_grids import _fitting_grid
+from hydrofdi.cli.tables import print_table
 from hydrofdi.report.run_lengths.block import run_lengths_block
 from hydrofdi.report.run_lengths.wording import time_text
 from hydrofdi.studies.run_lengths.judgement import RunLengths
@@ -72,7 +72,7 @@ def test_without_any_limit_no_leak_is_blamed():
 def test_times_stand_in_the_unit_that_a_person_reads():
     texts = [time_text(each) for each in (5.4, 60.0, 150.0, 3600.0, 3.1536e7)]
     assert texts == ["5.4 s", "1 min", "2.5 min", "1 h", "8,760 h"]
-    delays, alarms = block(too_loud()).sheets
+    delays, alarms = block(too_loud()).tables
     assert {row[1].text for row in delays.rows} == {"16.7 min"}
     measured = [row[5].text for row in alarms.rows]
     assert all(" s (" in each for each in measured)
@@ -84,9 +84,9 @@ def test_no_number_is_broken_at_eighty_columns():
         for chart in judged(too_loud(), [EVERY / 2, EVERY])
     ]
     console = Console(width=80)
-    for sheet in run_lengths_block(RunLengths(traces().records, tuple(charts), 0.95, 0.9)).sheets:
+    for sheet in run_lengths_block(RunLengths(traces().records, tuple(charts), 0.95, 0.9)).tables:
         with console.capture() as shown:
-            console.print(_fitting_grid(sheet, console))
+            print_table(console, sheet.as_table())
         printed = shown.get()
         numbers = [word for row in sheet.rows for cell in row[3:] for word in cell.text.split()]
         assert all(word in printed for word in numbers)
